@@ -1,0 +1,89 @@
+"""The drawing of a mechanism: where its points are near one position, and so which branch is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import Mechanism, MechanismError
+from rigid.structure import Joint
+
+FLAT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What can be read off the drawing of a mechanism."""
+
+    mechanism: Mechanism
+
+    def at(self, point: str) -> complex:
+        """Drawn place of a point or of a slider's point [m]."""
+        sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
+        if point not in self.mechanism.drawing and point in sliders:
+            point = sliders[point]
+        if point not in self.mechanism.drawing:
+            raise MechanismError(f'the point "{point}" is not drawn: give it a place under [points]')
+        return complex(self.mechanism.drawing[point])
+
+    @cached_property
+    def _directions(self) -> dict[int, complex]:
+        return {}
+
+    def direction(self, link: int) -> complex:
+        """Unit vector of a link's axes as drawn; where it has a single point, from what it slides on."""
+        if link in self._directions:
+            return self._directions[link]
+        body = self.mechanism.links[link]
+        drawn = [point for point in body.points if point in self.mechanism.drawing]
+        result = 1.0 + 0j
+        if link and len(drawn) > 1:
+            seen = self.at(drawn[1]) - self.at(drawn[0])
+            own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
+            if abs(seen) == 0 or abs(own) == 0:
+                raise MechanismError(f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide')
+            result = seen / own * abs(own) / abs(seen)
+        elif link:
+            self._directions[link] = result
+            for slider in self.mechanism.sliders:
+                if slider.link == body.name:
+                    result = self.direction(self.mechanism.index[slider.on]) * _one(slider.turn)
+        self._directions[link] = result
+        return result
+
+    def along(self, joint: Joint) -> complex:
+        """Unit vector of a slider's line as drawn."""
+        assert joint.slider is not None
+        owner = joint.parent if joint.sense > 0 else joint.child
+        return self.direction(owner) * _one(joint.slider.direction)
+
+    def side(self, product: float, joints: Sequence[Joint]) -> float:
+        """Sign of a scalar or vector product of the drawing, the branch of a dyad."""
+        size = sum(abs(self.at(joint.name) - self.at(joints[0].name)) for joint in joints) or 1.0
+        if abs(product) <= FLAT * size:
+            names = ", ".join(f'"{joint.name}"' for joint in joints)
+            raise MechanismError(
+                f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing"
+            )
+        return 1.0 if product > 0 else -1.0
+
+    def coordinate(self, joint: Joint) -> float:
+        """Coordinate of a joint as drawn: angle of the child from the parent [rad], or slide [m]."""
+        if joint.slider is None:
+            return float(np.angle(self.direction(joint.child) / self.direction(joint.parent))) * joint.sense
+        block, owner = (joint.child, joint.parent) if joint.sense > 0 else (joint.parent, joint.child)
+        body = self.mechanism.links[owner]
+        anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
+        base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
+        line = base + self.direction(owner) * _one(joint.slider.origin)
+        way = self.at(joint.slider.point) - line
+        return float((np.conj(self.along(joint)) * way).real) + 0.0 * block
+
+
+def _one(value: Any) -> complex:
+    """The first of the designs."""
+    return complex(np.ravel(value)[0])

@@ -1,0 +1,137 @@
+"""Positions of a group that no closed form covers: walked from the drawing, then polished all at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid.closure import Closure, Columns, closure, columns
+from rigid.drawing import Drawing
+from rigid.placement import Placement, carried
+from rigid.plane import cross
+from rigid.structure import Group, Joint
+
+STEPS = 40
+TOLERANCE = 1e-14
+COARSE = 72
+NEAR = 0.1
+
+
+def follow(placed: Placement, group: Group, drawing: Drawing) -> None:
+    """Place the links of any group.
+
+    A coarse selection of the positions is walked one after the other from the drawing, every one corrected by Newton's
+    method over all designs at once. All positions then start between their coarse neighbours and are corrected in one
+    batch. Where that does not converge or strays from its start, every position is walked. Positions that cannot be
+    reached are nan.
+    """
+    free = [group.tree[number] for number in group.free]
+    known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
+    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
+    start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
+    count = shape[-1]
+    coarse = np.unique(np.linspace(0, count - 1, min(COARSE, count)).round().astype(int))
+    walked = _walk(placed, group, start, coarse, shape)
+    if len(coarse) < count:
+        between = _interpolate(coarse, walked, count)
+        found = _newton(placed, group, between)
+        with np.errstate(invalid="ignore"):
+            strayed = ~(np.abs(found - between) < NEAR * (1 + np.abs(between)))
+        walked = found if not strayed.any() else _walk(placed, group, start, np.arange(count), shape)
+    _hang_all(placed, group, walked)
+    placed.sine.append(_sine(_close(placed, group)))
+
+
+def _walk(placed: Placement, group: Group, start: Any, positions: Any, shape: tuple[int, ...]) -> Any:
+    """Coordinates at some positions, one after the other, each begun on the line through the two before it."""
+    found = np.full((len(start), *shape[:-1], len(positions)), np.nan)
+    last, guess = start, start
+    for number, position in enumerate(positions):
+        here = _newton(_at(placed, slice(position, position + 1), shape), group, guess)
+        reached = np.isfinite(here)
+        guess = np.where(reached, 2 * here - last if number else here, guess)
+        last = np.where(reached, here, last)
+        found[..., number : number + 1] = here
+    return found
+
+
+def _interpolate(coarse: Any, walked: Any, count: int) -> Any:
+    """Linear between the coarse positions."""
+    place = np.interp(np.arange(count), coarse, np.arange(len(coarse)))
+    below = np.minimum(place.astype(int), len(coarse) - 2)
+    part = place - below
+    return walked[..., below] * (1 - part) + walked[..., below + 1] * part
+
+
+def _at(placed: Placement, positions: slice, shape: tuple[int, ...]) -> Placement:
+    """The same placement at a few positions."""
+
+    def cut(value: Columns) -> Columns:
+        return np.broadcast_to(value, shape)[..., positions] if np.ndim(value) else value
+
+    origin, direction = ([cut(value) for value in values] for values in (placed.origin, placed.direction))
+    return Placement(placed.mechanism, placed.drive[..., positions], origin, direction)
+
+
+def _hang_all(placed: Placement, group: Group, coordinates: Any) -> None:
+    """Place the links by the coordinates of the free joints."""
+    free = iter(coordinates)
+    for joint in group.tree:
+        placed.hang(joint, next(free) if joint.drive is None else placed.drive[joint.drive])
+
+
+def _close(placed: Placement, group: Group) -> Closure:
+    tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
+    return closure(group, tree, cut)
+
+
+def _gap(placed: Placement, joint: Joint) -> Columns:
+    """How far a cut joint is open: as in `JointPlace.row`, the child's point or turn from the parent's."""
+    opened = placed.point(joint.child, joint.at_child) - placed.point(joint.parent, joint.at_parent)
+    if joint.slider is None:
+        return opened
+    owner, block = (joint.parent, joint.child) if joint.sense > 0 else (joint.child, joint.parent)
+    turned = placed.direction[block] * np.conj(placed.direction[owner] * joint.slider.turn)
+    along = placed.direction[owner] * joint.slider.direction
+    return joint.sense * np.angle(turned) + 1j * cross(along, opened)
+
+
+def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
+    """Coordinates of the free joints that close the group; nan where none are found."""
+    sense = np.array([group.tree[number].sense for number in group.free]).reshape(-1, *[1] * (coordinates.ndim - 1))
+    done = np.zeros(coordinates.shape[1:], bool)
+    with np.errstate(all="ignore"):
+        for _ in range(STEPS):
+            _hang_all(placed, group, coordinates)
+            closed = _close(placed, group)
+            gaps = [_gap(placed, place.joint) for place in closed.cut]
+            step = np.stack([sum(cross(row[c], -gap) for c, gap in enumerate(gaps)) for row in closed.duals])
+            coordinates = coordinates + sense * step
+            done = done | np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
+            if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
+                break
+    return np.where(done, coordinates, np.nan)
+
+
+def _sine(closed: Closure) -> Columns:
+    """Smallest singular value of the loop equations, every free joint scaled to unit effect.
+
+    For a dyad it lies between |s| and |s|/sqrt(2), s the sine at which the links meet.
+    """
+    table = columns(closed.group, closed.tree, closed.cut)
+    effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)))
+    effect = effect.reshape(len(table), -1, *effect.shape[1:])
+    length = np.abs(effect).max(axis=(0, 1))
+    scale = [1 / length if place.along is None else 1.0 for place in closed.cut]
+    parts = []
+    for c, place in enumerate(closed.cut):
+        across = effect[:, c].imag / length
+        parts += [effect[:, c].real * scale[c], across if place.along is not None else effect[:, c].imag * scale[c]]
+    matrix = np.stack(parts)
+    matrix = matrix / np.sqrt((matrix**2).sum(axis=0))
+    flat = np.moveaxis(matrix, (0, 1), (-2, -1))
+    good = np.isfinite(flat).all(axis=(-2, -1))
+    smallest = np.full(good.shape, np.nan)
+    smallest[good] = np.linalg.svd(flat[good], compute_uv=False)[..., -1]
+    return smallest

@@ -1,0 +1,168 @@
+"""Geometry and mass of a planar mechanism: what moves, before it moves.
+
+Vectors in the plane are complex numbers. A quantity may be an array of shape (designs, 1), so that many designs
+of one mechanism go through their positions together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rigid.motion import Motion
+
+Reals = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Real = float | Reals
+Complex = complex | Complexes
+Law = Callable[["Motion"], Reals]
+
+GROUND = "ground"
+
+
+class MechanismError(ValueError):
+    """A mechanism that cannot be: the message names the cause in the user's own names."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beam:
+    """A straight piece of a link, from one of the link's points to another.
+
+    Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is constant along it.
+    """
+
+    start: str
+    end: str
+    mass_per_length: Real = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Lump:
+    """A mass [kg] rigidly held at a point of a link.
+
+    `offset` [m] from that point to its centre, in the link's axes; `inertia` [kg m^2] about its own centre.
+    """
+
+    point: str
+    mass: Real
+    inertia: Real = 0.0
+    offset: Complex = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link: its points in its own axes [m], and its mass as beams and lumps.
+
+    The first point is the origin of its axes; the second, where there is one, usually lies on x'.
+    """
+
+    name: str
+    points: Mapping[str, Complex]
+    beams: tuple[Beam, ...] = ()
+    lumps: tuple[Lump, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Slider:
+    """A prismatic pair: `link` slides on `on` without turning.
+
+    `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`;
+    `turn` is the unit vector of the axes of `link` seen from those of `on`.
+    The slide is the way of `point` from `origin` along `direction`.
+    """
+
+    name: str
+    link: str
+    on: str
+    point: str
+    origin: Complex
+    direction: Complex
+    turn: Complex = 1.0
+
+
+@dataclass(frozen=True)
+class PinDrive:
+    """A motor at the pin `at` that turns `link` on the link `on`.
+
+    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise.
+    """
+
+    link: str
+    at: str
+    on: str = GROUND
+
+
+@dataclass(frozen=True)
+class SliderDrive:
+    """A motor that moves a slider; its coordinate is the slide [m]."""
+
+    slider: str
+
+
+@dataclass(frozen=True, eq=False)
+class PointLoad:
+    """A force [N] and a moment [N m] on a point of a link.
+
+    `turning`: the force turns with the link and is given in its axes. `law` multiplies both: a function of the motion
+    that returns an array of shape (..., positions).
+    """
+
+    link: str
+    point: str
+    force: Complex = 0.0
+    moment: Real = 0.0
+    turning: bool = False
+    law: Law | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LineLoad:
+    """A force per length [N/m] along the whole of a beam, linear from `start` to `end` of it.
+
+    `turning`: given in the beam's own axes, instead of the ground's. `law` as for `PointLoad`.
+    """
+
+    link: str
+    beam: int
+    start: Complex
+    end: Complex
+    turning: bool = False
+    law: Law | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """A planar mechanism: links (one of them named "ground"), what joins them, what drives and loads them.
+
+    Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
+    and so picks the branch it is assembled in. `gravity` [m/s^2].
+    """
+
+    links: tuple[Link, ...]
+    drives: tuple[PinDrive | SliderDrive, ...]
+    drawing: Mapping[str, complex]
+    sliders: tuple[Slider, ...] = ()
+    gravity: complex = 0.0
+    loads: tuple[PointLoad | LineLoad, ...] = ()
+    index: Mapping[str, int] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Put the ground first and number the links."""
+        ordered = tuple(sorted(self.links, key=lambda link: link.name != GROUND))
+        object.__setattr__(self, "links", ordered)
+        object.__setattr__(self, "index", {link.name: number for number, link in enumerate(ordered)})
+        if GROUND not in self.index:
+            raise MechanismError('no link is named "ground": name the fixed link so')
+        if len(self.index) < len(ordered):
+            raise MechanismError("two links have the same name")
+
+    @cached_property
+    def beams(self) -> tuple[tuple[int, Beam], ...]:
+        """Every beam of the moving links with its link's number, link by link: the order of all arrays of beams."""
+        return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)

@@ -1,0 +1,65 @@
+"""Where the links placed so far are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rigid.closure import Columns, JointPlace
+from rigid.mechanism import Mechanism
+from rigid.structure import Joint
+
+
+@dataclass(eq=False)
+class Placement:
+    """Links placed so far: origins [m] and unit vectors of their axes, per link, shape (..., positions)."""
+
+    mechanism: Mechanism
+    drive: Any
+    origin: list[Columns]
+    direction: list[Columns]
+    sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
+
+    def point(self, link: int, local: Any) -> Columns:
+        """Place of a point given in a link's axes."""
+        return self.origin[link] + carried(self.direction[link], local)
+
+    def joint(self, joint: Joint) -> JointPlace:
+        """A joint of two placed links."""
+        parent, child = joint.parent, joint.child
+        arm_parent = carried(self.direction[parent], joint.at_parent)
+        arm_child = carried(self.direction[child], joint.at_child)
+        if joint.slider is None:
+            return JointPlace(joint, arm_parent, arm_child)
+        owner = parent if joint.sense > 0 else child
+        if joint.sense > 0:
+            arm_parent = self.origin[child] + arm_child - self.origin[parent]
+        else:
+            arm_child = self.origin[parent] + arm_parent - self.origin[child]
+        return JointPlace(joint, arm_parent, arm_child, self.direction[owner] * joint.slider.direction)
+
+    def hang(self, joint: Joint, coordinate: Columns) -> None:
+        """Place a joint's child: `coordinate` is the angle from the parent [rad], or the slide [m]."""
+        parent, child = joint.parent, joint.child
+        slide: Columns = 0.0
+        if joint.slider is None:
+            self.direction[child] = self.direction[parent] * np.exp(1j * joint.sense * coordinate)
+        else:
+            self.direction[child] = beside(joint, self.direction[parent])
+            slide = joint.sense * coordinate * (self.direction[parent if joint.sense > 0 else child] * joint.slider.direction)
+        at_parent = self.point(parent, joint.at_parent)
+        self.origin[child] = at_parent - carried(self.direction[child], joint.at_child) + slide
+
+
+def carried(direction: Columns, local: Any) -> Columns:
+    """A vector of a link's axes in the ground's; 0.0 for the origin."""
+    return 0.0 if isinstance(local, (int, float, complex)) and local == 0 else direction * local
+
+
+def beside(joint: Joint, direction: Columns) -> Columns:
+    """Direction of a slider's child from that of its parent."""
+    assert joint.slider is not None
+    turn = joint.slider.turn
+    return direction * (turn if joint.sense > 0 else np.conj(turn))
