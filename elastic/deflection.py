@@ -145,7 +145,9 @@ def _end_loads(motion: Motion, forces: JointForces, trees: Any, q: Any, length: 
     return pull, twist
 
 
-def _cut(nodes: Any, where: tuple[int, Branch], far: Any, q: Any, length: Any, direction: Any, pull: Any, twist: Any) -> None:
+def _cut(
+    nodes: Any, where: tuple[int, Branch], far: Any, q: Any, length: Any, direction: Any, pull: Any, twist: Any
+) -> None:
     """Pass the loads beyond a beam, and its own, on to its near end."""
     at, branch = where
     force, moment = far
@@ -221,7 +223,9 @@ def _elastic_line(N: Any, M: Any, length: Any, stretch: Any, bend: Any) -> tuple
     return u, w, phi
 
 
-def _bent(motion: Motion, trees: Any, direction: Any, u: Any, w: Any, phi: Any) -> dict[tuple[int, str], tuple[Any, Any]]:
+def _bent(
+    motion: Motion, trees: Any, direction: Any, u: Any, w: Any, phi: Any
+) -> dict[tuple[int, str], tuple[Any, Any]]:
     """Displacement [m], in the ground's axes, and rotation [rad] of the points of every link clamped at its root."""
     bent: dict[tuple[int, str], tuple[Any, Any]] = {}
     for at, tree in trees.items():

@@ -8,8 +8,8 @@ from rigid.loads import beam_direction, beam_loads, drive_efforts, point_loads, 
 from rigid.mechanism import (
     GROUND,
     Beam,
-    Link,
     LineLoad,
+    Link,
     Lump,
     Mechanism,
     MechanismError,
@@ -21,6 +21,7 @@ from rigid.mechanism import (
 )
 from rigid.motion import SINGULAR, Motion, acceleration_of, motion, position_of, stacked, velocity_of
 from rigid.plane import cross, dot
+from rigid.reach import ReachError, reachable, require_reach, stops
 from rigid.structure import Structure, structure
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Motion",
     "PinDrive",
     "PointLoad",
+    "ReachError",
     "Reals",
     "Slider",
     "SliderDrive",
@@ -50,8 +52,11 @@ __all__ = [
     "motion",
     "point_loads",
     "position_of",
+    "reachable",
     "reactions",
+    "require_reach",
     "stacked",
+    "stops",
     "structure",
     "velocity_of",
 ]

@@ -71,7 +71,7 @@ class Closure:
 
 
 def swing(rate: Columns, arm: Columns) -> Columns:
-    """i rate arm: displacement at the end of an arm that turns; 0.0 where either is."""
+    """The product i rate arm: displacement at the end of an arm that turns; 0.0 where either is."""
     if isinstance(rate, float) or (isinstance(arm, float) and arm == 0.0):
         return 0.0
     return (1j * rate) * arm
@@ -89,7 +89,8 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
     carrier = {link: number for number, link in enumerate(group.links)}
     for c, closing in enumerate(cut):
         ends = ((closing.joint.child, closing.arm_child, 1.0), (closing.joint.parent, closing.arm_parent, -1.0))
-        for link, reach, sign in ends:
+        for end, arm, sign in ends:
+            link, reach = end, arm
             while link in carrier:
                 number = carrier[link]
                 hinge = tree[number]
@@ -120,7 +121,9 @@ def _duals(columns: list[list[Columns]]) -> tuple[tuple[Columns, ...], ...]:
 
 def _real_matrix(columns: list[list[Columns]]) -> np.ndarray[Any, Any]:
     """(..., positions, 2 cuts, free) of Re, Im of the columns."""
-    parts = [np.broadcast_arrays(*[part(entry) for column in columns for entry in column]) for part in (np.real, np.imag)]
+    parts = [
+        np.broadcast_arrays(*[part(entry) for column in columns for entry in column]) for part in (np.real, np.imag)
+    ]
     n = len(columns)
     stacked = np.array(parts, dtype=float).reshape(2, n, n // 2, *np.shape(parts[0][0]))
     ordered = np.moveaxis(stacked, (2, 0, 1), (-3, -2, -1))

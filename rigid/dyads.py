@@ -40,7 +40,7 @@ def circle_circle(first: Any, second: Any, arm_first: Any, arm_second: Any, side
     square = base.real**2 + base.imag**2
     long, short = abs(arm_first), abs(arm_second)
     x = 0.5 + 0.5 * (long - short) * (long + short) / square
-    y = side * _root(((long + short) ** 2 / square - 1.0) * (1.0 - (long - short) ** 2 / square))  / 2.0
+    y = side * _root(((long + short) ** 2 / square - 1.0) * (1.0 - (long - short) ** 2 / square)) / 2.0
     apex = np.empty(np.broadcast(x, y).shape, complex)
     apex.real, apex.imag = x, y
     return base * apex / arm_first, base * (apex - 1.0) / arm_second, square * y / (long * short)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Columns, JointForces, joint_forces
-from rigid.mechanism import Complex, Link, LineLoad, PointLoad, Real, Reals
+from rigid.mechanism import Complex, LineLoad, Link, PointLoad, Real, Reals
 from rigid.motion import SINGULAR, Motion
 from rigid.plane import cross
 
@@ -16,7 +16,7 @@ from rigid.plane import cross
 def beam_length(link: Link, number: int) -> Real:
     """Length of a link's beam [m]."""
     beam = link.beams[number]
-    return abs(link.points[beam.end] - link.points[beam.start])
+    return np.abs(link.points[beam.end] - link.points[beam.start])
 
 
 def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
@@ -29,12 +29,12 @@ def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
         part = beam.mass_per_length * beam_length(link, number)
         mass = mass + part
         first = first + part * (start + end) / 2
-        second = second + part * (abs(start) ** 2 + abs(end) ** 2 + abs(start + end) ** 2) / 6
+        second = second + part * (np.abs(start) ** 2 + np.abs(end) ** 2 + np.abs(start + end) ** 2) / 6
     for lump in link.lumps:
         center = link.points[lump.point] + lump.offset
         mass = mass + lump.mass
         first = first + lump.mass * center
-        second = second + lump.inertia + lump.mass * abs(center) ** 2
+        second = second + lump.inertia + lump.mass * np.abs(center) ** 2
     return mass, first, second
 
 
@@ -54,9 +54,9 @@ def beam_loads(motion: Motion) -> Any:
     number = 0
     for at, link in enumerate(mechanism.links[1:], 1):
         first[link.name] = number
-        for k, beam in enumerate(link.beams):
+        for beam in link.beams:
             start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
-            length = abs(way)
+            length = np.abs(way)
             begin = motion.acceleration[at] - mechanism.gravity
             if np.ndim(start) or start:
                 begin += rotation[at] * motion.direction[at] * start
@@ -81,7 +81,7 @@ def beam_direction(motion: Motion, at: int, number: int) -> Any:
     link = motion.mechanism.links[at]
     beam = link.beams[number]
     way = link.points[beam.end] - link.points[beam.start]
-    return motion.direction[at] * (way / abs(way))
+    return motion.direction[at] * (way / np.abs(way))
 
 
 def line_load_in_beam_axes(motion: Motion, at: int, load: LineLoad) -> tuple[Columns, Columns]:
@@ -177,6 +177,8 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
         if joint.drive is not None:
             push = forces.moment[number]
             if place.along is not None:
-                push = forces.force[number].real * np.real(place.along) + forces.force[number].imag * np.imag(place.along)
+                push = forces.force[number].real * np.real(place.along) + forces.force[number].imag * np.imag(
+                    place.along
+                )
             efforts[joint.drive] = joint.sense * push
     return efforts

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid.closure import Closure, Columns, closure, columns
 from rigid.drawing import Drawing
-from rigid.placement import Placement, carried
+from rigid.placement import Placement
 from rigid.plane import cross
 from rigid.structure import Group, Joint
 

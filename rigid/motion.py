@@ -149,10 +149,10 @@ def _rates(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tu
     """Velocities of the links' origins and angular velocities."""
     gaps: list[Columns] = []
     turns: list[Columns] = []
-    for place in (place for closed in closures for place in closed.joints):
-        value = place.joint.sense * rate[place.joint.drive] if place.joint.drive is not None else 0.0
-        gaps.append(0.0 if place.along is None or place.joint.drive is None else value * place.along)
-        turns.append(value if place.along is None else 0.0)
+    for hinge in (hinge for closed in closures for hinge in closed.joints):
+        value = hinge.joint.sense * rate[hinge.joint.drive] if hinge.joint.drive is not None else 0.0
+        gaps.append(0.0 if hinge.along is None or hinge.joint.drive is None else value * hinge.along)
+        turns.append(value if hinge.along is None else 0.0)
     return displacements(closures, len(mechanism.links), gaps, turns)
 
 
@@ -167,20 +167,20 @@ def _accelerations(
     square = [0.0 if isinstance(value, float) else np.square(value).astype(complex) for value in angular_velocity]
     gaps: list[Columns] = []
     turns: list[Columns] = []
-    for place in (place for closed in closures for place in closed.joints):
-        joint = place.joint
+    for hinge in (hinge for closed in closures for hinge in closed.joints):
+        joint = hinge.joint
         parent, child = joint.parent, joint.child
-        gap = _product(square[child], place.arm_child) - _product(square[parent], place.arm_parent)
+        gap = _product(square[child], hinge.arm_child) - _product(square[parent], hinge.arm_parent)
         value = joint.sense * rate2[joint.drive] if joint.drive is not None else 0.0
-        if place.along is not None:
+        if hinge.along is not None:
             turning = angular_velocity[child]
             if not isinstance(turning, float):
-                opened = velocity[child] + swing(turning, place.arm_child)
-                opened = opened - velocity[parent] - swing(angular_velocity[parent], place.arm_parent)
-                gap = gap + 2j * turning * (dot(place.along, opened) * place.along)
-            gap = gap + value * place.along
+                opened = velocity[child] + swing(turning, hinge.arm_child)
+                opened = opened - velocity[parent] - swing(angular_velocity[parent], hinge.arm_parent)
+                gap = gap + 2j * turning * (dot(hinge.along, opened) * hinge.along)
+            gap = gap + value * hinge.along
         gaps.append(gap)
-        turns.append(value if place.along is None else 0.0)
+        turns.append(value if hinge.along is None else 0.0)
     return displacements(closures, len(mechanism.links), gaps, turns)
 
 

@@ -48,7 +48,11 @@ class Placement:
             self.direction[child] = self.direction[parent] * np.exp(1j * joint.sense * coordinate)
         else:
             self.direction[child] = beside(joint, self.direction[parent])
-            slide = joint.sense * coordinate * (self.direction[parent if joint.sense > 0 else child] * joint.slider.direction)
+            slide = (
+                joint.sense
+                * coordinate
+                * (self.direction[parent if joint.sense > 0 else child] * joint.slider.direction)
+            )
         at_parent = self.point(parent, joint.at_parent)
         self.origin[child] = at_parent - carried(self.direction[child], joint.at_child) + slide
 

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-
 from rigid.mechanism import Complex, Mechanism, MechanismError, PinDrive, Slider
 
 
@@ -276,7 +275,12 @@ def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
     if len(links) == 2 and all(joint.slider for joint in joints):
         return True
     return any(
-        sum(2 + (joint.drive is not None) for joint in joints if {joint.parent, joint.child} - set(links) and joint.child == link) > 3
+        sum(
+            2 + (joint.drive is not None)
+            for joint in joints
+            if {joint.parent, joint.child} - set(links) and joint.child == link
+        )
+        > 3
         for link in links
         if len(links) > 1
     )
