@@ -257,7 +257,8 @@ def _compatible(motion: Motion, bent: Any) -> tuple[list[Any], list[Any]]:
         parent = bent.get((joint.parent, joint.parent_point), nothing)
         gaps.append(parent[0] - child[0])
         turns.append(parent[1] - child[1])
-    return displacements(motion.closures, len(motion.mechanism.links), gaps, turns)
+    shift, turning = displacements(motion.closures, gaps, turns, [0.0] * len(motion.mechanism.links))
+    return shift, [np.imag(value) for value in turning]
 
 
 def _carry(

@@ -3,7 +3,8 @@
 Needs numpy only.
 """
 
-from rigid.closure import JointForces, displacements
+from rigid.displacements import displacements
+from rigid.forces import JointForces
 from rigid.loads import beam_direction, beam_loads, drive_efforts, point_loads, reactions
 from rigid.mechanism import (
     GROUND,

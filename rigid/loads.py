@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.closure import Columns, JointForces, joint_forces
+from rigid.closure import Columns
+from rigid.forces import JointForces, joint_forces
 from rigid.mechanism import Complex, LineLoad, Link, PointLoad, Real, Reals
 from rigid.motion import SINGULAR, Motion
 from rigid.plane import cross
@@ -50,7 +51,6 @@ def beam_loads(motion: Motion) -> Any:
     mechanism = motion.mechanism
     loads = np.zeros((2, len(mechanism.beams), *motion.columns), complex)
     first = {}
-    rotation = 1j * motion.angular_acceleration - np.square(motion.angular_velocity)
     number = 0
     for at, link in enumerate(mechanism.links[1:], 1):
         first[link.name] = number
@@ -59,13 +59,13 @@ def beam_loads(motion: Motion) -> Any:
             length = np.abs(way)
             begin = motion.acceleration[at] - mechanism.gravity
             if np.ndim(start) or start:
-                begin += rotation[at] * motion.direction[at] * start
+                begin += motion.turning[at] * motion.direction[at] * start
             own = np.conj(motion.direction[at])
             if np.ndim(way) or way.imag or way.real < 0:
                 own *= np.conj(way / length)
             np.multiply(begin, own, out=begin)
             np.multiply(begin, -beam.mass_per_length, out=loads[0, number])
-            np.multiply(rotation[at], -beam.mass_per_length * length, out=loads[1, number])
+            np.multiply(motion.turning[at], -beam.mass_per_length * length, out=loads[1, number])
             number += 1
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
@@ -102,8 +102,7 @@ def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
     for at, link in enumerate(mechanism.links):
         for lump in link.lumps if at else ():
             arm = motion.direction[at] * (link.points[lump.point] + lump.offset)
-            turning = 1j * motion.angular_acceleration[at] - np.square(motion.angular_velocity[at])
-            force = -lump.mass * (motion.acceleration[at] - mechanism.gravity + turning * arm)
+            force = -lump.mass * (motion.acceleration[at] - mechanism.gravity + motion.turning[at] * arm)
             moment = -lump.inertia * motion.angular_acceleration[at]
             if np.ndim(lump.offset) or lump.offset:
                 moment = moment + cross(motion.direction[at] * lump.offset, force)
@@ -132,8 +131,7 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
             continue
         felt = motion.acceleration[at] - mechanism.gravity
         arm = motion.direction[at] * first
-        turning = 1j * motion.angular_acceleration[at] - np.square(motion.angular_velocity[at])
-        force[at] = -(mass * felt + turning * arm)
+        force[at] = -(mass * felt + motion.turning[at] * arm)
         moment[at] = -(cross(arm, felt) + second * motion.angular_acceleration[at])
     for load in mechanism.loads:
         at = mechanism.index[load.link]

@@ -106,7 +106,7 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             _hang_all(placed, group, coordinates)
             closed = _close(placed, group)
             gaps = [_gap(placed, place.joint) for place in closed.cut]
-            step = np.stack([sum(cross(row[c], -gap) for c, gap in enumerate(gaps)) for row in closed.duals])
+            step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             done = done | np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):

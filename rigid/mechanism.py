@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from rigid.motion import Motion
+    from rigid.structure import Structure
 
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -166,3 +167,16 @@ class Mechanism:
     def beams(self) -> tuple[tuple[int, Beam], ...]:
         """Every beam of the moving links with its link's number, link by link: the order of all arrays of beams."""
         return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """The order in which its links are placed.
+
+        Raises
+        ------
+        MechanismError
+            Its drives do not determine its motion.
+        """
+        from rigid.structure import structure
+
+        return structure(self)

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns, displacements, swing
+from rigid.closure import Closure, Columns
+from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
-from rigid.plane import dot
+from rigid.plane import dot, imaginary, plus, product, times
 from rigid.positions import place
-from rigid.structure import Structure, structure
+from rigid.structure import Structure
 
 SINGULAR = 1e12
 
@@ -34,8 +35,11 @@ class Motion:
         Of the origin of every link's axes [m, m/s, m/s^2], complex, shape (links, ..., positions).
     direction
         Unit vector of every link's x' axis, complex, shape (links, ..., positions).
-    angular_velocity, angular_acceleration
-        [rad/s, rad/s^2], shape (links, ..., positions).
+    angular_velocity
+        [rad/s], shape (links, ..., positions).
+    turning
+        i eps - w^2 of every link [1/s^2], complex, shape (links, ..., positions): what multiplies an arm to give the
+        acceleration of its end from its root.
     condition
         Greatest 1/s^2 of the groups, s the sine at which a dyad meets: 1 at best, infinite at a singular position,
         nan where the mechanism does not close, shape (..., positions).
@@ -44,7 +48,6 @@ class Motion:
     """
 
     mechanism: Mechanism
-    structure: Structure
     time: Reals
     drive: Reals
     drive_rate: Reals
@@ -54,9 +57,19 @@ class Motion:
     velocity: Complexes
     acceleration: Complexes
     angular_velocity: Reals
-    angular_acceleration: Reals
+    turning: Complexes
     condition: Reals
     closures: tuple[Closure, ...]
+
+    @property
+    def structure(self) -> Structure:
+        """The joints and groups, in the order of solution."""
+        return self.mechanism.structure
+
+    @property
+    def angular_acceleration(self) -> Reals:
+        """Of every link [rad/s^2], shape (links, ..., positions)."""
+        return self.turning.imag
 
     @property
     def columns(self) -> tuple[int, ...]:
@@ -70,7 +83,6 @@ def motion(
     drive_rate: Any = 0.0,
     drive_acceleration: Any = 0.0,
     time: Any = None,
-    order: Structure | None = None,
 ) -> Motion:
     """Positions, velocities and accelerations of a mechanism.
 
@@ -83,8 +95,6 @@ def motion(
         (drives, positions); for a single drive (positions,) will do.
     time
         Time of every position [s], shape (positions,); the numbers of the positions where it is left out.
-    order
-        The mechanism's structure where it is known already.
 
     Raises
     ------
@@ -101,7 +111,6 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    order = order or structure(mechanism)
     count = len(mechanism.drives)
     coordinates = np.atleast_1d(np.asarray(drive, float))
     coordinates = coordinates.reshape(count, -1) if coordinates.ndim == 1 else coordinates
@@ -113,15 +122,14 @@ def motion(
     )
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, order, coordinates)
-        velocity, angular_velocity = _rates(mechanism, closures, rate)
-        acceleration, angular_acceleration = _accelerations(mechanism, closures, velocity, angular_velocity, rate2)
+        placed, closures = place(mechanism, mechanism.structure, coordinates)
+        velocity, spin = _velocities(mechanism, closures, rate)
+        acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
         condition = 1.0 / np.square(smallest)
     shape = np.broadcast_shapes(coordinates.shape[1:], *(np.shape(value) for value in placed.origin))
     return Motion(
         mechanism,
-        order,
         instants,
         coordinates,
         rate,
@@ -130,8 +138,8 @@ def motion(
         stacked(placed.direction, shape, complex),
         stacked(velocity, shape, complex),
         stacked(acceleration, shape, complex),
-        stacked(angular_velocity, shape, float),
-        stacked(angular_acceleration, shape, float),
+        stacked([np.imag(value) for value in spin], shape, float),
+        stacked(turning, shape, complex),
         np.broadcast_to(condition, shape),
         closures,
     )
@@ -139,76 +147,67 @@ def motion(
 
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Any:
     """One array of shape (len(values), *shape) from columns that may be scalars."""
-    result = np.empty((len(values), *shape), kind)
+    result: Any = np.empty((len(values), *shape), kind)
     for number, value in enumerate(values):
         result[number] = value
     return result
 
 
-def _rates(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
-    """Velocities of the links' origins and angular velocities."""
+def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
+    """Velocities of the links' origins and i times their angular velocities."""
     gaps: list[Columns] = []
     turns: list[Columns] = []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        value = hinge.joint.sense * rate[hinge.joint.drive] if hinge.joint.drive is not None else 0.0
-        gaps.append(0.0 if hinge.along is None or hinge.joint.drive is None else value * hinge.along)
+        value = 0.0 if hinge.joint.drive is None else hinge.joint.sense * rate[hinge.joint.drive]
+        gaps.append(0.0 if hinge.along is None else times(value, hinge.along))
         turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, len(mechanism.links), gaps, turns)
+    return displacements(closures, gaps, turns, [0.0] * len(mechanism.links))
 
 
 def _accelerations(
-    mechanism: Mechanism, closures: tuple[Closure, ...], velocity: Any, angular_velocity: Any, rate2: Any
+    closures: tuple[Closure, ...], velocity: list[Columns], spin: list[Columns], rate2: Any
 ) -> tuple[list[Columns], list[Columns]]:
-    """Accelerations of the links' origins and angular accelerations.
+    """Accelerations of the links' origins and i eps - w^2.
 
-    The parts of the accelerations that the velocities fix (towards the centre, and of Coriolis) are gaps that the
-    others must close.
+    Coriolis' acceleration is a gap that the others must close.
     """
-    square = [0.0 if isinstance(value, float) else np.square(value).astype(complex) for value in angular_velocity]
     gaps: list[Columns] = []
     turns: list[Columns] = []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        joint = hinge.joint
+        joint, gap = hinge.joint, 0.0
         parent, child = joint.parent, joint.child
-        gap = _product(square[child], hinge.arm_child) - _product(square[parent], hinge.arm_parent)
-        value = joint.sense * rate2[joint.drive] if joint.drive is not None else 0.0
+        value = 0.0 if joint.drive is None else joint.sense * rate2[joint.drive]
         if hinge.along is not None:
-            turning = angular_velocity[child]
-            if not isinstance(turning, float):
-                opened = velocity[child] + swing(turning, hinge.arm_child)
-                opened = opened - velocity[parent] - swing(angular_velocity[parent], hinge.arm_parent)
-                gap = gap + 2j * turning * (dot(hinge.along, opened) * hinge.along)
-            gap = gap + value * hinge.along
+            gap = times(value, hinge.along)
+            if not is_still(spin[child]):
+                opened = velocity[child] + product(spin[child], hinge.arm_child) - velocity[parent]
+                opened = opened - product(spin[parent], hinge.arm_parent)
+                gap = plus(gap, 2 * spin[child] * times(dot(hinge.along, opened), hinge.along))
         gaps.append(gap)
         turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, len(mechanism.links), gaps, turns)
+    return displacements(closures, gaps, turns, [product(value, value) for value in spin])
 
 
-def _product(rate: Columns, arm: Columns) -> Columns:
-    return 0.0 if isinstance(rate, float) or (np.ndim(arm) == 0 and arm == 0) else rate * arm
-
-
-def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:
+def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Any]:
     """A link's number and the arm from its origin to one of its points, in the ground's axes."""
     number = motion.mechanism.index[link] if isinstance(link, str) else link
     local = motion.mechanism.links[number].points[point] if isinstance(point, str) else point
     return number, motion.direction[number] * local
 
 
-def position_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
+def position_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
     """Place of a link's point [m], complex, shape (..., positions); `point` is a name or a place in the link's axes."""
     number, arm = _at(motion, link, point)
     return motion.origin[number] + arm
 
 
-def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
+def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
     """Velocity of a link's point [m/s], complex, shape (..., positions)."""
     number, arm = _at(motion, link, point)
     return motion.velocity[number] + 1j * motion.angular_velocity[number] * arm
 
 
-def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
+def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
     """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
     number, arm = _at(motion, link, point)
-    spin = motion.angular_velocity[number]
-    return motion.acceleration[number] + (1j * motion.angular_acceleration[number] - spin**2) * arm
+    return motion.acceleration[number] + motion.turning[number] * arm

@@ -1,4 +1,7 @@
-"""Vectors of the plane as complex numbers: the two products that numpy does not name."""
+"""Vectors of the plane as complex numbers: the products that numpy does not name.
+
+Quantities that are zero at every position are the float 0.0 and cost nothing: `plus`, `minus` and `times` skip them.
+"""
 
 from __future__ import annotations
 
@@ -15,3 +18,46 @@ def dot(a: Any, b: Any) -> Any:
 def cross(a: Any, b: Any) -> Any:
     """Vector product Im(conj(a) b) of two vectors, elementwise."""
     return np.real(a) * np.imag(b) - np.imag(a) * np.real(b)
+
+
+def is_zero(a: Any) -> bool:
+    """Whether a quantity is zero at every position by construction."""
+    return isinstance(a, (float, complex)) and a == 0
+
+
+def plus(a: Any, b: Any) -> Any:
+    """a + b."""
+    return b if is_zero(a) else a if is_zero(b) else a + b
+
+
+def minus(a: Any, b: Any) -> Any:
+    """a - b."""
+    return a if is_zero(b) else -b if is_zero(a) else a - b
+
+
+def product(a: Any, b: Any) -> Any:
+    """a b, both complex; 0.0 where either is."""
+    return 0.0 if is_zero(a) or is_zero(b) else a * b
+
+
+def times(scale: Any, vector: Any) -> Any:
+    """A vector scaled by a real array: half the cost of numpy's product, which makes the scale complex first."""
+    if is_zero(scale) or is_zero(vector):
+        return 0.0
+    if not np.ndim(scale) or not np.iscomplexobj(vector):
+        return scale * vector
+    result = np.empty(np.broadcast(scale, vector).shape, complex)
+    np.multiply(scale, np.real(vector), out=result.real)
+    np.multiply(scale, np.imag(vector), out=result.imag)
+    return result
+
+
+def imaginary(a: Any) -> Any:
+    """The vector i a of a real array; 0.0 stays."""
+    if is_zero(a):
+        return 0.0
+    if not np.ndim(a):
+        return 1j * a
+    result = np.zeros(np.shape(a), complex)
+    result.imag = a
+    return result

@@ -75,7 +75,7 @@ def opening_joint(course: Motion) -> str:
 
 def _at(course: Motion, coordinates: Any) -> Motion:
     """The same mechanism at other coordinates of its drives, walked to from where it is drawn."""
-    return motion(course.mechanism, coordinates[:, None], order=course.structure)
+    return motion(course.mechanism, coordinates[:, None])
 
 
 def _coordinates(course: Motion, place: Any) -> str:

@@ -1,0 +1,91 @@
+"""Displacements of all links that open the joints by given gaps: velocities, accelerations, elastic compatibility."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rigid.closure import Closure, Columns, JointPlace, reach_from
+from rigid.plane import imaginary, minus, plus, product, times
+
+
+def displacements(
+    closures: Sequence[Closure],
+    gaps: Sequence[Columns],
+    turns: Sequence[Columns],
+    turning: list[Columns],
+) -> tuple[list[Columns], list[Columns]]:
+    """Displacement of every link's origin, and its rotation, so that the joints open by given gaps.
+
+    Parameters
+    ----------
+    closures
+        The placed groups, in the order of solution.
+    gaps, turns
+        Per joint, in the order of `Structure.joints`: displacement of the child's point from the parent's, complex, and
+        rotation of the child from the parent; a component that the joint leaves free is ignored.
+    turning
+        Per link, what multiplies an arm to give the displacement of its end. For small displacements i times the
+        rotation: all 0.0 at the start. For accelerations i eps - w^2, so that it starts as -w^2.
+
+    Returns
+    -------
+    Two lists over the links, shape (..., positions): complex displacements, and turning with the rotations found in its
+    imaginary part. 0.0 for the ground.
+    """
+    shift: list[Columns] = [0.0] * len(turning)
+    turning = list(turning)
+    number = 0
+    for closed in closures:
+        for hinge in closed.tree:
+            parent, child = hinge.joint.parent, hinge.joint.child
+            if hinge.along is not None or hinge.joint.drive is not None:
+                turned = turns[number] if is_still(turning[parent]) else plus(turning[parent].imag, turns[number])
+                turning[child] = plus(turning[child], imaginary(turned))
+            at_joint = plus(_moved(shift, turning, parent, hinge.arm_parent), gaps[number])
+            shift[child] = minus(at_joint, product(turning[child], hinge.arm_child))
+            number += 1
+        residuals = []
+        for closing in closed.cut:
+            residuals.append(_missing(closing, shift, turning, gaps[number], turns[number]))
+            number += 1
+        _release(closed, residuals, shift, turning)
+    return shift, turning
+
+
+def is_still(turning: Columns) -> bool:
+    """Whether a link does not turn at any position."""
+    return isinstance(turning, float)
+
+
+def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns) -> Columns:
+    """Displacement of the end of an arm of a link."""
+    return plus(shift[link], product(turning[link], arm))
+
+
+def _missing(closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns) -> Columns:
+    """What a cut joint still lacks to its gap."""
+    parent, child = closing.joint.parent, closing.joint.child
+    opened = minus(_moved(shift, turning, child, closing.arm_child), _moved(shift, turning, parent, closing.arm_parent))
+    if closing.along is None:
+        return minus(gap, opened)
+    turned = minus(np.imag(turning[child]), np.imag(turning[parent]))
+    return closing.row(minus(gap, opened), minus(turn, turned))
+
+
+def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns], turning: list[Columns]) -> None:
+    """Let the free tree joints take the coordinates that close the cut ones."""
+    for k, number in enumerate(closed.group.free):
+        hinge = closed.tree[number]
+        spin: Columns = 0.0
+        for dual, residual in zip(closed.duals[k], residuals, strict=True):
+            spin = plus(spin, product(dual, residual))
+        if hinge.along is None and np.ndim(spin):
+            spin.real[...] = 0.0
+        for link, path in zip(closed.group.links, closed.group.path, strict=True):
+            if k in path and hinge.along is not None:
+                shift[link] = plus(shift[link], times(np.imag(spin), hinge.along))
+            elif k in path:
+                shift[link] = minus(shift[link], product(spin, reach_from(closed, link, number)))
+                turning[link] = plus(turning[link], spin)

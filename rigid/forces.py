@@ -1,0 +1,117 @@
+"""Forces in all joints that balance given loads of the links: the transpose of the displacements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rigid.closure import Closure, Columns, JointPlace, reach_from
+from rigid.plane import cross, dot, is_zero, minus, plus, times
+
+
+@dataclass(frozen=True, eq=False)
+class JointForces:
+    """What every joint does to its child link; the parent gets the opposite.
+
+    Attributes
+    ----------
+    closures
+        The placed groups.
+    force
+        Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
+    moment
+        About the joint's point [N m]; 0.0 for a free pin.
+    """
+
+    closures: tuple[Closure, ...]
+    force: list[Columns]
+    moment: list[Columns]
+
+    @cached_property
+    def ground_force(self) -> Columns:
+        """Force of the mechanism on the ground [N], complex, shape (..., positions)."""
+        on_ground = [number for number, place in enumerate(self._places) if place.joint.parent == 0]
+        return -sum(self.force[number] for number in on_ground)
+
+    @cached_property
+    def ground_moment(self) -> Columns:
+        """Moment of the mechanism on the ground about the origin of coordinates [N m], shape (..., positions)."""
+        total: Columns = 0.0
+        for number, place in enumerate(self._places):
+            if place.joint.parent == 0:
+                total = total - (_about(place.arm_parent, self.force[number]) + self.moment[number])
+        return total
+
+    @property
+    def _places(self) -> list[JointPlace]:
+        return [place for closed in self.closures for place in closed.joints]
+
+
+def joint_forces(closures: tuple[Closure, ...], force: Sequence[Columns], moment: Sequence[Columns]) -> JointForces:
+    """Joint forces that balance a given force and moment about its origin on every link.
+
+    Parameters
+    ----------
+    closures
+        The placed groups, in the order of solution; the forces go through them backwards.
+    force, moment
+        Per link, complex [N] and real [N m], shape (..., positions).
+    """
+    force, moment = list(force), list(moment)
+    results: list[tuple[Columns, Columns]] = []
+    for closed in reversed(closures):
+        held = [_held(closed, k, force, moment) for k in range(len(closed.group.free))]
+        cuts = []
+        for c, closing in enumerate(closed.cut):
+            needed: Columns = 0.0
+            for k, load in enumerate(held):
+                needed = plus(needed, times(load, closed.duals[k][c]))
+            multiplier = np.conj(1j * needed)
+            pull, twist = multiplier, 0.0
+            if closing.along is not None:
+                pull, twist = times(multiplier.imag, 1j * closing.along), multiplier.real
+            joint = closing.joint
+            _push(joint.child, closing.arm_child, pull, twist, force, moment)
+            _push(joint.parent, closing.arm_parent, -pull, minus(0.0, twist), force, moment)
+            cuts.append((pull, twist))
+        trees = [_balance(hinge, force, moment) for hinge in reversed(closed.tree)]
+        results += [*cuts[::-1], *trees]
+    return JointForces(closures, [pull for pull, _ in results[::-1]], [twist for _, twist in results[::-1]])
+
+
+def _balance(hinge: JointPlace, force: list[Columns], moment: list[Columns]) -> tuple[Columns, Columns]:
+    """Force and moment of a tree joint on its child, whose other loads are all known by now."""
+    child = hinge.joint.child
+    load, twist = force[child], 0.0
+    if hinge.along is not None or hinge.joint.drive is not None:
+        twist = minus(moment[child], _about(hinge.arm_child, load))
+    _push(hinge.joint.parent, hinge.arm_parent, load, twist, force, moment)
+    return minus(0.0, load), minus(0.0, twist)
+
+
+def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
+    """Generalised force of the links' loads on free tree joint k."""
+    number = closed.group.free[k]
+    hinge = closed.tree[number]
+    total: Columns = 0.0
+    for link, path in zip(closed.group.links, closed.group.path, strict=True):
+        if k in path and hinge.along is not None:
+            total = plus(total, dot(hinge.along, force[link]))
+        elif k in path:
+            total = plus(total, minus(moment[link], _about(reach_from(closed, link, number), force[link])))
+    return total
+
+
+def _about(arm: Columns, pull: Columns) -> Columns:
+    """Moment of a force at the end of an arm."""
+    return 0.0 if is_zero(arm) or is_zero(pull) else cross(arm, pull)
+
+
+def _push(link: int, arm: Columns, pull: Columns, twist: Columns, force: list[Columns], moment: list[Columns]) -> None:
+    """Add a force at the end of an arm, and a moment, to what a moving link feels."""
+    if link:
+        force[link] = plus(force[link], pull)
+        moment[link] = plus(moment[link], plus(_about(arm, pull), twist))

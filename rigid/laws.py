@@ -1,0 +1,199 @@
+"""Motion laws of drives: coordinate, rate and acceleration as closed forms of time.
+
+The curves are those of cam practice, normalised to a rise of 1 in a time of 1: R. L. Norton, Cam Design and
+Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapters 2 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from rigid.mechanism import Reals
+
+Triple = tuple[Reals, Reals, Reals]
+JUMP = 1e-9
+
+
+class LawError(ValueError):
+    """A motion law that cannot be followed; `segment` is the number of the segment at fault, from 1."""
+
+    def __init__(self, segment: int, problem: str) -> None:
+        super().__init__(f"segment {segment}: {problem}")
+        self.segment = segment
+        self.problem = problem
+
+
+def _polynomial(*coefficients: float) -> Callable[[Reals], Triple]:
+    powers = [np.array(coefficients, float)]
+    powers += [polynomial.polyder(powers[0]), polynomial.polyder(powers[0], 2)]
+
+    def curve(z: Reals) -> Triple:
+        value, rate, acceleration = (polynomial.polyval(z, power) for power in powers)
+        return value, rate, acceleration
+
+    return curve
+
+
+def _cycloidal(z: Reals) -> Triple:
+    turn = 2 * pi * z
+    return z - np.sin(turn) / (2 * pi), 1 - np.cos(turn), 2 * pi * np.sin(turn)
+
+
+def _harmonic(z: Reals) -> Triple:
+    turn = pi * z
+    return (1 - np.cos(turn)) / 2, pi / 2 * np.sin(turn), pi**2 / 2 * np.cos(turn)
+
+
+CURVES: Mapping[str, Callable[[Reals], Triple]] = {
+    "dwell": _polynomial(0.0),
+    "constant-speed": _polynomial(0.0, 1.0),
+    "harmonic": _harmonic,
+    "cycloidal": _cycloidal,
+    "polynomial-345": _polynomial(0, 0, 0, 10, -15, 6),
+    "polynomial-4567": _polynomial(0, 0, 0, 0, 35, -84, 70, -20),
+}
+"""Curves by name: z in 0..1, any shape, to s, ds/dz and d2s/dz2 of the same shape."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A piece of a motion law.
+
+    Attributes
+    ----------
+    curve
+        Name of one of `CURVES`.
+    duration
+        How long it lasts [s].
+    rise
+        By how much the coordinate changes [rad or m]; 0 for a dwell.
+    """
+
+    curve: str
+    duration: float
+    rise: float = 0.0
+
+
+@dataclass(frozen=True)
+class ConstantSpeed:
+    """The coordinate grows at one rate from its start.
+
+    `start` [rad or m] and `speed` [rad/s or m/s]. Called with times [s] of any shape, it returns coordinate, rate and
+    acceleration of the same shape.
+    """
+
+    start: float
+    speed: float
+
+    def __call__(self, time: Any) -> Triple:
+        """Coordinate, rate and acceleration at given times [s]."""
+        time = np.asarray(time, float)
+        return self.start + self.speed * time, np.full(time.shape, self.speed), np.zeros(time.shape)
+
+
+@dataclass(frozen=True)
+class SegmentedLaw:
+    """Segments one after the other from `start` [rad or m]; after the last one the coordinate stays.
+
+    A 3-4-5 polynomial next to a constant speed takes over its speed (and stays free of jumps in acceleration); next to
+    anything else it starts and ends at rest, as all other curves do.
+
+    Raises
+    ------
+    LawError
+        A segment lasts no time, its curve is unknown, a dwell rises, or the speed jumps between two segments, which no
+        finite force can follow.
+
+    Examples
+    --------
+    A cycloidal rise of 1 in 1 s is at its greatest speed, 2, half-way:
+
+    >>> rise = SegmentedLaw(0.0, (Segment("cycloidal", 1.0, 1.0),))
+    >>> [float(value[0]) for value in rise([0.5])[:2]]
+    [0.5, 2.0]
+    """
+
+    start: float
+    segments: tuple[Segment, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be followed."""
+        if not self.segments:
+            raise LawError(1, "a law needs at least one segment")
+        for number, segment in enumerate(self.segments, 1):
+            if segment.curve not in CURVES:
+                raise LawError(number, f'there is no curve "{segment.curve}", there are {", ".join(CURVES)}')
+            if not segment.duration > 0:
+                raise LawError(number, f"lasts {segment.duration:g} s, expected more than 0")
+            if segment.curve == "dwell" and segment.rise:
+                raise LawError(number, f"a dwell cannot rise by {segment.rise:g}")
+        for number, (before, after) in enumerate(zip(self._speeds, self._speeds[1:], strict=False), 2):
+            if abs(after[0] - before[1]) > JUMP * (abs(after[0]) + abs(before[1])):
+                raise LawError(
+                    number,
+                    f"the speed jumps from {before[1]:g} to {after[0]:g}, an impact: "
+                    "put a polynomial-345 between rest and constant speed",
+                )
+
+    @cached_property
+    def _speeds(self) -> tuple[tuple[float, float], ...]:
+        """Speeds at the two ends of every segment."""
+        steady = [piece.rise / piece.duration if piece.curve == "constant-speed" else 0.0 for piece in self.segments]
+        around = [0.0, *steady, 0.0]
+        return tuple(
+            (around[k], around[k + 2]) if piece.curve == "polynomial-345" else (steady[k], steady[k])
+            for k, piece in enumerate(self.segments)
+        )
+
+    @cached_property
+    def _ends(self) -> Reals:
+        """Times at which the segments end [s]."""
+        return np.cumsum([segment.duration for segment in self.segments])
+
+    @property
+    def duration(self) -> float:
+        """Time from the start of the first segment to the end of the last [s]."""
+        return float(self._ends[-1])
+
+    @property
+    def final_speed(self) -> float:
+        """Speed at the end of the last segment [rad/s or m/s]."""
+        return self._speeds[-1][1]
+
+    def __call__(self, time: Any) -> Triple:
+        """Coordinate, rate and acceleration at given times [s], each of their shape.
+
+        Where two segments meet the later one counts, at the very end the last.
+        """
+        time = np.asarray(time, float)
+        at = np.minimum(np.searchsorted(self._ends, time, side="right"), len(self.segments) - 1)
+        value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
+        level, begin = self.start, 0.0
+        for k, segment in enumerate(self.segments):
+            here = at == k
+            z = np.clip((time[here] - begin) / segment.duration, 0.0, 1.0)
+            s, v, a = _stretched(segment, self._speeds[k], z)
+            value[here] = level + s
+            rate[here], acceleration[here] = v / segment.duration, a / segment.duration**2
+            level, begin = level + segment.rise, float(self._ends[k])
+        over = time > self.duration
+        rate[over] = acceleration[over] = 0.0
+        return value, rate, acceleration
+
+
+def _stretched(segment: Segment, speeds: Sequence[float], z: Reals) -> Triple:
+    """A segment's rise and its derivatives by z."""
+    if segment.curve == "polynomial-345" and any(speeds):
+        h, (a, b) = segment.rise, (speed * segment.duration for speed in speeds)
+        return _polynomial(
+            0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b)
+        )(z)
+    s, v, a = CURVES[segment.curve](z)
+    return segment.rise * s, segment.rise * v, segment.rise * a
