@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from elastic.frame import Branch, branches
 from elastic.section import Section
-from rigid import JointForces, Motion, Reals, beam_loads, cross, displacements, point_loads, reactions, stacked
+from rigid import (
+    JointForces,
+    Motion,
+    Reals,
+    beam_directions,
+    beam_loads,
+    beam_table,
+    cross,
+    displacements,
+    per_row,
+    point_loads,
+    reactions,
+    stacked,
+)
 
 FIELDS = ("N", "V", "M", "u", "w", "phi")
 
@@ -85,47 +99,28 @@ def deflection(motion: Motion, sections: Sequence[Section], forces: JointForces 
     mechanism = motion.mechanism
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
+    sections = tuple(sections)
     forces = forces or reactions(motion)
-    length, direction = _geometry(motion)
+    length, direction = beam_table(mechanism, len(motion.columns)).length, beam_directions(motion)
     trees = branches(mechanism)
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
         pull, twist = _end_loads(motion, forces, trees, q, length, direction)
         pull *= np.conj(direction)
         N, V, M = _section_forces(q, pull, twist, length)
-        u, w, phi = _elastic_line(N, M, length, *_compliances(sections, length.ndim))
+        u, w, phi = _elastic_line(N, M, length, *_compliances(sections, len(motion.columns)))
         bent = _bent(motion, trees, direction, u.sum(0), w.sum(0), phi.sum(0))
         shift, angle = _compatible(motion, bent)
         _carry(motion, trees, bent, shift, angle, direction, length, u, w, phi)
     links = [stacked(values, motion.columns, kind) for values, kind in ((shift, complex), (angle, float))]
-    return Deflection(motion, tuple(sections), forces, length, q, N, V, M, u, w, phi, *links)
+    return Deflection(motion, sections, forces, length, q, N, V, M, u, w, phi, *links)
 
 
-def _geometry(motion: Motion) -> tuple[Any, Any]:
-    """Lengths and directions of all beams."""
-    mechanism = motion.mechanism
-    ways, links = [], []
-    for at, beam in mechanism.beams:
-        link = mechanism.links[at]
-        ways.append(link.points[beam.end] - link.points[beam.start])
-        links.append(at)
-    inner = (1,) * (len(motion.columns) - 1)
-    way = np.array([np.broadcast_to(value, np.broadcast_shapes(np.shape(value), (*inner, 1))) for value in ways])
-    if any(np.ndim(value) for value in ways):
-        way = np.array(np.broadcast_arrays(*ways))
-    length = np.abs(way)
-    unit = way / length
-    direction = motion.direction[links]
-    return length, direction if np.all(unit == 1.0) else direction * unit
-
-
-def _compliances(sections: Sequence[Section], ndim: int) -> tuple[Any, Any]:
+@lru_cache(maxsize=64)
+def _compliances(sections: tuple[Section, ...], ndim: int) -> tuple[Any, Any]:
     """1/EA and 1/EI of the beams, shape (beams, ..., 1)."""
-    rows = []
-    for values in ([section.EA for section in sections], [section.EI for section in sections]):
-        inverse = [1.0 / np.asarray(value, float) for value in values]
-        rows.append(np.array([np.reshape(value, (1,) * (ndim - 1 - value.ndim) + value.shape) for value in inverse]))
-    return rows[0], rows[1]
+    stretch = per_row([1.0 / np.asarray(section.EA, float) for section in sections], ndim, float)
+    return stretch, per_row([1.0 / np.asarray(section.EI, float) for section in sections], ndim, float)
 
 
 def _end_loads(motion: Motion, forces: JointForces, trees: Any, q: Any, length: Any, direction: Any) -> tuple[Any, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from rigid import Link, Mechanism, MechanismError
 
@@ -17,6 +18,7 @@ class Branch:
     forward: bool
 
 
+@lru_cache(maxsize=64)
 def branches(mechanism: Mechanism) -> dict[int, tuple[Branch, ...]]:
     """Beams of every moving link that has some, from the root outwards.
 

@@ -59,6 +59,8 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:
     for number, (owner, beam) in enumerate(motion.mechanism.beams):
         if owner == at and point in (beam.start, beam.end):
             way = body.points[beam.end] - body.points[beam.start]
-            own = deflection.u[:, number] + 1j * deflection.w[:, number]
-            return motion.direction[at] * (way / np.abs(way)) * (own[0] if point == beam.start else own.sum(0))
+            along, across = deflection.u[:, number], deflection.w[:, number]
+            at_start = point == beam.start
+            own = along[0] + 1j * across[0] if at_start else along.sum(0) + 1j * across.sum(0)
+            return motion.direction[at] * (way / np.abs(way)) * own
     return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]

@@ -192,8 +192,6 @@ def _stretched(segment: Segment, speeds: Sequence[float], z: Reals) -> Triple:
     """A segment's rise and its derivatives by z."""
     if segment.curve == "polynomial-345" and any(speeds):
         h, (a, b) = segment.rise, (speed * segment.duration for speed in speeds)
-        return _polynomial(
-            0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b)
-        )(z)
+        return _polynomial(0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b))(z)
     s, v, a = CURVES[segment.curve](z)
     return segment.rise * s, segment.rise * v, segment.rise * a

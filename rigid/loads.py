@@ -9,34 +9,10 @@ import numpy as np
 
 from rigid.closure import Columns
 from rigid.forces import JointForces, joint_forces
-from rigid.mechanism import Complex, LineLoad, Link, PointLoad, Real, Reals
+from rigid.mechanism import LineLoad, PointLoad, Reals
 from rigid.motion import SINGULAR, Motion
-from rigid.plane import cross
-
-
-def beam_length(link: Link, number: int) -> Real:
-    """Length of a link's beam [m]."""
-    beam = link.beams[number]
-    return np.abs(link.points[beam.end] - link.points[beam.start])
-
-
-def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
-    """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about the origin of its axes."""
-    mass: Any = 0.0
-    first: Any = 0.0
-    second: Any = 0.0
-    for number, beam in enumerate(link.beams):
-        start, end = link.points[beam.start], link.points[beam.end]
-        part = beam.mass_per_length * beam_length(link, number)
-        mass = mass + part
-        first = first + part * (start + end) / 2
-        second = second + part * (np.abs(start) ** 2 + np.abs(end) ** 2 + np.abs(start + end) ** 2) / 6
-    for lump in link.lumps:
-        center = link.points[lump.point] + lump.offset
-        mass = mass + lump.mass
-        first = first + lump.mass * center
-        second = second + lump.inertia + lump.mass * np.abs(center) ** 2
-    return mass, first, second
+from rigid.plane import cross, dot
+from rigid.tables import beam_table, mass_table
 
 
 def beam_loads(motion: Motion) -> Any:
@@ -49,44 +25,40 @@ def beam_loads(motion: Motion) -> Any:
     q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), beams in the order of `Mechanism.beams`.
     """
     mechanism = motion.mechanism
-    loads = np.zeros((2, len(mechanism.beams), *motion.columns), complex)
-    first = {}
-    number = 0
-    for at, link in enumerate(mechanism.links[1:], 1):
-        first[link.name] = number
-        for beam in link.beams:
-            start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
-            length = np.abs(way)
-            begin = motion.acceleration[at] - mechanism.gravity
-            if np.ndim(start) or start:
-                begin += motion.turning[at] * motion.direction[at] * start
-            own = np.conj(motion.direction[at])
-            if np.ndim(way) or way.imag or way.real < 0:
-                own *= np.conj(way / length)
-            np.multiply(begin, own, out=begin)
-            np.multiply(begin, -beam.mass_per_length, out=loads[0, number])
-            np.multiply(motion.turning[at], -beam.mass_per_length * length, out=loads[1, number])
-            number += 1
+    table = beam_table(mechanism, len(motion.columns))
+    turning = motion.turning[table.link]
+    felt = motion.acceleration[table.link] - mechanism.gravity
+    if table.start.any():
+        felt += turning * motion.direction[table.link] * table.start
+    loads = np.empty((2, *felt.shape), complex)
+    np.multiply(felt, np.conj(beam_directions(motion)), out=felt)
+    np.multiply(felt, -table.mass_per_length, out=loads[0])
+    np.multiply(turning, -table.mass_per_length * table.length, out=loads[1])
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
-            at = mechanism.index[load.link]
-            ends = line_load_in_beam_axes(motion, at, load)
-            loads[0, first[load.link] + load.beam] += ends[0]
-            loads[1, first[load.link] + load.beam] += ends[1] - ends[0]
+            number = mechanism.beam_number(load.link, load.beam)
+            start, end = line_load_in_beam_axes(motion, load)
+            loads[0, number] += start
+            loads[1, number] += end - start
     return loads
 
 
+def beam_directions(motion: Motion) -> Any:
+    """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
+    table = beam_table(motion.mechanism, len(motion.columns))
+    direction = motion.direction[table.link]
+    return direction if np.all(table.unit == 1.0) else direction * table.unit
+
+
 def beam_direction(motion: Motion, at: int, number: int) -> Any:
-    """Unit vector of a beam's x' axis, complex, shape (..., positions)."""
-    link = motion.mechanism.links[at]
-    beam = link.beams[number]
-    way = link.points[beam.end] - link.points[beam.start]
-    return motion.direction[at] * (way / np.abs(way))
+    """Unit vector of the x' axis of beam `number` of link `at`, complex, shape (..., positions)."""
+    return beam_directions(motion)[motion.mechanism.beam_number(motion.mechanism.links[at].name, number)]
 
 
-def line_load_in_beam_axes(motion: Motion, at: int, load: LineLoad) -> tuple[Columns, Columns]:
+def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
     """A line load at the beam's two ends in the beam's axes [N/m], complex."""
-    turned = 1.0 if load.turning else np.conj(beam_direction(motion, at, load.beam))
+    number = motion.mechanism.beam_number(load.link, load.beam)
+    turned = 1.0 if load.turning else np.conj(beam_directions(motion)[number])
     factor = turned if load.law is None else turned * load.law(motion)
     return load.start * factor, load.end * factor
 
@@ -109,10 +81,7 @@ def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
             yield at, lump.point, force, moment
     for load in mechanism.loads:
         if isinstance(load, PointLoad):
-            at = mechanism.index[load.link]
-            factor = 1.0 if load.law is None else load.law(motion)
-            turned = motion.direction[at] if load.turning else 1.0
-            yield at, load.point, load.force * turned * factor, load.moment * factor
+            yield mechanism.index[load.link], load.point, *point_load(motion, load)
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
@@ -123,33 +92,35 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     Two lists over the links: force in the ground's axes [N], complex, and moment [N m], shape (..., positions).
     """
     mechanism = motion.mechanism
-    force: list[Columns] = [0.0] * len(mechanism.links)
-    moment: list[Columns] = [0.0] * len(mechanism.links)
-    for at, link in enumerate(mechanism.links[1:], 1):
-        mass, first, second = mass_moments(link)
-        if not np.any(mass) and not np.any(second):
-            continue
-        felt = motion.acceleration[at] - mechanism.gravity
-        arm = motion.direction[at] * first
-        force[at] = -(mass * felt + motion.turning[at] * arm)
-        moment[at] = -(cross(arm, felt) + second * motion.angular_acceleration[at])
+    mass, first, second = mass_table(mechanism, len(motion.columns))
+    felt = motion.acceleration - mechanism.gravity
+    arm = motion.direction * first
+    force = [0.0, *(-(mass * felt + motion.turning * arm))[1:]]
+    moment = [0.0, *(-(cross(arm, felt) + second * motion.angular_acceleration))[1:]]
     for load in mechanism.loads:
         at = mechanism.index[load.link]
         link = mechanism.links[at]
         if isinstance(load, PointLoad):
-            factor = 1.0 if load.law is None else load.law(motion)
-            pull = load.force * (motion.direction[at] if load.turning else 1.0) * factor
-            arm, twist = motion.direction[at] * link.points[load.point], load.moment * factor
+            pull, twist = point_load(motion, load)
+            arm = motion.direction[at] * link.points[load.point]
         else:
-            length = beam_length(link, load.beam)
-            along = beam_direction(motion, at, load.beam)
-            start, end = (value * along for value in line_load_in_beam_axes(motion, at, load))
+            number = mechanism.beam_number(load.link, load.beam)
+            length = beam_table(mechanism, len(motion.columns)).length[number]
+            along = beam_directions(motion)[number]
+            start, end = (value * along for value in line_load_in_beam_axes(motion, load))
             pull = length * (start + end) / 2
             arm = motion.direction[at] * link.points[link.beams[load.beam].start]
             twist = length**2 * cross(along, start / 6 + end / 3)
         force[at] = force[at] + pull
         moment[at] = moment[at] + cross(arm, pull) + twist
     return force, moment
+
+
+def point_load(motion: Motion, load: PointLoad) -> tuple[Columns, Columns]:
+    """Force in the ground's axes [N], complex, and moment [N m] of a load at a point."""
+    factor = 1.0 if load.law is None else load.law(motion)
+    turned = motion.direction[motion.mechanism.index[load.link]] if load.turning else 1.0
+    return load.force * turned * factor, load.moment * factor
 
 
 def reactions(motion: Motion) -> JointForces:
@@ -175,8 +146,6 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
         if joint.drive is not None:
             push = forces.moment[number]
             if place.along is not None:
-                push = forces.force[number].real * np.real(place.along) + forces.force[number].imag * np.imag(
-                    place.along
-                )
+                push = dot(place.along, forces.force[number])
             efforts[joint.drive] = joint.sense * push
     return efforts

@@ -168,6 +168,10 @@ class Mechanism:
         """Every beam of the moving links with its link's number, link by link: the order of all arrays of beams."""
         return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)
 
+    def beam_number(self, link: str, number: int) -> int:
+        """Place of a link's beam among all beams."""
+        return next(k for k, (at, _) in enumerate(self.beams) if at == self.index[link]) + number
+
     @cached_property
     def structure(self) -> Structure:
         """The order in which its links are placed.

@@ -11,7 +11,7 @@ import numpy as np
 from rigid.closure import Closure, Columns
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
-from rigid.plane import dot, imaginary, plus, product, times
+from rigid.plane import dot, plus, product, times
 from rigid.positions import place
 from rigid.structure import Structure
 

@@ -153,7 +153,7 @@ class _Net:
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
         """Joints of `links` among themselves and to `known`: every loop closed once, a driven pair kept a pair."""
-        joints = []
+        joints: list[Joint] = []
         for point, ends in self.pins.items():
             inside = [end for end in ends if end in links]
             held = [end for end in ends if end in known]

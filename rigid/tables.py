@@ -1,0 +1,84 @@
+"""Constants of all links and beams as arrays, so that one operation serves them all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import Complex, Link, Mechanism, Real
+
+
+@dataclass(frozen=True, eq=False)
+class BeamTable:
+    """All beams of a mechanism; arrays of shape (beams, ..., 1) that broadcast against (beams, ..., positions).
+
+    Attributes
+    ----------
+    link
+        Index of every beam's link into arrays over the links.
+    start
+        First point in the link's axes [m], complex.
+    unit
+        Unit vector of x' in the link's axes, complex.
+    length, mass_per_length
+        [m], [kg/m].
+    """
+
+    link: Any
+    start: Any
+    unit: Any
+    length: Any
+    mass_per_length: Any
+
+
+@lru_cache(maxsize=64)
+def beam_table(mechanism: Mechanism, ndim: int) -> BeamTable:
+    """Beams of a mechanism in the order of `Mechanism.beams`, for columns of `ndim` axes."""
+    links = [at for at, _ in mechanism.beams]
+    starts, ways, masses = [], [], []
+    for at, beam in mechanism.beams:
+        points = mechanism.links[at].points
+        starts.append(points[beam.start])
+        ways.append(points[beam.end] - points[beam.start])
+        masses.append(beam.mass_per_length)
+    way = per_row(ways, ndim, complex)
+    length = np.abs(way)
+    first = links[0] if links else 0
+    row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
+    return BeamTable(row, per_row(starts, ndim, complex), way / length, length, per_row(masses, ndim, float))
+
+
+@lru_cache(maxsize=64)
+def mass_table(mechanism: Mechanism, ndim: int) -> tuple[Any, Any, Any]:
+    """Mass, first moment (complex) and moment of inertia of every link about its origin, (links, ..., 1)."""
+    moments = [mass_moments(link) for link in mechanism.links]
+    mass, first, second = zip(*moments, strict=True)
+    return per_row(mass, ndim, complex), per_row(first, ndim, complex), per_row(second, ndim, float)
+
+
+def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
+    """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] of a link about the origin of its axes."""
+    mass: Any = 0.0
+    first: Any = 0.0
+    second: Any = 0.0
+    for beam in link.beams:
+        start, end = link.points[beam.start], link.points[beam.end]
+        part = beam.mass_per_length * np.abs(end - start)
+        mass = mass + part
+        first = first + part * (start + end) / 2
+        second = second + part * (np.abs(start) ** 2 + np.abs(end) ** 2 + np.abs(start + end) ** 2) / 6
+    for lump in link.lumps:
+        center = link.points[lump.point] + lump.offset
+        mass = mass + lump.mass
+        first = first + lump.mass * center
+        second = second + lump.inertia + lump.mass * np.abs(center) ** 2
+    return mass, first, second
+
+
+def per_row(values: Any, ndim: int, kind: type) -> Any:
+    """Values that are scalars or of shape (designs, 1) as one array of shape (rows, ..., 1) with `ndim` axes a row."""
+    wide = [np.reshape(value, (1,) * (ndim - np.ndim(value)) + np.shape(value)) for value in values]
+    return np.array(np.broadcast_arrays(*wide), kind) if wide else np.zeros((0,) + (1,) * ndim, kind)
