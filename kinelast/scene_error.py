@@ -1,0 +1,48 @@
+"""The one way in which a scene file can be wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class SceneError(ValueError):
+    """A mistake in a scene, told in one message.
+
+    Attributes
+    ----------
+    file
+        Path of the file, or what stands for it where a scene is not read from a file.
+    table
+        Table of the file, as "links.crank" or "drives[1]"; empty for the top level.
+    key
+        Key in the table; empty where the whole table is meant.
+    problem
+        What is wrong, what was expected and, where there is one, the likely correction.
+    """
+
+    def __init__(self, file: str, table: str, key: str, problem: str) -> None:
+        place = " ".join(part for part in (f"[{table}]" if table else "", key) if part)
+        super().__init__(": ".join(part for part in (file, place, problem) if part))
+        self.file, self.table, self.key, self.problem = file, table, key, problem
+
+    def __reduce__(self) -> tuple[type[SceneError], tuple[str, str, str, str]]:
+        """Survive the way back from a worker process."""
+        return SceneError, (self.file, self.table, self.key, self.problem)
+
+
+def fault(table: str, key: str, problem: str) -> SceneError:
+    """A mistake found where the file is not known; the reader adds it."""
+    return SceneError("", table, key, problem)
+
+
+def likely(word: str, choices: Iterable[str]) -> str:
+    """The end of a message about a name that is not known: the nearest choice, or all when they are few."""
+    names = list(choices)
+    lower = {name.lower(): name for name in names}
+    near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6)
+    if near:
+        return f'; did you mean "{lower[near[0]]}"?'
+    if names and len(names) <= 12:
+        return "; there is " + ", ".join(f'"{name}"' for name in names)
+    return ""

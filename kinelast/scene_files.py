@@ -1,0 +1,12 @@
+"""The scenes that come with the program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+MECHANISMS = Path(__file__).parent / "mechanisms"
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """Paths of the shipped scenes by name."""
+    return {path.stem: path for path in sorted(MECHANISMS.glob("*.toml"))}

@@ -1,0 +1,144 @@
+"""From what stands in a file to its tables, and from what a validator says to what a user can act on."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Annotated, Any, get_args, get_origin
+
+import msgspec
+
+from kinelast.scene_error import fault, likely
+from kinelast.scene_format import BeamTable, SceneTable, SegmentTable, read_quantity
+
+NAME = re.compile(r"[A-Za-z0-9_-]+")
+REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
+WORDS = {"object": "a table", "array": "a list", "str": "a text in quotes", "float": "a number", "int": "a whole number",
+         "bool": "true or false", "null": "nothing"}  # fmt: skip
+NESTED = {"beams": BeamTable, "law": SegmentTable}
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The tables of a TOML text; SceneError with line and column where it is none."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise fault("", "", f"not readable as TOML: {error}") from None
+
+
+def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
+    """Validated tables of a scene.
+
+    Raises
+    ------
+    SceneError
+        Names the table and the key that are wrong.
+    """
+    fields = {field.name: field for field in msgspec.structs.fields(SceneTable)}
+    for key in raw:
+        if key not in fields:
+            raise fault("", key, f"there is no such table or key{likely(key, fields)}")
+    parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
+    for name, field in fields.items():
+        if field.required and name not in raw:
+            raise fault(name, "", _missing(name))
+    return SceneTable(**parts)
+
+
+def _missing(name: str) -> str:
+    brackets = f"[[{name}]]" if name == "drives" else f"[{name}]" if name == "points" else f"[{name}.NAME]"
+    return f"the table is missing; a scene needs {brackets}"
+
+
+def _part(name: str, kind: Any, value: Any) -> Any:
+    """One entry of the top level, a table at a time, so that messages can name it."""
+    kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    if get_origin(kind) is dict:
+        entry = get_args(kind)[1]
+        leaf = name in ("points", "masses")
+        if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
+            example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
+            raise fault(name, "", f"expected tables of their own, written {example}")
+        for key in value:
+            check_name(name, key)
+        if leaf:
+            return {key: _converted(item, entry, name, key) for key, item in value.items()}
+        return {key: _converted(item, entry, f"{name}.{key}") for key, item in value.items()}
+    if get_origin(kind) is list:
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
+        return [_converted(item, get_args(kind)[0], f"{name}[{number}]") for number, item in enumerate(value, 1)]
+    return _converted(value, kind, *(("", name) if kind is str else (name,)))
+
+
+def check_name(table: str, name: str) -> None:
+    """Raise where a name holds more than letters, digits, - and _."""
+    if not NAME.fullmatch(name):
+        raise fault(table, f'"{name}"', "names are made of the letters A-Z, a-z, digits, - and _")
+
+
+def _converted(value: Any, kind: Any, table: str, prefix: str = "") -> Any:
+    try:
+        return msgspec.convert(value, kind, dec_hook=read_quantity)
+    except msgspec.ValidationError as error:
+        report = REPORT.fullmatch(str(error))
+        assert report is not None
+        path = _path(report["path"] or "")
+        key, problem = _told(report["what"], path, value, kind)
+        raise fault(table, prefix + key if prefix else key, problem) from None
+
+
+def _path(path: str) -> str:
+    """A validator's path as one would say it: numbers from 1."""
+    path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
+    return path.replace("[...]", "").lstrip(".")
+
+
+def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
+    """The key at fault and what to say of it."""
+    inner = f"{path}." if path else ""
+    if found := re.fullmatch(r"Object contains unknown field `(.*)`", what):
+        known = _keys(kind, path, value)
+        return inner + found[1], f"there is no such key{likely(found[1], known)}"
+    if found := re.fullmatch(r"Object missing required field `(.*)`", what):
+        return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
+    if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
+        word = found[1].strip("'\"")
+        choices = _tags(kind) if path == "shape" else _literals(kind, path)
+        return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
+    if found := re.fullmatch(r"Expected `(.*?)`(?: of length (\S+))?(.*?)(?:, got (.*))?", what):
+        words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
+        size = f" of {found[2]} entries" if found[2] else ""
+        got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
+        return path, f"expected {words}{size}{found[3]}{got}"
+    return path, what
+
+
+def _near(word: str, choices: list[str]) -> str:
+    hint = likely(word, choices)
+    return hint if hint.startswith("; did") else ""
+
+
+def _tags(kind: Any) -> list[str]:
+    return [option.__struct_config__.tag for option in get_args(kind)]
+
+
+def _choices(kind: Any) -> str:
+    return ": one of " + ", ".join(_tags(kind))
+
+
+def _keys(kind: Any, path: str, value: Any) -> list[str]:
+    """Keys that a table may have."""
+    kind = NESTED.get(path.split("[")[0], kind)
+    if options := get_args(kind):
+        kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
+    return list(kind.__struct_encode_fields__)
+
+
+def _literals(kind: Any, path: str) -> list[str]:
+    """Words that a key may hold."""
+    nested, _, key = path.rpartition(".")
+    kind = NESTED.get(nested.split("[")[0], kind)
+    found = next(field for field in msgspec.structs.fields(kind) if field.encode_name == key)
+    return [str(word) for word in get_args(found.type) if isinstance(word, str)]

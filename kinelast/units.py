@@ -1,0 +1,270 @@
+"""Quantities as they stand in a file: a number in SI units, or a string with a unit; floats in SI units inside."""
+
+from __future__ import annotations
+
+import re
+from cmath import rect
+from functools import cache
+from math import inf, isfinite
+from typing import Any, ClassVar, Self
+
+# A registry of what mechanisms need: pint's own takes thirty times as long to load, counts an angle as no dimension
+# and so reads 50 Hz as 50 rad/s.
+DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = u- = µ- = μ-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+deci- = 1e-1 = d-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m = metre
+gram = [mass] = g
+second = [time] = s
+radian = [angle] = rad
+inch = 0.0254 * meter = in
+foot = 12 * inch = ft = feet
+tonne = 1000 * kilogram = t
+pound = 0.45359237 * kilogram = lb
+minute = 60 * second = min
+hour = 60 * minute = h
+turn = 6.283185307179586476925 * radian = _ = rev = revolution = turns
+degree = turn / 360 = deg = °
+rpm = turn / minute
+newton = kilogram * meter / second ** 2 = N
+pound_force = 4.4482216152605 * newton = lbf
+pascal = newton / meter ** 2 = Pa
+bar = 100000 * pascal
+psi = pound_force / inch ** 2
+ksi = 1000 * psi
+joule = newton * meter = J
+watt = joule / second = W
+"""
+COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
+          "N m", "N/m", "kg/m", "kg/m^3", "kg m^2")  # fmt: skip
+FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
+TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "−": "-"})
+
+
+@cache
+def registry() -> Any:
+    """The units known to scenes."""
+    import pint
+
+    units: Any = pint.UnitRegistry(None)
+    units.load_definitions(DEFINITIONS.strip().splitlines())
+    return units
+
+
+class Quantity(float):
+    """A quantity read from a file.
+
+    Attributes
+    ----------
+    expected
+        What a file has to hold, for messages.
+    units
+        SI units of the dimensions that will do.
+    above, least
+        Bounds: greater than the one, at least the other.
+    unit
+        Of an instance: the one of `units` it is in; empty for a bare number where there are several.
+    """
+
+    expected: ClassVar[str] = "a number"
+    units: ClassVar[tuple[str, ...]] = ("",)
+    above: ClassVar[float] = -inf
+    least: ClassVar[float] = -inf
+    unit: str
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a number or a string.
+
+        Raises
+        ------
+        ValueError
+            Neither, an unknown unit, another dimension or out of bounds; the message says what was expected.
+
+        Examples
+        --------
+        >>> Length.read("12 mm")
+        0.012
+        """
+        if isinstance(value, str):
+            number, unit = cls._converted(value)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            number, unit = float(value), cls.units[0] if len(cls.units) == 1 else ""
+        else:
+            raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+        if not (isfinite(number) and number > cls.above and number >= cls.least):
+            bound = " greater than zero" if cls.above == 0 else " not below zero" if cls.least == 0 else ", finite"
+            raise ValueError(f"expected {cls.expected},{bound.removeprefix(',')}, got {shown(value)}")
+        quantity = cls(number)
+        quantity.unit = unit
+        return quantity
+
+    @classmethod
+    def _converted(cls, text: str) -> tuple[float, str]:
+        """Number in SI units, and the unit."""
+        import pint
+
+        form = FORM.fullmatch(text.translate(TYPESET))
+        if form is None:
+            raise ValueError(f'expected {cls.expected}, got "{text}"')
+        number, name = float(form[1]), form[2].strip()
+        try:
+            given = registry().parse_units(name)
+        except pint.UndefinedUnitError as error:
+            raise ValueError(f"expected {cls.expected}, {_unknown(error)}") from None
+        except Exception:  # pint's parser raises whatever it stumbles over
+            raise ValueError(f'expected {cls.expected}, got "{text}"') from None
+        for unit in cls.units:
+            if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
+                return float(registry().convert(number, given, unit)), unit
+        raise ValueError(f'expected {cls.expected}, got "{text}"')
+
+
+def _unknown(error: Any) -> str:
+    from kinelast.scene_error import likely
+
+    name = error.unit_names if isinstance(error.unit_names, str) else next(iter(error.unit_names))
+    return f'but there is no unit "{name}"{likely(name, COMMON) if len(name) > 1 else ""}'
+
+
+def shown(value: object) -> str:
+    """A value of a file, for a message."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "a table" if isinstance(value, dict) else str(value)
+
+
+class Length(Quantity):
+    expected = 'a length, as in "100 mm" or 0.1'
+    units = ("m",)
+
+
+class Size(Length):
+    above = 0.0
+
+
+class Coordinate(Quantity):
+    expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
+    units = ("rad", "m")
+
+
+class Speed(Quantity):
+    expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
+    units = ("rad/s", "m/s")
+
+
+class Time(Quantity):
+    expected = 'a time, as in "50 ms" or 0.05'
+    units = ("s",)
+
+
+class Duration(Time):
+    above = 0.0
+
+
+class Mass(Quantity):
+    expected = 'a mass, as in "200 g" or 0.2'
+    units = ("kg",)
+    least = 0.0
+
+
+class Inertia(Quantity):
+    expected = 'a moment of inertia, as in "3e-4 kg m^2" or 3e-4'
+    units = ("kg m^2",)
+    least = 0.0
+
+
+class MassPerLength(Quantity):
+    expected = 'a mass per length, as in "0.5 kg/m" or 0.5'
+    units = ("kg/m",)
+    least = 0.0
+
+
+class Density(Quantity):
+    expected = 'a density, as in "7850 kg/m^3" or 7850'
+    units = ("kg/m^3",)
+    least = 0.0
+
+
+class Stress(Quantity):
+    expected = 'a stress, as in "210 GPa" or 210e9'
+    units = ("Pa",)
+    above = 0.0
+
+
+class Area(Quantity):
+    expected = 'an area, as in "60 mm^2" or 6e-5'
+    units = ("m^2",)
+    above = 0.0
+
+
+class SecondMoment(Quantity):
+    expected = 'a second moment of area, as in "180 mm^4" or 1.8e-10'
+    units = ("m^4",)
+    above = 0.0
+
+
+class AxialRigidity(Quantity):
+    expected = 'a rigidity E A, as in "12.6 MN" or 12.6e6'
+    units = ("N",)
+    above = 0.0
+
+
+class BendingRigidity(Quantity):
+    expected = 'a rigidity E I, as in "37.8 N m^2" or 37.8'
+    units = ("N m^2",)
+    above = 0.0
+
+
+class Force(Quantity):
+    expected = 'a force, as in "2 kN" or 2000'
+    units = ("N",)
+
+
+class Moment(Quantity):
+    expected = 'a moment, as in "3 N m" or 3'
+    units = ("N m",)
+
+
+class ForcePerLength(Quantity):
+    expected = 'a force per length, as in "40 N/m" or 40'
+    units = ("N/m",)
+
+
+class Acceleration(Quantity):
+    expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
+    units = ("m/s^2",)
+
+
+class Direction(complex):
+    """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
+
+    expected: ClassVar[str] = 'a direction, [x, y] or an angle as in "30 deg"'
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a list of two numbers or a string; ValueError says what was expected."""
+        if isinstance(value, str):
+            angle = Coordinate.read(value)
+            if angle.unit == "rad":
+                return cls(_exact(angle))
+        elif isinstance(value, list) and len(value) == 2 and not any(isinstance(part, bool) for part in value):
+            if all(isinstance(part, int | float) for part in value) and 0 < abs(complex(*value)) < inf:
+                return cls(complex(*value) / abs(complex(*value)))
+        raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+
+
+def _exact(angle: float) -> complex:
+    """Unit vector of an angle [rad], without round-off at the quarter turns."""
+    unit = rect(1.0, angle)
+    return complex(
+        *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))
+    )
