@@ -1,1 +1,10 @@
-"""To be written."""
+"""The deflection of moving mechanisms asked again of scikit-fem, the difference, and meshes for ParaView.
+
+It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself.
+"""
+
+from fem_check.comparison import TOLERANCE, Comparison, Worst, compare
+from fem_check.solution import Solution, TieForce, solve
+from fem_check.vtu import write_vtu_series
+
+__all__ = ["TOLERANCE", "Comparison", "Solution", "TieForce", "Worst", "compare", "solve", "write_vtu_series"]

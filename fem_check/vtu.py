@@ -1,0 +1,115 @@
+"""The moving, bending beams as a series of VTU files for ParaView."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from elastic import FIELDS, Deflection, sample
+from fem_check.solution import Solution
+from rigid import Reals, position_of
+
+
+def write_vtu_series(
+    answer: Deflection | Solution, folder: Path | str, name: str = "beams", stations: Sequence[float] | None = None
+) -> Path:
+    """One VTU file per position and a .pvd file that lists them by time.
+
+    The points are those of the unbent beams; `displacement` [m] leads from them to the bent ones (the "Warp By Vector"
+    filter of ParaView exaggerates it), `deformed` is where it leads. N, V, M, u, w, phi lie beside them. The cell data
+    `beam` is the number in `Mechanism.beams`. Positions without an answer are left out.
+
+    Parameters
+    ----------
+    answer
+        Closed forms or finite elements, of one design.
+    folder
+        Made where it is missing.
+    name
+        Of the files: `name.pvd`, `name_0000.vtu` and so on.
+    stations
+        xi = x'/l of the points of every beam where `answer` is a Deflection, 21 equal steps unless said; a Solution is
+        written at its nodes.
+
+    Returns
+    -------
+    Path of the .pvd file.
+
+    Raises
+    ------
+    ValueError
+        Several designs; stations given for a Solution.
+    """
+    motion = answer.motion
+    if len(motion.columns) > 1:
+        raise ValueError(f"{motion.columns[0]} designs: a series of meshes shows one")
+    xi, fields = _sampled(answer, stations)
+    start, way = _places(answer)
+    places = start[..., None] + way[..., None] * xi
+    moved = (way / np.abs(way))[..., None] * (fields["u"] + 1j * fields["w"])
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    cells, numbers = _cells(len(places), len(xi))
+    digits = max(4, len(str(len(motion.time) - 1)))
+    listed = []
+    for k in np.flatnonzero(np.isfinite(moved).all(axis=(0, 2))):
+        file = f"{name}_{k:0{digits}}.vtu"
+        points = {"displacement": _space(moved[:, k]), "deformed": _space(places[:, k] + moved[:, k])}
+        data = points | {field: values[:, k].ravel() for field, values in fields.items()}
+        _write(folder / file, _space(places[:, k]), cells, numbers, data)
+        listed.append((float(motion.time[k]), file))
+    return _collection(folder / f"{name}.pvd", listed)
+
+
+def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) -> tuple[Reals, dict[str, Reals]]:
+    """Stations and the six fields at them, each of shape (beams, positions, stations)."""
+    if isinstance(answer, Deflection):
+        xi = np.linspace(0.0, 1.0, 21) if stations is None else np.asarray(stations, float)
+        return xi, {field: sample(answer, field, xi) for field in FIELDS}
+    if stations is not None:
+        raise ValueError("stations: a finite element solution is written at its nodes")
+    return answer.xi, {field: getattr(answer, field) for field in FIELDS}
+
+
+def _places(answer: Deflection | Solution) -> tuple[Any, Any]:
+    """Starts of the unbent beams and the ways to their ends [m], complex, shape (beams, positions)."""
+    motion = answer.motion
+    beams = motion.mechanism.beams
+    starts = [position_of(motion, at, beam.start) for at, beam in beams]
+    ends = [position_of(motion, at, beam.end) for at, beam in beams]
+    start, end = (np.array(points, complex).reshape(len(beams), -1) for points in (starts, ends))
+    return start, end - start
+
+
+def _cells(beams: int, stations: int) -> tuple[Any, Any]:
+    """Lines between neighbouring points, and the number of the beam each is of."""
+    first = (np.arange(beams)[:, None] * stations + np.arange(stations - 1)).ravel()
+    return np.column_stack((first, first + 1)), np.repeat(np.arange(beams), stations - 1)
+
+
+def _space(plane: Any) -> Reals:
+    """Vectors of the plane in space, shape (n, 3)."""
+    flat = np.ravel(plane)
+    return np.column_stack((flat.real, flat.imag, np.zeros(len(flat))))
+
+
+def _write(path: Path, points: Reals, cells: Any, numbers: Any, data: Mapping[str, Reals]) -> None:
+    import meshio
+
+    mesh = meshio.Mesh(points, [("line", cells)], point_data=dict(data), cell_data={"beam": [numbers]})
+    meshio.write(path, mesh, file_format="vtu")
+
+
+def _collection(path: Path, files: Sequence[tuple[float, str]]) -> Path:
+    """The .pvd file: which VTU file shows which instant."""
+    root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
+    collection = ElementTree.SubElement(root, "Collection")
+    for time, file in files:
+        ElementTree.SubElement(collection, "DataSet", timestep=repr(time), group="", part="0", file=file)
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+    return path
