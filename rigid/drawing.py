@@ -32,28 +32,31 @@ class Drawing:
 
     @cached_property
     def _directions(self) -> dict[int, complex]:
-        return {}
+        """What the drawing tells: links with two drawn points, and what slides on them or they on."""
+        index = self.mechanism.index
+        found = {0: 1.0 + 0j} | {at: way for at in range(1, len(index)) if (way := self._seen(at)) is not None}
+        pairs = [(index[s.on], index[s.link], _one(s.turn)) for s in self.mechanism.sliders]
+        pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
+        while further := [pair for pair in pairs if pair[0] in found and pair[1] not in found]:
+            one, other, turn = further[0]
+            found[other] = found[one] * turn
+        return found
 
-    def direction(self, link: int) -> complex:
-        """Unit vector of a link's axes as drawn; where it has a single point, from what it slides on."""
-        if link in self._directions:
-            return self._directions[link]
+    def _seen(self, link: int) -> complex | None:
+        """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
-        result = 1.0 + 0j
-        if link and len(drawn) > 1:
-            seen = self.at(drawn[1]) - self.at(drawn[0])
-            own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
-            if abs(seen) == 0 or abs(own) == 0:
-                raise MechanismError(f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide')
-            result = seen / own * abs(own) / abs(seen)
-        elif link:
-            self._directions[link] = result
-            for slider in self.mechanism.sliders:
-                if slider.link == body.name:
-                    result = self.direction(self.mechanism.index[slider.on]) * _one(slider.turn)
-        self._directions[link] = result
-        return result
+        if len(drawn) < 2:
+            return None
+        seen = self.at(drawn[1]) - self.at(drawn[0])
+        own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
+        if abs(seen) == 0 or abs(own) == 0:
+            raise MechanismError(f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide')
+        return seen / own * abs(own) / abs(seen)
+
+    def direction(self, link: int) -> complex:
+        """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
+        return self._directions.get(link, 1.0 + 0j)
 
     def along(self, joint: Joint) -> complex:
         """Unit vector of a slider's line as drawn."""

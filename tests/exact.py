@@ -1,0 +1,412 @@
+"""The same mechanisms by another road, in as many digits as asked for.
+
+Every link has its own three coordinates, every joint its two equations: positions are found by Newton's method on all
+of them at once, velocities and accelerations from the same matrix. Forces and displacements then come out of one linear
+system over the end displacements and end forces of every beam, with the joint forces as multipliers. There is no loop,
+no dyad, no tree, no clamped beam in it, so that it shares no derivation with the program.
+"""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+import mpmath
+import numpy as np
+from mpmath import mpf
+
+from rigid import LineLoad, PinDrive, PointLoad
+
+SOLVED = 50
+WORKED = 110
+NUDGE = 30
+
+
+def cross(a, b):
+    """Vector product of pairs (x, y); no complex numbers, which the differentiation uses up."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+@dataclass(eq=False)
+class Equations:
+    """Constraint equations of a mechanism over (x, y, angle) of its moving links.
+
+    `lib` is cmath for floats, mpmath for as many digits as it works with.
+    """
+
+    mechanism: object
+    lib: object
+
+    def __post_init__(self):
+        self.pins = []
+        where = {}
+        for at, link in enumerate(self.mechanism.links):
+            for point in link.points:
+                where.setdefault(point, []).append(at)
+        for point, ends in where.items():
+            self.pins += [(point, ends[0], other) for other in ends[1:]]
+
+    def number(self, value):
+        return mpf(float(value)) if self.lib is mpmath else float(value)
+
+    def pair(self, value):
+        value = complex(value)
+        return self.number(value.real), self.number(value.imag)
+
+    def turned(self, q, at, local):
+        """A vector of a link's axes in the ground's."""
+        x, y = self.pair(local)
+        if at == 0:
+            return x, y
+        c, s = self.lib.cos(q[3 * at - 1]), self.lib.sin(q[3 * at - 1])
+        return c * x - s * y, s * x + c * y
+
+    def place(self, q, at, local):
+        x, y = self.turned(q, at, local)
+        return (x, y) if at == 0 else (q[3 * at - 3] + x, q[3 * at - 2] + y)
+
+    def angle(self, q, at):
+        return 0 if at == 0 else q[3 * at - 1]
+
+    def slid(self, q, slider):
+        """Line's direction, and the way from its origin to the sliding point."""
+        on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
+        origin = self.place(q, on, slider.origin)
+        tip = self.place(q, link, self.mechanism.links[link].points[slider.point])
+        return self.turned(q, on, slider.direction), (tip[0] - origin[0], tip[1] - origin[1])
+
+    def values(self, q, drive):
+        """Left-hand sides, zero where every joint is closed and every drive at its coordinate."""
+        rows = []
+        index = self.mechanism.index
+        for point, one, other in self.pins:
+            a, b = (self.place(q, at, self.mechanism.links[at].points[point]) for at in (one, other))
+            rows += [b[0] - a[0], b[1] - a[1]]
+        for slider in self.mechanism.sliders:
+            along, way = self.slid(q, slider)
+            x, y = self.pair(slider.turn)
+            fixed = mpmath.atan2(y, x) if self.lib is mpmath else np.arctan2(y, x)
+            rows += [self.angle(q, index[slider.link]) - self.angle(q, index[slider.on]) - fixed, cross(along, way)]
+        for number, mover in enumerate(self.mechanism.drives):
+            if isinstance(mover, PinDrive):
+                rows.append(self.angle(q, index[mover.link]) - self.angle(q, index[mover.on]) - drive[number])
+            else:
+                slider = next(slider for slider in self.mechanism.sliders if slider.name == mover.slider)
+                along, way = self.slid(q, slider)
+                rows.append(along[0] * way[0] + along[1] * way[1] - drive[number])
+        return np.array(rows, object)
+
+    def matrix(self, q, drive):
+        """Derivatives of the left-hand sides, exact: by a complex step far below the last digit."""
+        step = self.number(10.0 ** -(NUDGE)) if self.lib is cmath else mpf(10) ** -(2 * WORKED)
+        columns = []
+        for k in range(len(q)):
+            nudged = list(q)
+            nudged[k] = nudged[k] + (step * 1j if self.lib is cmath else mpmath.mpc(0, step))
+            columns.append([mpmath.im(v) / step if self.lib is mpmath else complex(v).imag / step
+                            for v in self.values(nudged, drive)])
+        return np.array(columns, object).T
+
+    def bending(self, q, rate, drive):
+        """Second derivative in time of the left-hand sides at constant rates."""
+        step = mpf(10) ** -NUDGE
+        ahead, here, behind = (
+            self.values([a + sign * step * b for a, b in zip(q, rate, strict=True)], drive) for sign in (1, 0, -1)
+        )
+        return (ahead - 2 * here + behind) / step**2
+
+
+def solve(matrix, right):
+    """Gauss with pivots, in whatever numbers the arrays hold."""
+    table = np.concatenate([matrix, np.reshape(right, (len(matrix), -1))], axis=1).astype(object)
+    n = len(table)
+    for k in range(n):
+        best = k + max(range(n - k), key=lambda i: abs(table[k + i, k]))
+        table[[k, best]] = table[[best, k]]
+        below = [i for i in range(k + 1, n) if table[i, k] != 0]
+        live = np.flatnonzero(table[k] != 0)
+        factors = table[below, k] / table[k, k]
+        table[np.ix_(below, live)] -= np.outer(factors, table[k, live])
+    result = np.zeros((n, table.shape[1] - n), object)
+    for k in range(n - 1, -1, -1):
+        result[k] = (table[k, n:] - table[k, k + 1 : n] @ result[k + 1 :]) / table[k, k]
+    return result[:, 0] if np.ndim(right) == 1 else result
+
+
+def drawn(mechanism):
+    """Coordinates of the links, and of the drives, near those of the drawing."""
+    equations = Equations(mechanism, cmath)
+    q = []
+    angles = {0: 0.0}
+    for at, link in enumerate(mechanism.links[1:], 1):
+        seen = [point for point in link.points if point in mechanism.drawing]
+        if len(seen) > 1:
+            way = mechanism.drawing[seen[1]] - mechanism.drawing[seen[0]]
+            angles[at] = float(np.angle(way / (link.points[seen[1]] - link.points[seen[0]])))
+    for _ in mechanism.sliders:
+        for slider in mechanism.sliders:
+            on, link, fixed = mechanism.index[slider.on], mechanism.index[slider.link], float(np.angle(slider.turn))
+            if on in angles:
+                angles.setdefault(link, angles[on] + fixed)
+            elif link in angles:
+                angles[on] = angles[link] - fixed
+    for at, link in enumerate(mechanism.links[1:], 1):
+        spot = next(point for point in link.points if point in mechanism.drawing)
+        origin = mechanism.drawing[spot] - np.exp(1j * angles.setdefault(at, 0.0)) * link.points[spot]
+        q += [origin.real, origin.imag, angles[at]]
+    drives = equations.values(q, [0.0] * len(mechanism.drives))[len(q) - len(mechanism.drives) :]
+    return q, [complex(value).real for value in drives]
+
+
+def positions(mechanism, drive, steps=60):
+    """Coordinates at one setting of the drives, walked to from the drawing by their shortest way."""
+    q, start = drawn(mechanism)
+    target = [
+        a + (b - a + np.pi) % (2 * np.pi) - np.pi if isinstance(mover, PinDrive) else b
+        for a, b, mover in zip(start, drive, mechanism.drives, strict=True)
+    ]
+    coarse = Equations(mechanism, cmath)
+    q = np.array(q, float)
+    for part in np.linspace(0, 1, steps):
+        here = [a + part * (b - a) for a, b in zip(start, target, strict=True)]
+        for _ in range(30):
+            value, matrix = coarse.values(q, here), coarse.matrix(q, here)
+            step = np.linalg.solve(matrix.astype(float), np.real(value.astype(complex)))
+            q = q - step
+            if np.abs(step).max() < 1e-12:
+                break
+    fine = Equations(mechanism, mpmath)
+    q = np.array([mpf(value) for value in q], object)
+    # whole turns between the way walked and the angle asked for do not matter: the residual is taken round
+    goal = [mpf(float(b)) for b in drive]
+    turns = [round((b - a) / (2 * np.pi)) for a, b in zip(target, drive, strict=True)]
+    for k, mover in enumerate(mechanism.drives):
+        if isinstance(mover, PinDrive):
+            goal[k] = goal[k] - 2 * mpmath.pi * turns[k]
+    for _ in range(6):
+        q = q - solve(fine.matrix(q, goal), fine.values(q, goal))
+    return q, goal
+
+
+@dataclass(eq=False)
+class Exact:
+    """Everything at one position: numbers of mpmath, beams in the program's order.
+
+    `fields` maps a field's name to a list over beams of coefficients in powers of xi; `pulls` the joint forces on the
+    second link of every pin; `ground` what the mechanism does to the ground.
+    """
+
+    q: np.ndarray
+    rate: np.ndarray
+    rate2: np.ndarray
+    fields: dict
+    pulls: list
+    effort: list
+
+    def sampled(self, field, stations):
+        powers = [[mpf(float(xi)) ** k for k in range(7)] for xi in stations]
+        return np.array(
+            [[float(sum(c * p for c, p in zip(beam, power, strict=False))) for power in powers]
+             for beam in self.fields[field]]
+        )
+
+
+def exact(mechanism, sections, drive, drive_rate, drive_rate2):
+    """Motion, forces and deflections at one position."""
+    with mpmath.workdps(WORKED):
+        q, goal = positions(mechanism, drive)
+        equations = Equations(mechanism, mpmath)
+        matrix = equations.matrix(q, goal)
+        speed = np.array([mpf(0)] * len(q), object)
+        speed[len(q) - len(goal) :] = [mpf(float(value)) for value in drive_rate]
+        rate = solve(matrix, speed)
+        push = -equations.bending(q, rate, goal)
+        push[len(q) - len(goal) :] += np.array([mpf(float(value)) for value in drive_rate2], object)
+        rate2 = solve(matrix, push)
+    with mpmath.workdps(SOLVED):
+        return _Structure(equations, sections, q, goal, rate, rate2).solved()
+
+
+class _Structure:
+    """The linear system of one position. Unknowns: displacements of nodes, start states of beams, multipliers."""
+
+    def __init__(self, equations, sections, q, goal, rate, rate2):
+        self.equations, self.mechanism = equations, equations.mechanism
+        self.sections, self.q, self.goal, self.rate, self.rate2 = sections, q, goal, rate, rate2
+        self.nodes = {}
+        for at, link in enumerate(self.mechanism.links[1:], 1):
+            ends = [point for beam in link.beams for point in (beam.start, beam.end)]
+            for point in dict.fromkeys(ends or [next(iter(link.points))]):
+                self.nodes[at, point] = len(self.nodes)
+        self.beams = self.mechanism.beams
+        joints = 2 * len(equations.pins) + 2 * len(self.mechanism.sliders) + len(goal)
+        self.first = 3 * len(self.nodes)
+        self.joint = self.first + 6 * len(self.beams)
+        size = self.joint + joints
+        self.table = np.full((size, size), mpf(0), object)
+        self.right = np.full(size, mpf(0), object)
+
+    def felt(self, at, local):
+        """Acceleration of a link's point less gravity."""
+        x, y = self.equations.turned(self.q, at, local)
+        ax, ay, spin = self.rate2[3 * at - 3 : 3 * at]
+        w = self.rate[3 * at - 1]
+        gx, gy = self.equations.pair(self.mechanism.gravity)
+        return ax - spin * y - w * w * x - gx, ay + spin * x - w * w * y - gy
+
+    def grip(self, at, point):
+        """The node that moves a link's point, and the arm from it."""
+        link = self.mechanism.links[at]
+        if (at, point) in self.nodes:
+            return self.nodes[at, point], (mpf(0), mpf(0))
+        base = link.beams[0].start if link.beams else next(iter(link.points))
+        return self.nodes[at, base], self.equations.turned(self.q, at, link.points[point] - link.points[base])
+
+    def load(self, at, point, force, moment):
+        """A known force and moment on a link's point."""
+        node, arm = self.grip(at, point)
+        for row, value in enumerate((*force, moment + cross(arm, force))):
+            self.right[3 * node + row] -= value
+
+    def solved(self):
+        self.point_loads()
+        states = [self.beam(number) for number in range(len(self.beams))]
+        self.joints()
+        x = solve(self.table, self.right)
+        fields = {name: [] for name in ("u", "w", "phi", "N", "V", "M")}
+        for number, state in enumerate(states):
+            start = x[self.first + 6 * number : self.first + 6 * number + 6]
+            for name, rows in state.items():
+                fields[name].append([sum(a * b for a, b in zip(row, [*start, 1], strict=True)) for row in rows])
+        pulls = [x[self.joint + 2 * k : self.joint + 2 * k + 2] for k in range(len(self.equations.pins))]
+        return Exact(self.q, self.rate, self.rate2, fields, pulls, list(x[len(x) - len(self.goal) :]))
+
+    def point_loads(self):
+        for at, link in enumerate(self.mechanism.links[1:], 1):
+            for lump in link.lumps:
+                mass, inertia = mpf(float(lump.mass)), mpf(float(lump.inertia))
+                felt = self.felt(at, link.points[lump.point] + lump.offset)
+                force = -mass * felt[0], -mass * felt[1]
+                arm = self.equations.turned(self.q, at, lump.offset)
+                self.load(at, lump.point, force, cross(arm, force) - inertia * self.rate2[3 * at - 1])
+        for load in self.mechanism.loads:
+            if isinstance(load, PointLoad):
+                at = self.mechanism.index[load.link]
+                force = self.equations.turned(self.q, at if load.turning else 0, load.force)
+                self.load(at, load.point, force, mpf(float(load.moment)))
+
+    def line_loads(self, number):
+        """Loads along and across a beam at its start, and their growth to its end."""
+        at, beam = self.beams[number]
+        link = self.mechanism.links[at]
+        start, end = link.points[beam.start], link.points[beam.end]
+        axis = self.axis(number)
+        mass = mpf(float(beam.mass_per_length))
+        ends = []
+        for local in (start, end):
+            felt = self.felt(at, local)
+            ends.append([-mass * felt[0], -mass * felt[1]])
+        for load in self.mechanism.loads:
+            if isinstance(load, LineLoad) and load.link == link.name and link.beams[load.beam] is beam:
+                for k, value in enumerate((load.start, load.end)):
+                    x, y = self.equations.pair(value)
+                    if load.turning:
+                        x, y = axis[0] * x - axis[1] * y, axis[1] * x + axis[0] * y
+                    ends[k][0] += x
+                    ends[k][1] += y
+        own = [(axis[0] * x + axis[1] * y, axis[0] * y - axis[1] * x) for x, y in ends]
+        return own[0], (own[1][0] - own[0][0], own[1][1] - own[0][1])
+
+    def length(self, number):
+        at, beam = self.beams[number]
+        x, y = self.equations.pair(self.mechanism.links[at].points[beam.end] - self.mechanism.links[at].points[beam.start])
+        return mpmath.sqrt(x * x + y * y)
+
+    def axis(self, number):
+        at, beam = self.beams[number]
+        link = self.mechanism.links[at]
+        x, y = self.equations.turned(self.q, at, link.points[beam.end] - link.points[beam.start])
+        return x / self.length(number), y / self.length(number)
+
+    def beam(self, number):
+        """Fields of a beam by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
+        l, (c, s) = self.length(number), self.axis(number)
+        stretch, bend = (1 / mpf(float(v)) if np.isfinite(v) else mpf(0)
+                         for v in (self.sections[number].EA, self.sections[number].EI))
+        (qx, qy), (gx, gy) = self.line_loads(number)
+        one = np.eye(7, dtype=object)
+        u, w, phi, N, V, M, known = one
+        fields = {
+            "N": [N, -l * qx * known, -l * gx / 2 * known],
+            "V": [V, l * qy * known, l * gy / 2 * known],
+            "M": [M, l * V, l**2 * qy / 2 * known, l**2 * gy / 6 * known],
+            "u": [u, stretch * l * N, -stretch * l**2 * qx / 2 * known, -stretch * l**2 * gx / 6 * known],
+            "phi": [phi, bend * l * M, bend * l**2 * V / 2, bend * l**3 * qy / 6 * known, bend * l**3 * gy / 24 * known],
+            "w": [w, l * phi, bend * l**2 * M / 2, bend * l**3 * V / 6, bend * l**4 * qy / 24 * known,
+                  bend * l**4 * gy / 120 * known],
+        }
+        at, beam = self.beams[number]
+        first = self.first + 6 * number
+        for end, (point, sign) in enumerate(((beam.start, 1), (beam.end, -1))):
+            node = self.nodes[at, point]
+            state = {name: sum(rows[1:], rows[0]) if end else rows[0] for name, rows in fields.items()}
+            # the beam's end moves with its node
+            moved = (("u", (c, s, 0)), ("w", (-s, c, 0)), ("phi", (0, 0, 1)))
+            for k, (name, weights) in enumerate(moved):
+                row = self.first + 6 * number + 3 * end + k
+                self.table[row, first : first + 6] += state[name][:6]
+                self.right[row] -= state[name][6]
+                self.table[row, 3 * node : 3 * node + 3] -= np.array(weights, object)
+            # what the beam does to its node: the part beyond a cut pulls with N along, -V across, M
+            pulls = (c * state["N"] + s * state["V"], s * state["N"] - c * state["V"], state["M"])
+            for k, pull in enumerate(pulls):
+                self.table[3 * node + k, first : first + 6] += sign * pull[:6]
+                self.right[3 * node + k] -= sign * pull[6]
+        return fields
+
+    def tie(self, row, at, point, arm, weights):
+        """Put a link's point (and an arm from it) into an equation of displacements and its multiplier into equilibrium."""
+        if at == 0:
+            return
+        node, reach = self.grip(at, point)
+        reach = reach[0] + arm[0], reach[1] + arm[1]
+        x, y, turn = weights
+        whole = np.array((x, y, turn + reach[0] * y - reach[1] * x), object)
+        self.table[row, 3 * node : 3 * node + 3] += whole
+        self.table[3 * node : 3 * node + 3, row] += whole
+
+    def joints(self):
+        index, none, row = self.mechanism.index, (mpf(0), mpf(0)), self.joint
+        for point, one, other in self.equations.pins:
+            for weights in ((mpf(1), mpf(0), mpf(0)), (mpf(0), mpf(1), mpf(0))):
+                self.tie(row, other, point, none, weights)
+                self.tie(row, one, point, none, tuple(-v for v in weights))
+                row += 1
+        for slider in self.mechanism.sliders:
+            along, _ = self.equations.slid(self.q, slider)
+            for weights in ((mpf(0), mpf(0), mpf(1)), (-along[1], along[0], mpf(0))):
+                self.tie_slider(row, slider, weights)
+                row += 1
+        for mover in self.mechanism.drives:
+            if isinstance(mover, PinDrive):
+                self.tie(row, index[mover.link], mover.at, none, (mpf(0), mpf(0), mpf(1)))
+                self.tie(row, index[mover.on], mover.at, none, (mpf(0), mpf(0), mpf(-1)))
+            else:
+                slider = next(slider for slider in self.mechanism.sliders if slider.name == mover.slider)
+                along, _ = self.equations.slid(self.q, slider)
+                self.tie_slider(row, slider, (along[0], along[1], mpf(0)))
+            row += 1
+
+    def tie_slider(self, row, slider, weights):
+        """The sliding point, and what lies under it of the line's owner (rigid, and without beams)."""
+        on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
+        self.tie(row, link, slider.point, (mpf(0), mpf(0)), weights)
+        if on:
+            base = next(iter(self.mechanism.links[on].points))
+            tip = self.equations.place(self.q, link, self.mechanism.links[link].points[slider.point])
+            root = self.equations.place(self.q, on, self.mechanism.links[on].points[base])
+            arm = tip[0] - root[0], tip[1] - root[1]
+            node, reach = self.grip(on, base)
+            del node
+            arm = arm[0] - reach[0], arm[1] - reach[1]
+            self.tie(row, on, base, arm, tuple(-v for v in weights))
