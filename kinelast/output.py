@@ -1,0 +1,272 @@
+"""One scene: everything that was asked of it, written to its folder all at once or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from elastic import deflection
+from kinelast.output_results import Peak, Results, peaks
+from kinelast.scene import Scene, SceneError, read_scene, scene_motion
+from rigid import MechanismError, Motion, motion, reachable
+
+FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a scene; the fields are the options of the command."""
+
+    fields: bool = False
+    stations: int = 101
+    check: int | None = None
+    animate: tuple[str, ...] = ()
+    frames: int | None = None
+    picture: str = "mp4"
+    mesh: bool = False
+    positions: int | None = None
+    refine: bool = False
+    reachable: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a scene went: the exit status it calls for, and one line about it."""
+
+    status: int
+    line: str
+
+
+class RequestError(ValueError):
+    """Something is asked for that cannot be given."""
+
+
+def _nothing(stage: str, done: int, total: int) -> None:
+    pass
+
+
+def require_pictures(request: Request) -> None:
+    """Raise where pictures are asked for that there are none of, or that cannot be drawn on this machine."""
+    if not request.animate:
+        return
+    from animations import DIAGRAMS, RenderingUnavailable, probe
+
+    for name in request.animate:
+        if name not in DIAGRAMS:
+            raise RequestError(f'--animate: there is no diagram "{name}", choose from {", ".join(DIAGRAMS)}')
+    try:
+        probe()
+    except RenderingUnavailable as error:
+        raise RequestError(f"--animate: {error}") from None
+
+
+def try_scene(path: Path, out: Path, request: Request, resume: bool = False, progress: Progress = _nothing) -> Outcome:
+    """Compute a scene and write its folder; what goes wrong becomes the outcome.
+
+    Parameters
+    ----------
+    out
+        Where the folder named after the scene is put.
+    resume
+        Leave a folder as it is that came from the same file and request.
+    progress
+        Called with what is being done, and how much of it is done and to be done.
+    """
+    try:
+        return _scene(path, out, request, resume, progress)
+    except (SceneError, MechanismError, RequestError) as error:
+        return Outcome(BAD_INPUT, f"{path.stem}: {error}")
+    except OSError as error:
+        return Outcome(BAD_INPUT, f"{path.stem}: not written: {error}")
+    except Exception:  # one scene that the program fails on must not take the others with it
+        return Outcome(BUG, f"{path.stem}: the program failed, please report this:\n{traceback.format_exc()}")
+
+
+def _scene(path: Path, out: Path, request: Request, resume: bool, progress: Progress) -> Outcome:
+    folder = out / path.stem
+    if resume and (before := _finished(folder, made_from(path, request))):
+        return Outcome(CHECK_FAILED if _differs(before) else FINE, f"{path.stem}: finished before -> {folder}")
+    scene = read_scene(path)
+    made = made_from(path, request)
+    results = computed(scene, request, progress)
+    from kinelast.output_refine import refined_peaks
+    from kinelast.output_summary import summary
+
+    found = peaks(results)
+    if request.refine:
+        found = refined_peaks(results, found)
+    figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
+    part = out / f".{path.stem}.part"
+    _foreign(folder)
+    shutil.rmtree(part, ignore_errors=True)
+    try:
+        part.mkdir(parents=True)
+        _write(part, results, found, figures, request, progress)
+        _exchange(part, folder)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return Outcome(CHECK_FAILED if _differs(figures) else FINE, f"{path.stem}: {_line(figures)} -> {folder}")
+
+
+def made_from(path: Path, request: Request) -> dict[str, Any]:
+    """What a folder was made from: where this is the same, so are the results."""
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        digest = ""
+    options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
+    return {"sha256": digest, "options": options}
+
+
+def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> Results:
+    """Motion, deflection and, where asked for, the check of a scene.
+
+    Raises
+    ------
+    SceneError, RequestError
+        A position is out of reach; positions that are to be left out leave none.
+    """
+    course, left_out = _course(scene, request)
+    bent = deflection(course, scene.sections)
+    if request.check is None:
+        return Results(scene, bent, left_out=left_out)
+    from fem_check import compare, solve
+
+    progress(f"{scene.name}: finite elements", 0, 1)
+    return Results(scene, bent, compare(bent, solve(course, scene.sections, request.check)), left_out)
+
+
+def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
+    """The motion, and how many positions were left out."""
+    course = scene_motion(scene, request.positions, partial=True)
+    good = reachable(course)
+    if good.all():
+        return course, 0
+    if not request.reachable:
+        try:
+            scene_motion(scene, request.positions)
+        except SceneError as error:
+            advice = "; --reachable leaves out what cannot be reached"
+            problem = error.problem + (advice if good.any() else "")
+            raise SceneError(error.file, error.table, error.key, problem) from None
+    if not good.any():
+        raise RequestError("no position can be reached")
+    parts = (course.drive[:, good], course.drive_rate[:, good], course.drive_acceleration[:, good], course.time[good])
+    return motion(scene.mechanism, *parts), int((~good).sum())
+
+
+def _write(
+    part: Path,
+    results: Results,
+    found: dict[str, list[Peak]],
+    figures: dict[str, Any],
+    request: Request,
+    progress: Progress,
+) -> None:
+    """All files of a scene."""
+    from kinelast.output_tables import write_fields, write_positions
+    from kinelast.report import report_html
+
+    name = results.scene.name
+    (part / "report.html").write_text(report_html(results, found, figures), encoding="utf-8")
+    write_positions(part / "positions.csv", results)
+    if request.fields:
+        write_fields(part / "fields.npz", results, request.stations)
+    if figures["check"]:
+        _write_json(part / "check.json", figures["check"])
+    if request.mesh:
+        from fem_check import write_vtu_series
+
+        progress(f"{name}: meshes", 0, 1)
+        write_vtu_series(results.deflection, part / "mesh")
+    for diagram in request.animate:
+        from animations import Style, movie
+
+        style = Style(title=results.scene.title, outlines=results.scene.outlines)
+        target = part / f"{diagram}.{request.picture}"
+        try:
+            movie(results.deflection, diagram, target, request.frames, style, partial(progress, f"{name}: {diagram}"))
+        except ValueError as error:
+            raise RequestError(f"--animate {diagram}: {error}") from None
+    figures["files"] = sorted({entry.name for entry in part.iterdir()} | {"summary.json"})
+    _write_json(part / "summary.json", figures)
+
+
+def _write_json(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _summary_in(folder: Path) -> dict[str, Any]:
+    """The summary that a folder holds; empty where there is none that can be read."""
+    try:
+        found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _finished(folder: Path, made: dict[str, Any]) -> dict[str, Any] | None:
+    before = _summary_in(folder)
+    same = before.get("made_from") == made and before.get("kinelast") == metadata.version("kinelast")
+    return before if same else None
+
+
+def _differs(figures: dict[str, Any]) -> bool:
+    check = figures.get("check")
+    return check is not None and not check["passed"]
+
+
+def _foreign(folder: Path) -> None:
+    """Raise where the folder holds what this program did not write: replacing it would lose that."""
+    if not folder.exists():
+        return
+    known = set(_summary_in(folder).get("files", ()))
+    others = sorted({entry.name for entry in folder.iterdir()} - known) if folder.is_dir() else [folder.name]
+    if others:
+        raise RequestError(
+            f'"{folder}" holds what this program did not write ({", ".join(others[:3])}): choose another -o'
+        )
+
+
+def _exchange(part: Path, folder: Path) -> None:
+    """Put a complete folder in the place of an older one."""
+    old = folder.with_name(f".{folder.name}.old")
+    shutil.rmtree(old, ignore_errors=True)
+    if folder.exists():
+        folder.rename(old)
+    part.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _line(figures: dict[str, Any]) -> str:
+    """The gist of a scene in one line."""
+    from kinelast.report_numbers import coordinate, number, quantity
+
+    words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
+    largest = figures["largest_deflection"]
+    if largest:
+        place = quantity(largest["along"]["value"], "m", 3)
+        drives = (f"{name} {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
+        size = quantity(abs(largest["value"]), largest["unit"])
+        words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
+    condition = figures["run"]["largest_condition"]["value"]
+    if condition is not None:
+        words.append(f"condition {number(condition, 3)}")
+    if figures["run"]["singular"]:
+        words.append(f"{figures['run']['singular']} singular positions")
+    if figures["run"]["left_out"]:
+        words.append(f"{figures['run']['left_out']} positions out of reach")
+    if figures["check"]:
+        words.append(
+            f"check {'agrees' if figures['check']['passed'] else 'FAILED'} ({number(figures['check']['worst'], 2)})"
+        )
+    return "; ".join(words)

@@ -1,0 +1,81 @@
+"""The largest values over the cycle, searched between the positions too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastic import deflection, extremes
+from kinelast.output_results import Peak, Results, peak_positions
+from kinelast.scene import Scene
+from rigid import Motion, Reals, motion
+
+POINTS = 9  # instants looked at in every bracket in a round
+ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
+
+
+def motion_at(scene: Scene, time: Reals) -> Motion:
+    """The motion of a scene at any instants [s], shape (positions,)."""
+    parts = zip(*(law(time) for law in scene.laws), strict=True)
+    coordinates, rates, accelerations = (np.array(part) for part in parts)
+    return motion(scene.mechanism, coordinates, rates, accelerations, time)
+
+
+def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, list[Peak]]:
+    """The peaks, each improved between the neighbours of the position where it was found.
+
+    A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
+    narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions.
+    """
+    names = [(field, beam) for field, extreme in results.extremes.items()
+             for beam, at in enumerate(peak_positions(extreme)) if at >= 0]  # fmt: skip
+    if not names or len(results.motion.time) < 2:
+        return found
+    low, high = np.array([_bracket(results, found[field][beam].time) for field, beam in names]).T
+    best = [found[field][beam] for field, beam in names]
+    for _ in range(ROUNDS):
+        grid = np.linspace(low, high, POINTS, axis=-1)
+        values, xi = _values(results, names, grid)
+        at = np.where(np.isfinite(values), np.abs(values), -1.0).argmax(axis=-1)
+        for row, (peak, choice) in enumerate(zip(best, at, strict=True)):
+            if abs(values[row, choice]) > abs(peak.value):
+                best[row] = _peak(results, float(values[row, choice]), float(xi[row, choice]), float(grid[row, choice]))
+        rows = np.arange(len(names))
+        low, high = grid[rows, np.maximum(at - 1, 0)], grid[rows, np.minimum(at + 1, POINTS - 1)]
+    improved = {field: list(peaks) for field, peaks in found.items()}
+    for (field, beam), peak in zip(names, best, strict=True):
+        improved[field][beam] = peak
+    return improved
+
+
+def _bracket(results: Results, time: float) -> tuple[float, float]:
+    """The instants of a position's neighbours; a cycle goes on beyond its ends, any other run ends there."""
+    instants, run = results.motion.time, results.scene.run
+    at = int(np.argmin(np.abs(instants - time)))
+    step = float(instants[1] - instants[0])
+    before = float(instants[at - 1]) if at else time - step if run.turn else time
+    after = float(instants[at + 1]) if at + 1 < len(instants) else time + step if run.turn else time
+    return before, after
+
+
+def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Any, Any]:
+    """Every name's extreme along its beam and where it is, at its own instants; shapes of `grid`."""
+    order = np.argsort(grid, axis=None)
+    course = motion_at(results.scene, grid.ravel()[order])
+    found = extremes(deflection(course, results.deflection.sections), tuple(dict.fromkeys(field for field, _ in names)))
+    back = np.argsort(order).reshape(grid.shape)
+    rows = [
+        (found[field].value[beam, back[row]], found[field].xi[beam, back[row]])
+        for row, (field, beam) in enumerate(names)
+    ]
+    values, places = zip(*rows, strict=True)
+    return np.array(values), np.array(places)
+
+
+def _peak(results: Results, value: float, xi: float, time: float) -> Peak:
+    duration = results.scene.run.duration
+    if results.scene.run.turn:
+        time %= duration
+    drive = tuple(float(law(np.array([time]))[0][0]) for law in results.scene.laws)
+    return Peak(value, xi, time, drive, refined=True)

@@ -1,0 +1,129 @@
+"""What was found out about one scene, and the figures that everything written is made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import FIELDS, Deflection, Extreme, extremes
+from kinelast.scene import Scene
+from rigid import SINGULAR, Mechanism, Motion, PinDrive, Reals, drive_efforts
+
+if TYPE_CHECKING:
+    from fem_check import Comparison
+
+UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m", "qx": "N/m", "qy": "N/m"}
+EXTREME_FIELDS = (*FIELDS, "chord")
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """A scene, its deflection, and the finite element check where one was asked for.
+
+    Attributes
+    ----------
+    left_out
+        Number of the run's positions that the mechanism does not reach and that were left out on request.
+    """
+
+    scene: Scene
+    deflection: Deflection
+    comparison: Comparison | None = None
+    left_out: int = 0
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that the deflection belongs to."""
+        return self.deflection.motion
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The scene's mechanism."""
+        return self.scene.mechanism
+
+    @cached_property
+    def extremes(self) -> dict[str, Extreme]:
+        """Value of largest magnitude along every beam, per field, shape (beams, positions)."""
+        return extremes(self.deflection, EXTREME_FIELDS)
+
+    @cached_property
+    def efforts(self) -> Reals:
+        """Moment [N m] or force [N] of every drive, shape (drives, positions)."""
+        return drive_efforts(self.motion, self.deflection.forces)
+
+    @cached_property
+    def singular(self) -> Any:
+        """Whether a position is too near a singular one to be computed, shape (positions,)."""
+        return ~(self.motion.condition <= SINGULAR)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest magnitude of a field of one beam over the cycle: value in the field's unit, and where it is.
+
+    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions.
+    """
+
+    value: float
+    xi: float
+    time: float
+    drive: tuple[float, ...]
+    refined: bool = False
+
+
+def peak_positions(extreme: Extreme) -> Any:
+    """Number of the position at which every beam's extreme is largest, -1 where none is known, shape (beams,)."""
+    size = np.where(np.isfinite(extreme.value), np.abs(extreme.value), -1.0)
+    at = size.argmax(axis=-1)
+    return np.where(np.take_along_axis(size, at[:, None], -1)[:, 0] >= 0.0, at, -1)
+
+
+def peaks(results: Results) -> dict[str, list[Peak]]:
+    """Per field, the peak of every beam at the positions of the run; nan where no position could be computed."""
+    found = {}
+    motion = results.motion
+    for field, extreme in results.extremes.items():
+        rows = []
+        for beam, at in enumerate(peak_positions(extreme)):
+            if at < 0:
+                rows.append(Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive)))
+                continue
+            value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
+            rows.append(Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist())))
+        found[field] = rows
+    return found
+
+
+def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
+    """Every named point that moves, once, with the number of a link it belongs to."""
+    seen = set(mechanism.links[0].points)
+    for number, link in enumerate(mechanism.links[1:], 1):
+        for point in link.points:
+            if point not in seen:
+                seen.add(point)
+                yield point, number
+
+
+def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
+    """Per drive: its name, what its coordinate is called, and the units of coordinate and effort."""
+    words = []
+    for drive in mechanism.drives:
+        if isinstance(drive, PinDrive):
+            words.append((drive.link, "angle", "rad", "N m"))
+        else:
+            words.append((drive.slider, "slide", "m", "N"))
+    names = [name for name, *_ in words]
+    if len(set(names)) < len(names):
+        words = [(f"{word[0]}.{number}", *word[1:]) for number, word in enumerate(words, 1)]
+    return words
+
+
+def joint_words(results: Results) -> list[tuple[str, str]]:
+    """Per joint of the solution: its name and that of the link whose load is given, the parent feels the opposite."""
+    links = results.mechanism.links
+    return [(joint.name, links[joint.child].name) for joint in results.motion.structure.joints]

@@ -1,0 +1,86 @@
+"""Numbers as a reader wants them: SI prefixes, few digits, round ticks."""
+
+from __future__ import annotations
+
+import math
+
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+DASH, MINUS = "\u2013", "\u2212"
+UNPREFIXED = ("", "deg", "kg", "kg/m", "1")
+
+
+def scale_of(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and prefixed unit in which a quantity of this size reads best.
+
+    >>> scale_of(0.00146, "m")
+    (1000.0, 'mm')
+    """
+    if unit in UNPREFIXED or not math.isfinite(largest) or abs(largest) < 1e-12:
+        return 1.0, unit
+    power = min(max(3 * math.floor(math.log10(abs(largest)) / 3), -9), 9)
+    if unit == "m" and power > 0:
+        power = 0
+    return 10.0**-power, PREFIXES[power] + unit
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number in few digits, with a real minus sign; a dash where there is none."""
+    if not math.isfinite(value):
+        return DASH if math.isnan(value) else "∞"
+    text = f"{value:.{digits}g}"
+    if "e" in text:
+        mantissa, power = text.split("e")
+        text = f"{mantissa}·10^{int(power)}"
+    elif abs(value) >= 10**digits:
+        text = f"{value:.0f}"
+    return text.replace("-", MINUS)
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A number with its unit, prefixed.
+
+    >>> quantity(0.00146, "m")
+    '1.46 mm'
+    """
+    if not math.isfinite(value):
+        return number(value)
+    factor, prefixed = scale_of(value, unit)
+    return f"{number(value * factor, digits)} {'' if prefixed == '1' else prefixed.replace(' ', '·')}".strip()
+
+
+def coordinate(value: float, unit: str) -> str:
+    """A drive's coordinate: an angle in degrees, a slide in its unit."""
+    return f"{number(math.degrees(value))}°" if unit == "rad" else quantity(value, unit)
+
+
+def ticks(low: float, high: float, count: int = 5) -> list[float]:
+    """Round numbers that span an interval, about `count` of them.
+
+    >>> ticks(0.0, 360.0)
+    [0.0, 100.0, 200.0, 300.0]
+    """
+    if not high > low:
+        return [low]
+    step = round_up((high - low) / count)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def round_up(value: float) -> float:
+    """The next of 1, 2, 2.5, 5 times a power of ten.
+
+    >>> round_up(3.1)
+    5.0
+    """
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 2.5, 5.0, 10.0) if step * power >= value * (1 - 1e-9))
+
+
+def round_down(value: float) -> float:
+    """The last of 1, 2, 5 times a power of ten.
+
+    >>> round_down(43.0)
+    20.0
+    """
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= value * (1 + 1e-9))

@@ -1,0 +1,169 @@
+"""How far the figures of a scene can be trusted: what the theory leaves out, sized for this scene.
+
+Rules of thumb, each with the figure it rests on; docs/report.md says where they come from.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import displacement_of, sample
+from kinelast.output_results import Peak, Results
+from kinelast.report_numbers import number
+from rigid import PinDrive, Reals
+
+GOOD, CAUTION, POOR = "good", "caution", "poor"
+SHEAR_SHARE = 30.0  # 48 E I/(5 kappa G A l^2) = 30/slenderness^2 at E/G = 2.6, kappa = 5/6
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One answer to "can I trust this?": a level, a heading, and a sentence with its figure."""
+
+    level: str
+    heading: str
+    text: str
+
+
+def findings(results: Results, found: dict[str, list[Peak]]) -> list[Finding]:
+    """All that can be said about a scene's figures."""
+    return [
+        _positions(results),
+        *_check(results),
+        _displacements(results, found),
+        *_shear(results),
+        *_vibration(results),
+    ]
+
+
+def _positions(results: Results) -> Finding:
+    condition = results.motion.condition
+    singular = int(np.count_nonzero(results.singular))
+    heading = "Conditioning of the positions"
+    if singular == len(condition):
+        return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
+    worst = float(condition[~results.singular].max())
+    digits = max(0, int(15 - math.log10(max(worst, 1.0))))
+    text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
+    if singular:
+        text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
+    if results.left_out:
+        text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
+    level = POOR if worst > 1e10 else CAUTION if singular or worst > 1e5 or results.left_out else GOOD
+    return Finding(level, heading, text)
+
+
+def _check(results: Results) -> list[Finding]:
+    heading = "Finite element check"
+    comparison = results.comparison
+    if comparison is None:
+        return [Finding(CAUTION, heading, "Not made. Run with --check to compare with independent finite elements.")]
+    text = f"Largest difference {number(comparison.worst, 2)} of the field's maximum over the cycle."
+    return [Finding(GOOD if comparison.passed else POOR, heading, text)]
+
+
+def _displacements(results: Results, found: dict[str, list[Peak]]) -> Finding:
+    """Linear theory takes loads and geometry of the undeformed position."""
+    heading = "Small displacements"
+    lengths = results.deflection.length[:, 0]
+    if not len(lengths):
+        return Finding(GOOD, heading, "No link has beams.")
+    shares = [abs(peak.value) / float(length) for peak, length in zip(found["w"], lengths, strict=True)]
+    if not np.isfinite(shares).any():
+        return Finding(POOR, heading, "Nothing could be computed.")
+    worst = int(np.nanargmax(shares))
+    turn = float(np.nanmax([abs(peak.value) for peak in found["phi"]]))
+    level = GOOD if shares[worst] < 0.005 else CAUTION if shares[worst] < 0.05 else POOR
+    verdict = {
+        GOOD: "linear theory holds well",
+        CAUTION: "expect errors of linear theory of some per cent",
+        POOR: "beyond linear theory: read the figures as an alarm, not as values",
+    }[level]
+    text = (
+        f"Links deflect by up to {number(100 * shares[worst], 2)} % of their length ({results.scene.labels[worst]}) "
+        f"and turn by up to {number(math.degrees(turn), 2)}°: {verdict}."
+    )
+    return Finding(level, heading, text)
+
+
+def _shear(results: Results) -> list[Finding]:
+    """Shear deformation and rotary inertia are left out: right for slender links."""
+    values = [(slender, label) for slender, label in zip(slendernesses(results), results.scene.labels, strict=True)]
+    known = [(slender, label) for slender, label in values if math.isfinite(slender)]
+    if not known:
+        return []
+    least, label = min(known)
+    share = SHEAR_SHARE / least**2
+    level = GOOD if share < 0.01 else CAUTION if share < 0.1 else POOR
+    text = (
+        f"Least slenderness {number(least, 3)} ({label}): shear, left out, would add about {number(100 * share, 2)} % "
+        "to the bending of that link."
+    )
+    return [Finding(level, "Slender links", text)]
+
+
+def _vibration(results: Results) -> list[Finding]:
+    """Inertia of the elastic motion itself is left out: right where the links are quick to follow."""
+    lowest = lowest_frequency(results)
+    speeds = [np.abs(rate).max() for drive, rate in _drives(results) if isinstance(drive, PinDrive)]
+    speed = float(max(speeds, default=0.0))
+    if not math.isfinite(lowest):
+        return []
+    bound = number(lowest / (2 * math.pi), 3)
+    text = f"The lowest natural frequency is at most {bound} Hz (Rayleigh's quotient, drives held)"
+    if not speed:
+        return [
+            Finding(CAUTION, "Quasi-static answer", text + ". Loads that change as fast will make the links vibrate.")
+        ]
+    ratio = lowest / speed
+    level = GOOD if ratio > 30 else CAUTION if ratio > 8 else POOR
+    verdict = {
+        GOOD: "the links follow their loads",
+        CAUTION: "vibration, left out, will change the deflection noticeably",
+        POOR: "the links will vibrate and this quasi-static answer is not enough",
+    }[level]
+    return [Finding(level, "Quasi-static answer", f"{text}, {number(ratio, 3)} times the drive's speed: {verdict}.")]
+
+
+def _drives(results: Results) -> list[tuple[Any, Reals]]:
+    return list(zip(results.mechanism.drives, results.motion.drive_rate, strict=True))
+
+
+def slendernesses(results: Results) -> list[float]:
+    """Length over radius of gyration, l sqrt(EA/EI), of every beam; nan for a rigid one."""
+    values = []
+    for section, length in zip(results.deflection.sections, results.deflection.length[:, 0], strict=True):
+        EA, EI = float(section.EA), float(section.EI)
+        values.append(float(length) * math.sqrt(EA / EI) if math.isfinite(EA) and math.isfinite(EI) else math.nan)
+    return values
+
+
+def lowest_frequency(results: Results) -> float:
+    """An upper bound of the lowest natural frequency of the mechanism with its drives held [rad/s].
+
+    Rayleigh's quotient of the deflected shape itself, least over the positions: twice its strain energy over
+    the integral of m' (u^2 + w^2) and the lumps' share. Gauss' rule with six points is exact for it.
+    nan where nothing bends.
+    """
+    deflection, mechanism = results.deflection, results.mechanism
+    if not mechanism.beams:
+        return math.nan
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    fields = {field: sample(deflection, field, (nodes + 1) / 2) for field in ("N", "M", "u", "w")}
+    energy = np.zeros(results.motion.columns)
+    mass = np.zeros(results.motion.columns)
+    for number_, (_, beam) in enumerate(mechanism.beams):
+        section, half = deflection.sections[number_], deflection.length[number_].item() / 2
+        squares = {field: half * np.square(values[number_]) @ weights for field, values in fields.items()}
+        energy += squares["N"] / section.EA + squares["M"] / section.EI
+        mass += beam.mass_per_length * (squares["u"] + squares["w"])
+    for at, link in enumerate(mechanism.links[1:], 1):
+        for lump in link.lumps:
+            mass += lump.mass * np.square(np.abs(displacement_of(deflection, at, lump.point)))
+            mass += lump.inertia * np.square(deflection.angle[at])
+    good = np.isfinite(energy) & (energy > 0) & (mass > 0)
+    return float(np.sqrt((energy[good] / mass[good]).min())) if good.any() else math.nan
