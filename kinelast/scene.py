@@ -163,7 +163,7 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
     drives, laws = build_drives(table, links, sliders, places)
     run = _run(table, drives, laws)
     loads = tuple(build_load(number, load, links, run.duration) for number, load in enumerate(table.loads, 1))
-    gravity = complex(*table.run.gravity)
+    gravity = complex(*(table.run.gravity or (0.0, 0.0)))
     mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, loads)
     beams = [(body, k) for body in (bodies[link.name] for link in mechanism.links) for k in range(len(body.sections))]
     scene = Scene(
@@ -259,7 +259,7 @@ def _table(mechanism: Mechanism, message: str) -> str:
     quoted = re.findall(r'"([^"]*)"', message)
     if "is not drawn" in message or "are drawn in line" in message:
         return "points"
-    if "drive" in message.split(":")[0]:
+    if "drive" in message.partition(":")[0]:
         return "drives"
     for slider in mechanism.sliders:
         if f'the slider "{slider.name}"' in message:

@@ -9,7 +9,7 @@ from typing import Any
 from kinelast.scene_error import fault, likely
 from kinelast.scene_format import DriveTable, SceneTable, SliderTable
 from kinelast.scene_links import Points, known_point
-from kinelast.units import Coordinate
+from kinelast.scene_quantities import Coordinate
 from rigid import GROUND, ConstantSpeed, LawError, Link, PinDrive, Reals, Segment, SegmentedLaw, Slider, SliderDrive
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]

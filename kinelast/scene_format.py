@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta, Struct, field
 
-from kinelast import units
-from kinelast.units import (
+from kinelast.scene_quantities import (
     Acceleration,
     Area,
     AxialRigidity,
@@ -30,6 +29,7 @@ from kinelast.units import (
     Stress,
     Time,
 )
+from kinelast.units import Quantity
 
 Place = tuple[Length, Length]
 Name = Annotated[str, Meta(pattern="^[A-Za-z0-9_-]+$")]
@@ -165,7 +165,7 @@ class RunTable(Table, frozen=True, kw_only=True):
 
     positions: Annotated[int, Meta(ge=1)] = 360
     duration: Duration | None = None
-    gravity: tuple[Acceleration, Acceleration] = (Acceleration(0.0), Acceleration(0.0))
+    gravity: tuple[Acceleration, Acceleration] | None = None
 
 
 class SceneTable(Table, frozen=True, kw_only=True):
@@ -186,7 +186,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
 
 def read_quantity(kind: type, value: Any) -> Any:
     """A quantity from what stands in a file; msgspec's `dec_hook`."""
-    if issubclass(kind, units.Quantity | units.Direction):
+    if issubclass(kind, Quantity | Direction):
         return kind.read(value)
     raise NotImplementedError(kind)
 
@@ -202,11 +202,11 @@ def scene_schema() -> dict[str, Any]:
 
 
 def _quantity_schema(kind: type) -> dict[str, Any]:
-    if issubclass(kind, units.Direction):
+    if issubclass(kind, Direction):
         number = {"type": "number"}
         pair = {"type": "array", "items": number, "minItems": 2, "maxItems": 2}
         return {"anyOf": [pair, {"type": "string"}], "description": kind.expected}
-    if issubclass(kind, units.Quantity):
+    if issubclass(kind, Quantity):
         number = {"type": "number"}
         if kind.above == 0:
             number["exclusiveMinimum"] = 0  # type: ignore[assignment]

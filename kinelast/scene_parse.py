@@ -14,8 +14,14 @@ from kinelast.scene_format import BeamTable, SceneTable, SegmentTable, read_quan
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
-WORDS = {"object": "a table", "array": "a list", "str": "a text in quotes", "float": "a number", "int": "a whole number",
-         "bool": "true or false", "null": "nothing"}  # fmt: skip
+WORDS = {
+    "object": "a table",
+    "array": "a list",
+    "str": "a text in quotes",
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "true or false",
+}
 NESTED = {"beams": BeamTable, "law": SegmentTable}
 
 
@@ -130,7 +136,7 @@ def _choices(kind: Any) -> str:
 
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
     """Keys that a table may have."""
-    kind = NESTED.get(path.split("[")[0], kind)
+    kind = NESTED.get(path.partition("[")[0], kind)
     if options := get_args(kind):
         kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
     return list(kind.__struct_encode_fields__)
@@ -139,6 +145,6 @@ def _keys(kind: Any, path: str, value: Any) -> list[str]:
 def _literals(kind: Any, path: str) -> list[str]:
     """Words that a key may hold."""
     nested, _, key = path.rpartition(".")
-    kind = NESTED.get(nested.split("[")[0], kind)
+    kind = NESTED.get(nested.partition("[")[0], kind)
     found = next(field for field in msgspec.structs.fields(kind) if field.encode_name == key)
     return [str(word) for word in get_args(found.type) if isinstance(word, str)]

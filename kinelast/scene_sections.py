@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
+from typing import TypeVar
 
 from elastic import Section
 from kinelast.scene_error import fault, likely
@@ -18,6 +19,8 @@ from kinelast.scene_format import (
     SectionTable,
     Tube,
 )
+
+Entry = TypeVar("Entry")
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def cross_section(scene: SceneTable, table: str, section: str, material: str | N
     )  # fmt: skip
 
 
-def _named(tables: Mapping[str, T], table: str, key: str, name: str) -> T:
+def _named(tables: Mapping[str, Entry], table: str, key: str, name: str) -> Entry:
     if name not in tables:
         hint = likely(name, tables) or f"; add [{key}s.{name}]"
         raise fault(table, key, f'there is no {key} "{name}"{hint}')

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from cmath import rect
 from functools import cache
 from math import inf, isfinite
 from typing import Any, ClassVar, Self
@@ -44,7 +43,7 @@ watt = joule / second = W
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N/m", "kg/m", "kg/m^3", "kg m^2")  # fmt: skip
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
-TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "−": "-"})
+TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
 
 
 @cache
@@ -95,7 +94,7 @@ class Quantity(float):
         if isinstance(value, str):
             number, unit = cls._converted(value)
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            number, unit = float(value), cls.units[0] if len(cls.units) == 1 else ""
+            number, unit = _float(value), cls.units[0] if len(cls.units) == 1 else ""
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
         if not (isfinite(number) and number > cls.above and number >= cls.least):
@@ -126,6 +125,14 @@ class Quantity(float):
         raise ValueError(f'expected {cls.expected}, got "{text}"')
 
 
+def _float(value: float) -> float:
+    """As a float; infinite where a whole number is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
+
+
 def _unknown(error: Any) -> str:
     from kinelast.scene_error import likely
 
@@ -140,131 +147,3 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return "a table" if isinstance(value, dict) else str(value)
-
-
-class Length(Quantity):
-    expected = 'a length, as in "100 mm" or 0.1'
-    units = ("m",)
-
-
-class Size(Length):
-    above = 0.0
-
-
-class Coordinate(Quantity):
-    expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
-    units = ("rad", "m")
-
-
-class Speed(Quantity):
-    expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
-    units = ("rad/s", "m/s")
-
-
-class Time(Quantity):
-    expected = 'a time, as in "50 ms" or 0.05'
-    units = ("s",)
-
-
-class Duration(Time):
-    above = 0.0
-
-
-class Mass(Quantity):
-    expected = 'a mass, as in "200 g" or 0.2'
-    units = ("kg",)
-    least = 0.0
-
-
-class Inertia(Quantity):
-    expected = 'a moment of inertia, as in "3e-4 kg m^2" or 3e-4'
-    units = ("kg m^2",)
-    least = 0.0
-
-
-class MassPerLength(Quantity):
-    expected = 'a mass per length, as in "0.5 kg/m" or 0.5'
-    units = ("kg/m",)
-    least = 0.0
-
-
-class Density(Quantity):
-    expected = 'a density, as in "7850 kg/m^3" or 7850'
-    units = ("kg/m^3",)
-    least = 0.0
-
-
-class Stress(Quantity):
-    expected = 'a stress, as in "210 GPa" or 210e9'
-    units = ("Pa",)
-    above = 0.0
-
-
-class Area(Quantity):
-    expected = 'an area, as in "60 mm^2" or 6e-5'
-    units = ("m^2",)
-    above = 0.0
-
-
-class SecondMoment(Quantity):
-    expected = 'a second moment of area, as in "180 mm^4" or 1.8e-10'
-    units = ("m^4",)
-    above = 0.0
-
-
-class AxialRigidity(Quantity):
-    expected = 'a rigidity E A, as in "12.6 MN" or 12.6e6'
-    units = ("N",)
-    above = 0.0
-
-
-class BendingRigidity(Quantity):
-    expected = 'a rigidity E I, as in "37.8 N m^2" or 37.8'
-    units = ("N m^2",)
-    above = 0.0
-
-
-class Force(Quantity):
-    expected = 'a force, as in "2 kN" or 2000'
-    units = ("N",)
-
-
-class Moment(Quantity):
-    expected = 'a moment, as in "3 N m" or 3'
-    units = ("N m",)
-
-
-class ForcePerLength(Quantity):
-    expected = 'a force per length, as in "40 N/m" or 40'
-    units = ("N/m",)
-
-
-class Acceleration(Quantity):
-    expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
-    units = ("m/s^2",)
-
-
-class Direction(complex):
-    """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
-
-    expected: ClassVar[str] = 'a direction, [x, y] or an angle as in "30 deg"'
-
-    @classmethod
-    def read(cls, value: object) -> Self:
-        """From a list of two numbers or a string; ValueError says what was expected."""
-        if isinstance(value, str):
-            angle = Coordinate.read(value)
-            if angle.unit == "rad":
-                return cls(_exact(angle))
-        elif isinstance(value, list) and len(value) == 2 and not any(isinstance(part, bool) for part in value):
-            if all(isinstance(part, int | float) for part in value) and 0 < abs(complex(*value)) < inf:
-                return cls(complex(*value) / abs(complex(*value)))
-        raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-
-
-def _exact(angle: float) -> complex:
-    """Unit vector of an angle [rad], without round-off at the quarter turns."""
-    unit = rect(1.0, angle)
-    return complex(
-        *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))
-    )

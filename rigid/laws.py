@@ -6,7 +6,7 @@ Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapters 2 and 3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
@@ -175,23 +175,24 @@ class SegmentedLaw:
         time = np.asarray(time, float)
         at = np.minimum(np.searchsorted(self._ends, time, side="right"), len(self.segments) - 1)
         value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
-        level, begin = self.start, 0.0
+        level = self.start
         for k, segment in enumerate(self.segments):
-            here = at == k
-            z = np.clip((time[here] - begin) / segment.duration, 0.0, 1.0)
-            s, v, a = _stretched(segment, self._speeds[k], z)
-            value[here] = level + s
-            rate[here], acceleration[here] = v / segment.duration, a / segment.duration**2
-            level, begin = level + segment.rise, float(self._ends[k])
+            here, lasts = at == k, segment.duration
+            z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)
+            rise, speed, bend = _stretched(segment, self._speeds[k], z)
+            value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
+            level += segment.rise
         over = time > self.duration
         rate[over] = acceleration[over] = 0.0
         return value, rate, acceleration
 
 
-def _stretched(segment: Segment, speeds: Sequence[float], z: Reals) -> Triple:
+def _stretched(segment: Segment, speeds: tuple[float, float], z: Reals) -> Triple:
     """A segment's rise and its derivatives by z."""
+    h = segment.rise
     if segment.curve == "polynomial-345" and any(speeds):
-        h, (a, b) = segment.rise, (speed * segment.duration for speed in speeds)
+        # The quintic of given end speeds and no acceleration at its ends; at rest it is the 3-4-5.
+        a, b = (speed * segment.duration for speed in speeds)
         return _polynomial(0.0, a, 0.0, 10 * h - 6 * a - 4 * b, -15 * h + 8 * a + 7 * b, 6 * h - 3 * (a + b))(z)
-    s, v, a = CURVES[segment.curve](z)
-    return segment.rise * s, segment.rise * v, segment.rise * a
+    rise, speed, bend = CURVES[segment.curve](z)
+    return h * rise, h * speed, h * bend

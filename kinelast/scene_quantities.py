@@ -1,0 +1,176 @@
+"""The kinds of quantities in a scene: what a file may hold for each, and how to ask for it."""
+
+from __future__ import annotations
+
+from cmath import rect
+from math import inf
+from typing import ClassVar, Self
+
+from kinelast.units import Quantity, shown
+
+
+class Length(Quantity):
+    """Length, or a coordinate of a place [m]."""
+
+    expected = 'a length, as in "100 mm" or 0.1'
+    units = ("m",)
+
+
+class Size(Length):
+    """Length greater than zero [m]."""
+
+    above = 0.0
+
+
+class Coordinate(Quantity):
+    """Angle [rad] or slide [m] of a drive."""
+
+    expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
+    units = ("rad", "m")
+
+
+class Speed(Quantity):
+    """Rate of a drive [rad/s or m/s]."""
+
+    expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
+    units = ("rad/s", "m/s")
+
+
+class Time(Quantity):
+    """Instant [s]."""
+
+    expected = 'a time, as in "50 ms" or 0.05'
+    units = ("s",)
+
+
+class Duration(Time):
+    """Time that something lasts [s]."""
+
+    above = 0.0
+
+
+class Mass(Quantity):
+    """Mass [kg]."""
+
+    expected = 'a mass, as in "200 g" or 0.2'
+    units = ("kg",)
+    least = 0.0
+
+
+class Inertia(Quantity):
+    """Moment of inertia [kg m^2]."""
+
+    expected = 'a moment of inertia, as in "3e-4 kg m^2" or 3e-4'
+    units = ("kg m^2",)
+    least = 0.0
+
+
+class MassPerLength(Quantity):
+    """Mass per length [kg/m]."""
+
+    expected = 'a mass per length, as in "0.5 kg/m" or 0.5'
+    units = ("kg/m",)
+    least = 0.0
+
+
+class Density(Quantity):
+    """Density [kg/m^3]."""
+
+    expected = 'a density, as in "7850 kg/m^3" or 7850'
+    units = ("kg/m^3",)
+    least = 0.0
+
+
+class Stress(Quantity):
+    """Stress or modulus [Pa]."""
+
+    expected = 'a stress, as in "210 GPa" or 210e9'
+    units = ("Pa",)
+    above = 0.0
+
+
+class Area(Quantity):
+    """Area [m^2]."""
+
+    expected = 'an area, as in "60 mm^2" or 6e-5'
+    units = ("m^2",)
+    above = 0.0
+
+
+class SecondMoment(Quantity):
+    """Second moment of area [m^4]."""
+
+    expected = 'a second moment of area, as in "180 mm^4" or 1.8e-10'
+    units = ("m^4",)
+    above = 0.0
+
+
+class AxialRigidity(Quantity):
+    """E A [N]."""
+
+    expected = 'a rigidity E A, as in "12.6 MN" or 12.6e6'
+    units = ("N",)
+    above = 0.0
+
+
+class BendingRigidity(Quantity):
+    """E I [N m^2]."""
+
+    expected = 'a rigidity E I, as in "37.8 N m^2" or 37.8'
+    units = ("N m^2",)
+    above = 0.0
+
+
+class Force(Quantity):
+    """Component of a force [N]."""
+
+    expected = 'a force, as in "2 kN" or 2000'
+    units = ("N",)
+
+
+class Moment(Quantity):
+    """Moment, counter-clockwise [N m]."""
+
+    expected = 'a moment, as in "3 N m" or 3'
+    units = ("N m",)
+
+
+class ForcePerLength(Quantity):
+    """Component of a force per length [N/m]."""
+
+    expected = 'a force per length, as in "40 N/m" or 40'
+    units = ("N/m",)
+
+
+class Acceleration(Quantity):
+    """Component of an acceleration [m/s^2]."""
+
+    expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
+    units = ("m/s^2",)
+
+
+class Direction(complex):
+    """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
+
+    expected: ClassVar[str] = 'a direction, [x, y] or an angle as in "30 deg"'
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a list of two numbers or a string; ValueError says what was expected."""
+        if isinstance(value, str):
+            angle = Coordinate.read(value)
+            if angle.unit == "rad":
+                return cls(_exact(angle))
+        elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
+            way = complex(*value)
+            if 0 < abs(way) < inf:
+                return cls(way / abs(way))
+        raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+
+
+def _exact(angle: float) -> complex:
+    """Unit vector of an angle [rad], without round-off at the quarter turns."""
+    unit = rect(1.0, angle)
+    return complex(
+        *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))
+    )

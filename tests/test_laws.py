@@ -1,0 +1,107 @@
+"""Motion laws of drives."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from rigid import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
+
+RISES = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567")
+
+# Greatest velocity h/T and acceleration h/T^2 of the double-dwell curves, as in the tables of peak factors of
+# R. L. Norton, Design of Machinery, chapter 8, in closed form: 30 z^2 (1 - z)^2 and 140 z^3 (1 - z)^3 at z = 1/2; their
+# derivatives where those of z^2 (1 - z)^2 (1 - 2 z) and so on vanish.
+PEAKS = {
+    "harmonic": (pi / 2, pi**2 / 2),
+    "cycloidal": (2.0, 2 * pi),
+    "polynomial-345": (1.875, 10 / sqrt(3)),
+    "polynomial-4567": (2.1875, 84 / (5 * sqrt(5))),
+}
+
+
+def fine(duration: float, count: int = 20001) -> np.ndarray:
+    return np.linspace(0.0, duration, count)
+
+
+def assert_consistent(law: SegmentedLaw, time: np.ndarray, tolerance: float) -> None:
+    """Rate and acceleration are the derivatives of the coordinate, by central differences."""
+    step = 1e-5 * law.duration
+    ahead, here, behind = law(time + step), law(time), law(time - step)
+    for order in (0, 1):
+        slope = (ahead[order] - behind[order]) / (2 * step)
+        assert slope == pytest.approx(here[order + 1], abs=tolerance * np.abs(here[order + 1]).max())
+
+
+@pytest.mark.parametrize("curve", RISES)
+def test_rises_have_the_peaks_of_the_handbook(curve):
+    _, rate, acceleration = SegmentedLaw(0.0, (Segment(curve, 0.2, 3.0),))(fine(0.2))
+    velocity, bend = PEAKS[curve]
+    assert np.abs(rate).max() == pytest.approx(velocity * 3.0 / 0.2, rel=1e-7)
+    assert np.abs(acceleration).max() == pytest.approx(bend * 3.0 / 0.2**2, rel=1e-7)
+
+
+@pytest.mark.parametrize("curve", RISES)
+def test_rises_begin_and_end_at_rest_and_are_derivatives_of_one_another(curve):
+    law = SegmentedLaw(1.0, (Segment(curve, 0.5, -2.0),))
+    value, rate, _ = law(np.array([0.0, 0.25, 0.5]))
+    assert value == pytest.approx([1.0, 0.0, -1.0], abs=1e-14)
+    assert rate[[0, 2]] == pytest.approx([0.0, 0.0], abs=1e-13)
+    assert_consistent(law, np.linspace(0.01, 0.49, 97), 1e-7)
+
+
+@pytest.mark.parametrize("curve", ["cycloidal", "polynomial-345", "polynomial-4567"])
+def test_accelerations_begin_and_end_at_zero_but_not_the_harmonic(curve):
+    assert CURVES[curve](np.array([0.0, 1.0]))[2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert CURVES["harmonic"](np.array([0.0, 1.0]))[2] == pytest.approx([pi**2 / 2, -(pi**2) / 2])
+
+
+def test_segments_follow_one_another():
+    law = SegmentedLaw(0.1, (Segment("cycloidal", 1.0, 2.0), Segment("dwell", 0.5), Segment("harmonic", 2.0, -1.0)))
+    value, rate, acceleration = law([0.0, 1.0, 1.3, 2.5, 3.5, 9.0])
+    assert law.duration == 3.5
+    assert value == pytest.approx([0.1, 2.1, 2.1, 1.6, 1.1, 1.1])
+    assert rate == pytest.approx([0.0, 0.0, 0.0, -pi / 4, 0.0, 0.0], abs=1e-12)
+    # At 3.5 s the harmonic still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
+    assert acceleration[[2, 4, 5]] == pytest.approx([0.0, pi**2 / 8, 0.0])
+
+
+def test_polynomial_takes_over_a_constant_speed():
+    law = SegmentedLaw(
+        0.0,
+        (
+            Segment("polynomial-345", 0.4, 1.0),
+            Segment("constant-speed", 1.0, 10.0),
+            Segment("polynomial-345", 0.5, 3.0),
+        ),
+    )
+    before, after = law(np.array([0.4 - 1e-9, 1.4 - 1e-9])), law(np.array([0.4 + 1e-9, 1.4 + 1e-9]))
+    assert before[1] == pytest.approx([10.0, 10.0], rel=1e-6)
+    assert after[1] == pytest.approx([10.0, 10.0], rel=1e-6)
+    assert np.concatenate([before[2], after[2]]) == pytest.approx(np.zeros(4), abs=1e-4)
+    assert law([1.9])[0] == pytest.approx([14.0])
+    assert law([1.9])[1] == pytest.approx([0.0], abs=1e-12)
+    assert_consistent(law, np.linspace(0.01, 1.89, 90), 1e-7)
+
+
+def test_constant_speed_keeps_it():
+    value, rate, acceleration = ConstantSpeed(0.5, -3.0)([0.0, 2.0])
+    assert value.tolist() == [0.5, -5.5]
+    assert rate.tolist() == [-3.0, -3.0]
+    assert acceleration.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("segments", "number", "message"),
+    [
+        ((), 1, "at least one segment"),
+        ((Segment("cycloid", 1.0, 1.0),), 1, 'no curve "cycloid"'),
+        ((Segment("dwell", 1.0), Segment("dwell", 0.0)), 2, "lasts 0 s"),
+        ((Segment("dwell", 1.0, 0.5),), 1, "a dwell cannot rise by 0.5"),
+        ((Segment("dwell", 1.0), Segment("constant-speed", 2.0, 3.0)), 2, "the speed jumps from 0 to 1.5"),
+    ],
+)
+def test_laws_that_cannot_be_followed_are_refused(segments, number, message):
+    with pytest.raises(LawError, match=message) as caught:
+        SegmentedLaw(0.0, segments)
+    assert caught.value.segment == number
