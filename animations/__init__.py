@@ -1,1 +1,24 @@
-"""To be written."""
+"""Pictures of moving mechanisms: deflection in, diagrams along the moving links out, as stills and films.
+
+Everything is drawn off screen by pyvista, which is imported when the first picture is made.
+"""
+
+from animations.diagrams import DIAGRAMS, Diagram
+from animations.files import movie, spread, stills
+from animations.layout import Layout, Style
+from animations.picture import Picture
+from animations.rendering import RenderingUnavailable, off_screen, probe
+
+__all__ = [
+    "DIAGRAMS",
+    "Diagram",
+    "Layout",
+    "Picture",
+    "RenderingUnavailable",
+    "Style",
+    "movie",
+    "off_screen",
+    "probe",
+    "spread",
+    "stills",
+]

@@ -1,0 +1,99 @@
+"""The fields that can be drawn, and numbers as they are written beside a drawing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic import Deflection, extremes, sample
+from rigid import Reals
+
+TIMES = "\N{MULTIPLICATION SIGN}"
+STATIONS = np.linspace(0.0, 1.0, 49)
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """A field drawn across the links: its name in words, its symbol, its unit and its key in `elastic.coefficients`.
+
+    The deformed shape has no field.
+    """
+
+    title: str
+    symbol: str
+    unit: str
+    field: str | None
+
+
+DIAGRAMS = {
+    "longitudinal-load": Diagram("Longitudinal load", "q_x", "N/m", "qx"),
+    "transverse-load": Diagram("Transverse load", "q_y", "N/m", "qy"),
+    "slope": Diagram("Slope", "φ", "rad", "phi"),
+    "longitudinal-displacement": Diagram("Longitudinal displacement", "u", "m", "u"),
+    "deflection": Diagram("Deflection", "w", "m", "w"),
+    "chord-deflection": Diagram("Deflection from the chord", "w", "m", "chord"),
+    "axial-force": Diagram("Axial force", "N", "N", "N"),
+    "shear-force": Diagram("Shear force", "V", "N", "V"),
+    "bending-moment": Diagram("Bending moment", "M", "N·m", "M"),
+    "shape": Diagram("Deformed shape", "", "m", None),
+}
+
+
+def diagram_named(name: str) -> Diagram:
+    """The diagram of a name.
+
+    Raises
+    ------
+    ValueError
+        There is none; the message lists those there are.
+    """
+    if name not in DIAGRAMS:
+        raise ValueError(f'there is no diagram "{name}": choose from {", ".join(DIAGRAMS)}')
+    return DIAGRAMS[name]
+
+
+def ordinates(values: Reals, stations: Reals = STATIONS) -> Reals:
+    """Values at stations xi along every beam at one position, shape (beams, stations).
+
+    `values` are the coefficients of a field at that position, shape (coefficients, beams).
+    """
+    result: Reals = (np.power.outer(stations, np.arange(len(values))) @ values).T
+    return result
+
+
+def peak(deflection: Deflection, diagram: Diagram) -> float:
+    """Greatest absolute value of a diagram over all beams and positions; of the shape, greatest displacement [m]."""
+    if diagram.field is None:
+        moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
+        values = np.append(np.abs(moved), np.abs(deflection.shift))
+    elif diagram.field in ("qx", "qy"):
+        values = np.abs(sample(deflection, diagram.field, STATIONS))
+    else:
+        values = np.abs(extremes(deflection, (diagram.field,))[diagram.field].value)
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else 0.0
+
+
+def round_below(value: float) -> float:
+    """The greatest of 1, 2, 5 times a power of ten that is not above a positive value.
+
+    >>> round_below(0.43), round_below(12.0), round_below(2.0)
+    (0.2, 10.0, 2.0)
+    """
+    power = math.floor(math.log10(value) + 1e-12)
+    lead = next(digit for digit in (5, 2, 1) if digit <= value / 10.0**power * (1 + 1e-9))
+    return lead * 10.0**power if power >= 0 else lead / 10.0**-power
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A value with its unit, the prefix such that one to three figures stand before the point.
+
+    >>> quantity(2.5e-4, "m"), quantity(0.0, "N"), quantity(-1500.0, "N/m")
+    ('250 µm', '0 N', '-1.5 kN/m')
+    """
+    size = float(f"{abs(value):.{digits - 1}e}")
+    exponent = min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0
+    return f"{value / 10.0**exponent:.{digits}g} {PREFIXES[exponent]}{unit}"

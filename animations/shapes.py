@@ -1,0 +1,225 @@
+"""What is drawn, as points that move and cells that do not: plain numbers, before any graphics.
+
+Every shape places its points at one position of the mechanism, in the plane of the motion [m].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from animations.diagrams import STATIONS, ordinates
+from elastic import Deflection, coefficients
+from rigid import Link, Reals, beam_direction, position_of
+
+Complexes = NDArray[np.complexfloating[Any, Any]]
+Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
+
+INK, QUIET, BODY = "#22262e", "#9aa1ab", "#eceef1"
+POSITIVE, NEGATIVE, BENT = "#9fc5e8", "#f4a58a", "#0f6b4f"
+LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin")
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Points and the polygons and polylines between them.
+
+    Attributes
+    ----------
+    level
+        One of `LEVELS`: what lies over what.
+    place
+        Points at a position: position -> complex [m], shape (points,).
+    faces, lines
+        Point numbers of filled polygons and of polylines.
+    fill, ink
+        Their colours.
+    width
+        Of the lines, in pixels of a picture 720 high.
+    """
+
+    level: str
+    place: Callable[[int], Complexes]
+    faces: Cells = ()
+    lines: Cells = ()
+    fill: str = BODY
+    ink: str = INK
+    width: float = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """The rigid places of all beams: `start` [m] and unit vectors `along`, complex, shape (beams, positions)."""
+
+    start: Complexes
+    along: Complexes
+    length: Reals
+
+    def points(self, position: int, stations: Reals = STATIONS) -> Complexes:
+        """Shape (beams, stations)."""
+        way = self.along[:, position] * self.length
+        result: Complexes = self.start[:, position, None] + way[:, None] * stations
+        return result
+
+
+def beams(deflection: Deflection) -> Beams:
+    """Where the beams of a mechanism are at all positions."""
+    motion = deflection.motion
+    count: dict[int, int] = {}
+    start, along = [], []
+    for at, beam in motion.mechanism.beams:
+        number = count.get(at, 0)
+        count[at] = number + 1
+        start.append(position_of(motion, at, beam.start))
+        along.append(beam_direction(motion, at, number))
+    shape = (len(start), *motion.columns)
+    return Beams(np.reshape(start, shape) + 0j, np.reshape(along, shape) + 0j, deflection.length.reshape(len(start)))
+
+
+def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[Shape]:
+    """A field drawn across every beam: filled by sign, outlined, with ordinates.
+
+    Parameters
+    ----------
+    scale
+        Length of an ordinate of one unit of the field [m]; positive ones point along the beam's y'.
+    hatch
+        Every which station has its ordinate drawn.
+
+    Returns
+    -------
+    The positive fill, the negative fill, the ordinates, the outline. The points of each: the beams' axes, then the ends
+    of the ordinates, beam by beam.
+    """
+    place, values = beams(deflection), coefficients(deflection, field)
+    count = len(place.length)
+
+    def ends(position: int, part: Callable[[Reals], Reals]) -> Complexes:
+        axis = place.points(position)
+        heights = part(ordinates(values[..., position]))
+        tips = axis + 1j * scale * place.along[:, position, None] * heights
+        return np.concatenate([axis.ravel(), tips.ravel()])
+
+    numbers = np.arange(count * len(STATIONS)).reshape(count, -1)
+    tops = numbers + numbers.size
+    corners = np.stack([numbers[:, :-1], numbers[:, 1:], tops[:, 1:], tops[:, :-1]], -1).reshape(-1, 4)
+    outlines = [np.concatenate([numbers[k, :1], tops[k], numbers[k, -1:]]) for k in range(count)]
+    strokes = [
+        np.array(pair) for pair in zip(numbers[:, hatch:-1:hatch].flat, tops[:, hatch:-1:hatch].flat, strict=True)
+    ]
+    return [
+        Shape("fill", lambda position: ends(position, lambda v: np.maximum(v, 0.0)), tuple(corners), fill=POSITIVE),
+        Shape("fill", lambda position: ends(position, lambda v: np.minimum(v, 0.0)), tuple(corners), fill=NEGATIVE),
+        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink="#5d6675", width=0.8),
+        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(outlines), width=1.3),
+    ]
+
+
+def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0) -> list[Shape]:
+    """The mechanism with its displacements exaggerated: beams bent, links without beams carried."""
+    place = beams(deflection)
+    count = len(place.length)
+
+    def bent(position: int) -> Complexes:
+        own = ordinates(deflection.u[..., position]) + 1j * ordinates(deflection.w[..., position])
+        return (place.points(position) + exaggeration * place.along[:, position, None] * own).ravel()
+
+    lines = tuple(np.arange(count * len(STATIONS)).reshape(count, -1))
+    shapes = [Shape("curve", bent, lines=lines, ink=ink, width=width)]
+    for at, link in _moving(deflection):
+        if not link.beams and len(link.points) > 1:
+            hull = _hull(np.array(list(link.points.values()), complex))
+            shapes.append(
+                _closed("curve", _carried(deflection, at, hull, exaggeration), len(hull), ink, width, filled=False)
+            )
+    return shapes
+
+
+def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[Shape]:
+    """The links at their rigid places: elastic beams as lines, rigid ones as bodies of a given radius [m]."""
+    place, mechanism = beams(deflection), deflection.motion.mechanism
+    rigid = [bool(np.all(np.isinf(section.EA)) and np.all(np.isinf(section.EI))) for section in deflection.sections]
+    slender = [k for k, stiff in enumerate(rigid) if not stiff]
+    ends = np.array([0.0, 1.0])
+    pairs = tuple(np.arange(2 * len(slender)).reshape(-1, 2))
+    shapes = [Shape("link", lambda p: place.points(p, ends)[slender].ravel(), lines=pairs, ink=ink, width=3.0)]
+    stiff_beams = [
+        (at, (beam.start, beam.end)) for (at, beam), stiff in zip(mechanism.beams, rigid, strict=True) if stiff
+    ]
+    whole = [(at, tuple(link.points)) for at, link in _moving(deflection) if not link.beams and len(link.points) > 1]
+    for at, names in stiff_beams + whole:
+        points = np.array([mechanism.links[at].points[name] for name in names], complex)
+        hull = _hull((points[:, None] + radius * _circle(24)).ravel())
+        shapes.append(_closed("outline", _carried(deflection, at, hull, 0.0), len(hull), ink, 1.5))
+    return shapes
+
+
+def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[complex]]) -> list[Shape]:
+    """Bodies of links, given by their corners in the links' own axes [m].
+
+    Raises
+    ------
+    ValueError
+        An outline of a link that there is not, or of fewer than three corners.
+    """
+    shapes = []
+    for name, corners in outlines.items():
+        if name not in deflection.motion.mechanism.index:
+            raise ValueError(f'there is no link "{name}" to outline')
+        if len(corners) < 3:
+            raise ValueError(f'the outline of link "{name}" has {len(corners)} corners: it takes three at least')
+        at = deflection.motion.mechanism.index[name]
+        place = _carried(deflection, at, np.array(corners, complex), 0.0)
+        shapes.append(_closed("outline", place, len(corners), QUIET, 1.0))
+    return shapes
+
+
+def _moving(deflection: Deflection) -> Iterable[tuple[int, Link]]:
+    return list(enumerate(deflection.motion.mechanism.links))[1:]
+
+
+def _carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
+    """Points of a link's axes, displaced with these by so many times as much."""
+    motion = deflection.motion
+
+    def place(position: int) -> Complexes:
+        arms = motion.direction[at, position] * local
+        points: Complexes = motion.origin[at, position] + arms
+        if exaggeration:
+            points = points + exaggeration * (
+                deflection.shift[at, position] + 1j * deflection.angle[at, position] * arms
+            )
+        return points
+
+    return place
+
+
+def _closed(
+    level: str, place: Callable[[int], Complexes], count: int, ink: str, width: float, filled: bool = True
+) -> Shape:
+    ring = np.arange(count)
+    return Shape(level, place, (ring,) if filled else (), (np.append(ring, 0),), ink=ink, width=width)
+
+
+def _circle(corners: int) -> Complexes:
+    turns: Complexes = np.exp(2j * np.pi * np.arange(corners) / corners)
+    return turns
+
+
+def _hull(points: Complexes) -> Complexes:
+    """Convex hull, counter-clockwise: of the points sorted from left to right, the lower and the upper chain."""
+    ordered = sorted({(float(z.real), float(z.imag)) for z in points})
+    chains = []
+    for way in (ordered, ordered[::-1]):
+        chain: list[complex] = []
+        for x, y in way:
+            z = complex(x, y)
+            while len(chain) > 1 and ((chain[-1] - chain[-2]).conjugate() * (z - chain[-1])).imag <= 0:
+                chain.pop()
+            chain.append(z)
+        chains.append(chain[:-1])
+    return np.array(chains[0] + chains[1])

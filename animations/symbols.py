@@ -1,0 +1,108 @@
+"""The usual symbols: pins, the ground, sliding blocks and what they slide on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from animations.shapes import QUIET, Complexes, Shape
+from elastic import Deflection, displacement_of
+from rigid import Slider, position_of
+
+
+def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
+    """Symbols of all joints.
+
+    Parameters
+    ----------
+    size
+        Diameter of a pin [m]; the other symbols go with it.
+    exaggeration
+        The symbols move with the displacements, so many times as much.
+    """
+    shapes: list[Shape] = []
+    seen: dict[str, bool] = {}
+    for joint in deflection.motion.structure.joints:
+        if joint.slider is not None:
+            shapes += _slider(deflection, joint.slider, size, exaggeration)
+            continue
+        grounded = 0 in (joint.parent, joint.child)
+        if joint.name not in seen:
+            shapes.append(_pin(_moved(deflection, joint.child, joint.name, exaggeration), size))
+        if grounded and not seen.get(joint.name):
+            shapes += _ground(complex(deflection.motion.mechanism.links[0].points[joint.name]), size)
+        seen[joint.name] = grounded or seen.get(joint.name, False)
+    return shapes
+
+
+def _moved(deflection: Deflection, link: str | int, point: str, exaggeration: float) -> Complexes:
+    """Place of a link's point at all positions, displacement exaggerated."""
+    place: Complexes = position_of(deflection.motion, link, point)
+    if exaggeration:
+        place = place + exaggeration * displacement_of(deflection, link, point)
+    return place
+
+
+def _pin(place: Complexes, size: float) -> Shape:
+    circle = size / 2 * np.exp(2j * np.pi * np.arange(28) / 28)
+    ring = np.arange(len(circle))
+    return Shape(
+        "pin", lambda position: place[position] + circle, (ring,), (np.append(ring, 0),), fill="white", width=1.8
+    )
+
+
+def _ground(place: complex, size: float) -> list[Shape]:
+    """A triangle under a pin, on a hatched base."""
+    corners = place + size * np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])
+    triangle = Shape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill="white")
+    base = _hatched(place + size * (-1.5 - 1.6j), place + size * (1.5 - 1.6j), size, -1j)
+    points, lines = base
+    return [triangle, Shape("ground", _still(points), lines=lines)]
+
+
+def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Any, ...]]:
+    """A line and strokes on one side of it, about half a pin apart."""
+    way = (end - start) / abs(end - start)
+    count = max(2, round(abs(end - start) / (0.55 * size)))
+    tops = start + (end - start) * (np.arange(count) + 0.7) / count
+    feet = tops + 0.55 * size * (side - way)
+    points = np.concatenate([[start, end], tops, feet])
+    strokes = np.stack([np.arange(count) + 2, np.arange(count) + 2 + count], -1)
+    return points, (np.array([0, 1]), *strokes)
+
+
+def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[Shape]:
+    """A block at the slider's point and the line it slides along, as long as the slide of the cycle."""
+    motion = deflection.motion
+    on = motion.mechanism.index[slider.on]
+    place = position_of(motion, slider.link, slider.point)
+    local = np.conj(motion.direction[on]) * (place - motion.origin[on])
+    slides = (np.conj(slider.direction) * (local - slider.origin)).real
+    slides = slides[np.isfinite(slides)]
+    low, high = (slides.min(), slides.max()) if slides.size else (0.0, 0.0)
+    start, end = (slider.origin + slider.direction * way for way in (low - 2.6 * size, high + 2.6 * size))
+    moved = _moved(deflection, slider.link, slider.point, exaggeration)
+    block = size * np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])
+    along = motion.direction[on] * slider.direction
+    ring = np.arange(4)
+    box = Shape("block", lambda p: moved[p] + along[p] * block, (ring,), (np.append(ring, 0),), fill="white", width=1.8)
+    return [_guide(deflection, on, complex(start), complex(end), size), box]
+
+
+def _guide(deflection: Deflection, on: int, start: complex, end: complex, size: float) -> Shape:
+    motion = deflection.motion
+    if on == 0:
+        way = (end - start) / abs(end - start)
+        side = 1j * way
+        side = -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side  # below, or left of a vertical line
+        points, lines = _hatched(start + 0.8 * size * side, end + 0.8 * size * side, size, side)
+        return Shape("ground", _still(points), lines=lines)
+    ends = np.array([start, end])
+    place: Callable[[int], Complexes] = lambda p: motion.origin[on, p] + motion.direction[on, p] * ends  # noqa: E731
+    return Shape("guide", place, lines=(np.arange(2),), ink=QUIET, width=1.2)
+
+
+def _still(points: Complexes) -> Callable[[int], Complexes]:
+    return lambda position: points

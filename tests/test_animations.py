@@ -1,0 +1,389 @@
+"""Claims about pictures: right ordinates, nothing rebuilt, files complete, plain words where OpenGL is missing.
+
+What is compared with is geometry written out here by hand, or the pixels themselves.
+"""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from animations import (
+    DIAGRAMS,
+    Picture,
+    RenderingUnavailable,
+    Style,
+    movie,
+    off_screen,
+    probe,
+    rendering,
+    spread,
+    stills,
+)
+from animations.diagrams import STATIONS, diagram_named, quantity, round_below
+from animations.layout import drawable, layout
+from animations.picture import font_file, shapes_of
+from animations.shapes import NEGATIVE, POSITIVE, diagram_shapes
+from elastic import RIGID, Section, deflection
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion
+
+STEEL = Section(EA=210e9 * 60e-6, EI=210e9 * 1.8e-10)
+SMALL = Style(title="Small", size=(320, 192))
+TURN = np.arange(12) * 2 * np.pi / 12
+
+
+def bar(name, start, end, length):
+    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.471),))
+
+
+def turned(mechanism, sections, speed=100.0, angles=TURN):
+    return deflection(motion(mechanism, angles, speed, time=angles / speed), sections)
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    ground = Link("ground", {"O": 0.0, "D": 0.35})
+    links = (ground, bar("crank", "O", "A", 0.1), bar("coupler", "A", "B", 0.3), bar("rocker", "D", "B", 0.25))
+    drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
+    return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
+
+
+@pytest.fixture(scope="module")
+def slider_crank():
+    piston = Link("piston", {"B": 0.0}, lumps=(Lump("B", 0.3),))
+    links = (Link("ground", {"O": 0.0}), bar("crank", "O", "A", 0.1), bar("rod", "A", "B", 0.3), piston)
+    guide = Slider("guide", "piston", "ground", "B", 0.0, 1.0)
+    drawing = {"O": 0, "A": 0.1, "B": 0.4}
+    return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders=(guide,)), [RIGID, STEEL])
+
+
+@pytest.fixture(scope="module")
+def inverted():
+    links = (
+        Link("ground", {"O": 0.0, "D": -0.25j}),
+        bar("crank", "O", "A", 0.1),
+        bar("arm", "D", "E", 0.4),
+        Link("block", {"A": 0.0}),
+    )
+    slot = Slider("slot", "block", "arm", "A", 0.0, 1.0)
+    drawing = {"O": 0, "A": 0.1j, "D": -0.25j, "E": 0.15j}
+    return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders=(slot,)), [STEEL] * 2, 10.0)
+
+
+def cantilever(angles, speed=3.0):
+    """A rod of 2 m, 5 kg/m, that turns about O at a steady speed."""
+    arm = Link("arm", {"O": 0.0, "A": 2.0}, (Beam("O", "A", 5.0),))
+    mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, gravity=-10j)
+    return turned(mechanism, [Section(EA=1e6, EI=1e3)], speed, np.asarray(angles))
+
+
+def half_reaching():
+    """Bars of 1 m on pins 2.5 m apart: position 0 is in reach, the dyad is stretched at 1, and 2 is out of reach."""
+    links = (Link("ground", {"O": 0.0, "D": 2.5}), bar("crank", "O", "A", 1.0), bar("coupler", "A", "B", 1.0))
+    drawing = {"O": 0, "A": 0.92 + 0.39j, "B": 1.8 + 0.72j, "D": 2.5}
+    mechanism = Mechanism((*links, bar("rocker", "D", "B", 1.0)), (PinDrive("crank", "O"),), drawing)
+    return turned(mechanism, [STEEL] * 3, 1.0, np.array([0.4, np.arccos(0.65), 2.5]))
+
+
+class TestOrdinates:
+    """The ends of ordinates stand off the rigid link by the field times the scale."""
+
+    def test_bending_moment_of_a_cantilever_under_its_weight(self):
+        bent = cantilever([0.0])
+        tips = diagram_shapes(bent, "M", 0.01)[-1].place(0)[len(STATIONS) :]
+        x = 2.0 * STATIONS
+        moment = -5.0 * 10.0 * (2.0 - x) ** 2 / 2
+        assert tips == pytest.approx(x + 0.01j * moment, abs=1e-13)
+
+    def test_axial_force_across_a_rod_turned_upright(self):
+        bent = cantilever([np.pi / 2])
+        tips = diagram_shapes(bent, "N", 0.02)[-1].place(0)[len(STATIONS) :]
+        x = 2.0 * STATIONS
+        force = 5.0 * 3.0**2 * (4.0 - x**2) / 2 - 5.0 * 10.0 * (2.0 - x)
+        assert tips == pytest.approx(1j * x - 0.02 * force, abs=1e-12)
+
+    def test_fills_are_parted_by_sign(self, four_bar):
+        positive, negative, _, outline = diagram_shapes(four_bar, "w", 20.0)
+        assert (positive.fill, negative.fill) == (POSITIVE, NEGATIVE)
+        axis = 3 * len(STATIONS)
+        for position in range(12):
+            base = outline.place(position)[:axis]
+            heights = [shape.place(position)[axis:] - base for shape in (positive, negative, outline)]
+            assert heights[0] + heights[1] == pytest.approx(heights[2], abs=1e-15)
+            assert np.all((abs(heights[0]) < 1e-15) | (abs(heights[1]) < 1e-15))
+
+    def test_deformed_shape_meets_at_its_pins(self, four_bar, slider_crank, inverted):
+        for bent in (four_bar, slider_crank, inverted):
+            scales = layout(bent, diagram_named("shape"), SMALL)
+            shapes = shapes_of(bent, diagram_named("shape"), scales, SMALL)
+            curve = next(shape for shape in shapes if shape.level == "curve").place(5).reshape(-1, len(STATIONS))
+            pins = [shape.place(5).mean() for shape in shapes if shape.level == "pin"]
+            ends = curve[:, [0, -1]].ravel()
+            assert max(abs(ends - pin).min() for pin in pins) < 1e-12
+
+    def test_curves_leave_the_rigid_place_by_the_exaggerated_displacement(self):
+        bent = cantilever([0.0])
+        style = Style(size=(320, 192), exaggeration=0.25)
+        shapes = shapes_of(bent, diagram_named("shape"), layout(bent, diagram_named("shape"), style), style)
+        tip = next(shape for shape in shapes if shape.level == "curve").place(0)[-1]
+        sag, stretch = -5.0 * 10.0 * 2.0**4 / (8 * 1e3), 5.0 * 3.0**2 * 2.0**3 / (3 * 1e6)
+        assert tip == pytest.approx(2.0 + 0.25 * (stretch + 1j * sag), abs=1e-13)
+
+
+class TestLayout:
+    """One scale and one view for the whole cycle, everything inside."""
+
+    @pytest.mark.parametrize("name", DIAGRAMS)
+    def test_all_points_of_all_positions_are_inside(self, name, four_bar, slider_crank, inverted):
+        for bent in (four_bar, slider_crank, inverted):
+            scales = layout(bent, diagram_named(name), SMALL)
+            for shape in shapes_of(bent, diagram_named(name), scales, SMALL):
+                points = np.concatenate([shape.place(position) for position in range(12)])
+                pixels = (points - scales.corner) * scales.pixels
+                assert 0 < pixels.real.min() <= pixels.real.max() < 320
+                assert 0.13 * 192 < pixels.imag.min() <= pixels.imag.max() < 0.88 * 192
+
+    def test_greatest_ordinate_is_a_share_of_the_mechanism(self):
+        bent = cantilever([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
+        scales = layout(bent, diagram_named("bending-moment"), SMALL)
+        assert scales.peak == pytest.approx(100.0)
+        assert 0.15 <= scales.scale * 100.0 / 4.0 <= 0.20
+
+    def test_the_chosen_scale_is_kept(self, four_bar):
+        assert layout(four_bar, diagram_named("deflection"), Style(scale=7.0)).scale == 7.0
+
+    def test_a_field_that_is_nothing_has_no_scale(self):
+        straight = cantilever([0.0], speed=0.0 + 1e-300)
+        assert layout(straight, diagram_named("slope"), SMALL).scale > 0
+        rigid = deflection(straight.motion, [RIGID])
+        assert layout(rigid, diagram_named("slope"), SMALL).scale == 0.0
+
+    def test_outlines_are_in_view(self, four_bar):
+        wide = Style(size=(320, 192), outlines={"coupler": [-0.5j, 0.3 - 0.5j, 0.3 + 0.5j]})
+        assert (
+            layout(four_bar, diagram_named("slope"), wide).pixels
+            < layout(four_bar, diagram_named("slope"), SMALL).pixels
+        )
+
+
+class TestRendering:
+    """What comes out of the canvas."""
+
+    @pytest.mark.parametrize("name", DIAGRAMS)
+    def test_frames_show_ink_and_differ(self, name, slider_crank):
+        with off_screen(), Picture(slider_crank, name, SMALL) as picture:
+            first, second = picture.show(1).astype(int), picture.show(4).astype(int)
+        assert first.shape == (192, 320, 3)
+        assert 0.005 < np.mean(first.min(axis=2) < 128) < 0.5
+        assert np.mean(np.any(first != second, axis=2)) > 0.005
+
+    def test_the_same_position_gives_the_same_picture(self, inverted):
+        with off_screen(), Picture(inverted, "deflection", SMALL) as picture:
+            first, _, again = picture.show(1), picture.show(7), picture.show(1)
+        assert np.array_equal(first, again)
+
+    def test_points_move_in_the_same_meshes(self, four_bar):
+        with off_screen(), Picture(four_bar, "deflection", SMALL) as picture:
+            picture.show(0)
+            meshes, arrays = list(picture.meshes), [mesh.GetPoints().GetData() for mesh in picture.meshes]
+            before = [mesh.points.copy() for mesh in meshes]
+            picture.show(3)
+            assert all(now is then for now, then in zip(picture.meshes, meshes, strict=True))
+            assert [mesh.GetPoints().GetData() for mesh in meshes] == arrays
+            moved = sum(not np.array_equal(mesh.points, old) for mesh, old in zip(meshes, before, strict=True))
+            assert moved >= 6
+            for shape, mesh in zip(picture.shapes, meshes, strict=True):
+                pixels = (shape.place(3) - picture.layout.corner) * picture.layout.pixels
+                assert mesh.points[:, 0] + 1j * mesh.points[:, 1] == pytest.approx(pixels, abs=1e-3)
+
+    def test_diagrams_are_drawn_in_both_colours(self, four_bar):
+        def near(image, colour):
+            wanted = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
+            return np.count_nonzero(np.abs(image[40:150].astype(int) - wanted).max(axis=2) < 6)
+
+        with off_screen(), Picture(four_bar, "transverse-load", SMALL) as picture:
+            images = [picture.show(position) for position in range(12)]
+        assert max(near(image, POSITIVE) for image in images) > 50
+        assert max(near(image, NEGATIVE) for image in images) > 50
+
+    def test_outlines_and_the_deformed_shape_join_a_diagram(self, four_bar):
+        style = Style(size=(320, 192), deformed=True, outlines={"coupler": [-0.02j, 0.3 - 0.02j, 0.15 + 0.1j]})
+        with off_screen(), Picture(four_bar, "shear-force", style) as picture:
+            levels = [shape.level for shape in picture.shapes]
+            picture.show(2)
+        assert levels.count("outline") == 1
+        assert levels.count("curve") == 1
+
+    def test_vtk_errors_are_raised(self):
+        import pyvista as pv
+        from vtkmodules.vtkFiltersGeneral import vtkWarpScalar
+
+        with pytest.raises(pv.VTKExecutionError), off_screen():
+            vtkWarpScalar().Update()
+
+    def test_the_font_has_greek_letters(self):
+        from matplotlib.ft2font import FT2Font
+
+        assert all(FT2Font(str(font_file())).get_char_index(ord(letter)) for letter in "φ°µ·\N{MULTIPLICATION SIGN}")
+
+
+class TestFiles:
+    """Stills and films are complete, or are not there."""
+
+    def test_film(self, four_bar, tmp_path):
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        told = []
+        path = tmp_path / "film.mp4"
+        assert movie(four_bar, "slope", path, 6, SMALL, lambda done, count: told.append((done, count))) == (path,)
+        decode = [get_ffmpeg_exe(), "-v", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+        raw = subprocess.run(decode, capture_output=True, check=True).stdout
+        frames = np.frombuffer(raw, np.uint8).reshape(-1, 192, 320, 3).astype(int)
+        assert len(frames) == 6
+        assert np.all(np.any(np.abs(np.diff(frames, axis=0)) > 100, axis=(1, 2, 3)))
+        assert told == [(k, 6) for k in range(1, 7)]
+        assert list(tmp_path.iterdir()) == [path]
+
+    def test_gif(self, inverted, tmp_path):
+        from PIL import Image
+
+        (path,) = movie(inverted, "bending-moment", tmp_path / "film.gif", 5, SMALL)
+        with Image.open(path) as film:
+            assert (film.n_frames, film.size) == (5, (320, 192))
+            assert film.info["duration"] == 40
+
+    def test_numbered_stills(self, slider_crank, tmp_path):
+        from PIL import Image
+
+        written = movie(slider_crank, "shape", tmp_path / "still.png", 3, SMALL)
+        assert [path.name for path in written] == ["still-00.png", "still-04.png", "still-08.png"]
+        images = []
+        for path in written:
+            with Image.open(path) as image:
+                images.append(np.asarray(image))
+        assert not np.array_equal(images[0], images[1])
+
+    def test_one_still_has_the_name_given(self, four_bar, tmp_path):
+        assert stills(four_bar, "deflection", [3], tmp_path / "one.png", SMALL) == (tmp_path / "one.png",)
+        assert (tmp_path / "one.png").stat().st_size > 1000
+
+    def test_all_frames_without_a_number(self):
+        assert spread(range(12), None) == list(range(12))
+        assert len(spread(range(360), None)) == 120
+
+    def test_a_film_that_fails_leaves_nothing(self, four_bar, tmp_path):
+        def stop(done, count):
+            raise KeyboardInterrupt
+
+        for name in ("film.mp4", "film.gif"):
+            with pytest.raises(KeyboardInterrupt):
+                movie(four_bar, "slope", tmp_path / name, 6, SMALL, stop)
+        assert list(tmp_path.iterdir()) == []
+
+    def test_singular_positions_are_left_out(self, tmp_path):
+        bent = half_reaching()
+        possible = drawable(bent, diagram_named("deflection"))
+        assert possible[0] == 0
+        assert 2 not in possible
+        with pytest.raises(ValueError, match="position 2 cannot be drawn"):
+            stills(bent, "deflection", [2], tmp_path / "x.png", SMALL)
+        with pytest.raises(ValueError, match=f"3 frames from {len(possible)} positions"):
+            movie(bent, "deflection", tmp_path / "x.gif", 3, SMALL)
+        assert stills(bent, "deflection", [0], tmp_path / "x.png", SMALL)
+
+    @pytest.mark.parametrize(
+        ("change", "message"),
+        [
+            ({"frames": 13}, "13 frames from 12 positions that can be drawn: choose 1 to 12"),
+            ({"frames": 0}, "0 frames"),
+            ({"path": "film.avi"}, '"film.avi": the name must end in .mp4 or .gif or .png'),
+            ({"diagram": "deflexion"}, 'there is no diagram "deflexion": choose from longitudinal-load'),
+            ({"style": Style(outlines={"wheel": [0, 1, 1j]})}, 'no link "wheel"'),
+            ({"style": Style(outlines={"crank": [0, 1]})}, '"crank" has 2 corners'),
+        ],
+    )
+    def test_mistakes(self, change, message, four_bar, tmp_path):
+        asked = {"diagram": "slope", "path": "film.mp4"} | change
+        asked["path"] = tmp_path / asked["path"]
+        with pytest.raises(ValueError, match=message):
+            movie(four_bar, **asked)
+        assert list(tmp_path.iterdir()) == []
+
+    def test_a_position_that_is_none(self, four_bar, tmp_path):
+        with pytest.raises(ValueError, match="position 12 is not among the 12 positions, 0 to 11"):
+            stills(four_bar, "slope", [12], tmp_path / "x.png")
+
+    def test_several_designs(self):
+        ground = Link("ground", {"O": 0.0, "D": 0.35})
+        crank = bar("crank", "O", "A", np.array([[0.1], [0.09]]))
+        links = (ground, crank, bar("coupler", "A", "B", 0.3), bar("rocker", "D", "B", 0.25))
+        drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
+        bent = turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
+        with pytest.raises(ValueError, match=r"one design, .* shape \(2, 12\)"):
+            drawable(bent, diagram_named("slope"))
+
+    @pytest.mark.parametrize(
+        ("change", "message"),
+        [({"size": (300, 192)}, "300 x 192"), ({"exaggeration": 0.0}, "exaggeration 0"), ({"scale": -1.0}, "scale -1")],
+    )
+    def test_styles_that_cannot_be(self, change, message):
+        with pytest.raises(ValueError, match=message):
+            Style(**change)
+
+
+class TestMachine:
+    """OpenGL is asked for in a child process, once, and its absence is told in words."""
+
+    def test_missing_opengl_names_the_package(self, monkeypatch, four_bar, tmp_path):
+        monkeypatch.setattr(rendering, "TRIAL", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+        probe.cache_clear()
+        try:
+            with pytest.raises(RenderingUnavailable, match="apt install libegl1"):
+                stills(four_bar, "slope", [0], tmp_path / "x.png", SMALL)
+        finally:
+            probe.cache_clear()
+        assert list(tmp_path.iterdir()) == []
+
+    def test_one_child_for_all_pictures(self, monkeypatch):
+        probe()
+
+        def refuse(*arguments, **options):
+            raise AssertionError("a second child process")
+
+        monkeypatch.setattr(subprocess, "run", refuse)
+        probe()
+
+    def test_the_environment_is_left_as_it_was(self):
+        before = dict(os.environ)
+        with off_screen():
+            pass
+        assert dict(os.environ) == before
+
+    def test_nothing_is_printed_and_nothing_imported_early(self, tmp_path):
+        code = (
+            "import sys, animations, numpy as np\n"
+            "assert not {'pyvista', 'vtkmodules', 'matplotlib', 'imageio', 'PIL'} & set(sys.modules)\n"
+            "from rigid import Beam, Link, Mechanism, PinDrive, motion\n"
+            "from elastic import Section, deflection\n"
+            "arm = Link('arm', {'O': 0.0, 'A': 2.0}, (Beam('O', 'A', 5.0),))\n"
+            "links = (Link('ground', {'O': 0.0}), arm)\n"
+            "m = Mechanism(links, (PinDrive('arm', 'O'),), {'O': 0, 'A': 2}, gravity=-10j)\n"
+            "d = deflection(motion(m, [0.0, 1.0], 3.0), [Section(1e6, 1e3)])\n"
+            "style = animations.Style(size=(320, 192))\n"
+            "animations.movie(d, 'slope', sys.argv[1] + '/a.mp4', style=style)\n"
+            "animations.movie(d, 'slope', sys.argv[1] + '/a.gif', style=style)\n"
+        )
+        ran = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False)
+        assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.mp4"]
+
+
+def test_quantities_have_prefixes():
+    values = [(1e-3, "m"), (9.996e-4, "m"), (999.6, "N"), (0.0, "rad"), (2e-13, "m"), (-4.2e4, "N/m")]
+    assert [quantity(*value) for value in values] == ["1 mm", "1 mm", "1 kN", "0 rad", "0.2 pm", "-42 kN/m"]
+
+
+def test_round_numbers():
+    assert [round_below(value) for value in (0.99, 1.0, 4.99, 5.0, 7e-5, 0.003)] == [0.5, 1.0, 2.0, 5.0, 5e-5, 0.002]
