@@ -98,13 +98,17 @@ class Equations:
 
     def matrix(self, q, drive):
         """Derivatives of the left-hand sides, exact: by a complex step far below the last digit."""
-        step = self.number(10.0 ** -(NUDGE)) if self.lib is cmath else mpf(10) ** -(2 * WORKED)
+        step = self.number(10.0**-(NUDGE)) if self.lib is cmath else mpf(10) ** -(2 * WORKED)
         columns = []
         for k in range(len(q)):
             nudged = list(q)
             nudged[k] = nudged[k] + (step * 1j if self.lib is cmath else mpmath.mpc(0, step))
-            columns.append([mpmath.im(v) / step if self.lib is mpmath else complex(v).imag / step
-                            for v in self.values(nudged, drive)])
+            columns.append(
+                [
+                    mpmath.im(v) / step if self.lib is mpmath else complex(v).imag / step
+                    for v in self.values(nudged, drive)
+                ]
+            )
         return np.array(columns, object).T
 
     def bending(self, q, rate, drive):
@@ -206,8 +210,10 @@ class Exact:
     def sampled(self, field, stations):
         powers = [[mpf(float(xi)) ** k for k in range(7)] for xi in stations]
         return np.array(
-            [[float(sum(c * p for c, p in zip(beam, power, strict=False))) for power in powers]
-             for beam in self.fields[field]]
+            [
+                [float(sum(c * p for c, p in zip(beam, power, strict=False))) for power in powers]
+                for beam in self.fields[field]
+            ]
         )
 
 
@@ -319,7 +325,9 @@ class _Structure:
 
     def length(self, number):
         at, beam = self.beams[number]
-        x, y = self.equations.pair(self.mechanism.links[at].points[beam.end] - self.mechanism.links[at].points[beam.start])
+        x, y = self.equations.pair(
+            self.mechanism.links[at].points[beam.end] - self.mechanism.links[at].points[beam.start]
+        )
         return mpmath.sqrt(x * x + y * y)
 
     def axis(self, number):
@@ -330,20 +338,34 @@ class _Structure:
 
     def beam(self, number):
         """Fields of a beam by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
-        l, (c, s) = self.length(number), self.axis(number)
-        stretch, bend = (1 / mpf(float(v)) if np.isfinite(v) else mpf(0)
-                         for v in (self.sections[number].EA, self.sections[number].EI))
+        L, (c, s) = self.length(number), self.axis(number)
+        stretch, bend = (
+            1 / mpf(float(v)) if np.isfinite(v) else mpf(0)
+            for v in (self.sections[number].EA, self.sections[number].EI)
+        )
         (qx, qy), (gx, gy) = self.line_loads(number)
         one = np.eye(7, dtype=object)
         u, w, phi, N, V, M, known = one
         fields = {
-            "N": [N, -l * qx * known, -l * gx / 2 * known],
-            "V": [V, l * qy * known, l * gy / 2 * known],
-            "M": [M, l * V, l**2 * qy / 2 * known, l**2 * gy / 6 * known],
-            "u": [u, stretch * l * N, -stretch * l**2 * qx / 2 * known, -stretch * l**2 * gx / 6 * known],
-            "phi": [phi, bend * l * M, bend * l**2 * V / 2, bend * l**3 * qy / 6 * known, bend * l**3 * gy / 24 * known],
-            "w": [w, l * phi, bend * l**2 * M / 2, bend * l**3 * V / 6, bend * l**4 * qy / 24 * known,
-                  bend * l**4 * gy / 120 * known],
+            "N": [N, -L * qx * known, -L * gx / 2 * known],
+            "V": [V, L * qy * known, L * gy / 2 * known],
+            "M": [M, L * V, L**2 * qy / 2 * known, L**2 * gy / 6 * known],
+            "u": [u, stretch * L * N, -stretch * L**2 * qx / 2 * known, -stretch * L**2 * gx / 6 * known],
+            "phi": [
+                phi,
+                bend * L * M,
+                bend * L**2 * V / 2,
+                bend * L**3 * qy / 6 * known,
+                bend * L**3 * gy / 24 * known,
+            ],
+            "w": [
+                w,
+                L * phi,
+                bend * L**2 * M / 2,
+                bend * L**3 * V / 6,
+                bend * L**4 * qy / 24 * known,
+                bend * L**4 * gy / 120 * known,
+            ],
         }
         at, beam = self.beams[number]
         first = self.first + 6 * number
@@ -365,7 +387,7 @@ class _Structure:
         return fields
 
     def tie(self, row, at, point, arm, weights):
-        """Put a link's point (and an arm from it) into an equation of displacements and its multiplier into equilibrium."""
+        """A link's point, and an arm from it, into an equation of displacements; its multiplier into equilibrium."""
         if at == 0:
             return
         node, reach = self.grip(at, point)

@@ -102,9 +102,9 @@ def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0,
         bar("rocker", "D", "B", rocker, 0.6, lumps=lumps("B", 0.5)),
     )
     start = 0.4
-    O, D = links[0].points["O"], links[0].points["D"]
-    A = O + crank * np.exp(1j * start)
-    drawing = {"O": O, "A": A, "B": apex(A, D, coupler, rocker, side), "D": D}
+    center, D = links[0].points["O"], links[0].points["D"]
+    A = center + crank * np.exp(1j * start)
+    drawing = {"O": center, "A": A, "B": apex(A, D, coupler, rocker, side), "D": D}
     known = {"gravity": GRAVITY, "loads": loads("coupler", "B") + loads("crank", "A")} | more
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, **known)
     return moved(mechanism, sections_of(mechanism), turn(count, start))
@@ -225,11 +225,11 @@ def six_bar(count=24, **more):
         bar("swing", "G", "Q", 0.28, 0.5, lumps=lumps("Q")),
     )
     start = 0.6
-    O, D, G = (links[0].points[name] for name in "ODG")
-    A = O + 0.1 * np.exp(1j * start)
+    D, G = (links[0].points[name] for name in "DG")
+    A = 0.1 * np.exp(1j * start)
     B = apex(A, D, 0.31, 0.26)
     corner = A + (B - A) / 0.31 * P
-    drawing = {"O": O, "A": A, "B": B, "D": D, "P": corner, "G": G, "Q": apex(corner, G, 0.33, 0.28)}
+    drawing = {"O": 0.0, "A": A, "B": B, "D": D, "P": corner, "G": G, "Q": apex(corner, G, 0.33, 0.28)}
     known = {"gravity": GRAVITY, "loads": loads("coupler", "P") + loads("rod", "Q")} | more
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, **known)
     return moved(mechanism, sections_of(mechanism), turn(count, start))

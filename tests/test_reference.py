@@ -1,0 +1,163 @@
+"""Claim: all fields agree with references from outside the program, to round-off.
+
+The references: a table of exact fields of a steel four-bar; Simeon's slider-crank; and every mechanism solved by
+another method in 50 digits (exact.py).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from exact import exact
+from mechanisms import ALL, Case, bar, steel_four_bar
+
+from elastic import FIELDS, RIGID, Section, chord_deflection, deflection, extremes, sample
+from rigid import Link, Mechanism, PinDrive, Slider, motion, position_of
+
+TABLE = json.loads((Path(__file__).parent / "data" / "steel_four_bar.json").read_text())
+BARS = ("crank", "coupler", "rocker")
+STATIONS = {"start": 0.0, "mid": 0.5, "end": 1.0}
+
+
+@pytest.fixture(scope="module")
+def steel():
+    case = steel_four_bar()
+    return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+
+
+class TestSteelFourBar:
+    """tests/data/steel_four_bar.json: 40-digit fields at five crank angles, maxima over the turn."""
+
+    def test_is_the_tabulated_one(self, steel):
+        scene = TABLE["scene"]
+        area, inertia = scene["width"] * scene["depth"], scene["width"] * scene["depth"] ** 3 / 12
+        assert [scene[name] for name in BARS] == list(steel.length[:, 0])
+        np.testing.assert_allclose(steel.sections[0].EA, scene["E"] * area, rtol=1e-15)
+        np.testing.assert_allclose(steel.sections[0].EI, scene["E"] * inertia, rtol=1e-15)
+        assert steel.motion.mechanism.beams[0][1].mass_per_length == pytest.approx(scene["density"] * area, rel=1e-15)
+
+    @pytest.mark.parametrize("row", TABLE["rows"], ids=lambda row: f"{row['crank_deg']} deg")
+    def test_motion(self, steel, row):
+        position, course = row["crank_deg"], steel.motion
+        assert position_of(course, "rocker", "B")[position] == pytest.approx(complex(*row["B"]), rel=1e-14)
+        np.testing.assert_allclose(course.angular_velocity[2:, position], row["omega"], rtol=1e-13)
+        np.testing.assert_allclose(course.angular_acceleration[2:, position], row["eps"], rtol=1e-12)
+
+    @pytest.mark.parametrize("field", FIELDS)
+    @pytest.mark.parametrize("row", TABLE["rows"], ids=lambda row: f"{row['crank_deg']} deg")
+    def test_fields(self, steel, row, field):
+        got = sample(steel, field, list(STATIONS.values()))
+        for number, name in enumerate(BARS):
+            expected = [row[name][station][field] for station in STATIONS]
+            greatest = np.abs(got[number]).max()
+            np.testing.assert_allclose(got[number, row["crank_deg"]], expected, rtol=0, atol=1e-12 * greatest)
+
+    @pytest.mark.parametrize("field", ["w", "chord", "N", "M", "u", "phi"])
+    def test_maxima_at_the_tabulated_stations(self, steel, field):
+        got = np.abs(sample(steel, field, np.linspace(0, 1, 401))).max(axis=(1, 2))
+        np.testing.assert_allclose(got, [TABLE["maxima"][name][field] for name in BARS], rtol=1e-12)
+
+    @pytest.mark.parametrize("field", ["w", "chord", "N", "M", "u", "phi"])
+    def test_true_extremes_are_no_less_than_the_tabulated_ones(self, steel, field):
+        """401 stations miss a smooth maximum by (h^2/8) max|f''| at most, h = 1/400: less than 1e-5 of it here."""
+        got = np.abs(extremes(steel, [field])[field].value).max(axis=1)
+        expected = np.array([TABLE["maxima"][name][field] for name in BARS])
+        assert (got >= expected * (1 - 1e-12)).all()
+        assert (got <= expected * (1 + 2e-5)).all()
+
+
+def simeon():
+    """IVP Test Set, "crank": Simeon's slider-crank, its crank rigid, at 0.1 s."""
+    links = (
+        Link("ground", {"O": 0.0}),
+        bar("crank", "O", "A", 0.15, 0.0),
+        bar("rod", "A", "B", 0.3, 0.151104 / 0.3),
+        Link("block", {"B": 0.0}),
+    )
+    guide = Slider("guide", "block", "ground", "B", origin=0.0, direction=1.0)
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0.0, "A": 0.15, "B": 0.45}, (guide,))
+    side, E = 0.008, 2e11
+    return Case(
+        mechanism,
+        (RIGID, Section(EA=E * side**2, EI=E * side**4 / 12)),
+        np.array([[150 * 0.1]]),
+        np.array([[150.0]]),
+        np.array([[0.0]]),
+    )
+
+
+class TestSimeonSliderCrank:
+    """Tolerances are the printed digits."""
+
+    def solved(self):
+        case = simeon()
+        return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+
+    def test_load_on_the_rod(self):
+        assert sample(self.solved(), "qy", [0, 1])[1, 0] == pytest.approx([625.479186, -354.877376], abs=6e-7)
+
+    def test_deflection_from_the_chord_at_mid_span(self):
+        assert sample(self.solved(), "chord", [0.5])[1, 0, 0] == pytest.approx(2.090334574e-4, abs=6e-14)
+
+    def test_simply_supported_beam_under_a_trapezoidal_load(self):
+        """5 (q1 + q2)/2 l^4/(384 EI) at mid-span: Young, Budynas, Roark's Formulas, 8th ed., Table 8.1, case 2e."""
+        solved = self.solved()
+        q = np.mean([625.479186, -354.877376])
+        EI = 2e11 * 0.008**4 / 12
+        expected = 5 * q * 0.3**4 / (384 * EI)
+        middle = sum(coefficient * 0.5**k for k, coefficient in enumerate(chord_deflection(solved)[:, 1, 0]))
+        assert middle == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.8])
+def test_everything_equals_a_solution_in_fifty_digits(name, part):
+    """1e-13 of each field's maximum; the drives are somewhere on their way."""
+    case = ALL[name]()
+    position = round(part * (case.drive.shape[1] - 1))
+    drive, rate, rate2 = (value[:, position] for value in (case.drive, case.rate, case.rate2))
+    course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+    solved = deflection(course, case.sections)
+    other = exact(case.mechanism, case.sections, drive, rate, rate2)
+
+    place, speed, growth = (np.array(value, float).reshape(-1, 3) for value in (other.q, other.rate, other.rate2))
+    near = {"rtol": 1e-13, "atol": 1e-13}
+    np.testing.assert_allclose(course.origin[1:, position], place[:, 0] + 1j * place[:, 1], **near)
+    np.testing.assert_allclose(course.direction[1:, position], np.exp(1j * place[:, 2]), **near)
+    for got, turned, expected in (
+        (course.velocity, course.angular_velocity, speed),
+        (course.acceleration, course.angular_acceleration, growth),
+    ):
+        scale = np.abs(expected).max()
+        xy = expected[:, 0] + 1j * expected[:, 1]
+        np.testing.assert_allclose(got[1:, position], xy, rtol=0, atol=1e-13 * scale)
+        np.testing.assert_allclose(turned[1:, position], expected[:, 2], rtol=0, atol=1e-13 * scale)
+
+    stations = np.linspace(0, 1, 7)
+    for field in FIELDS:
+        got, expected = sample(solved, field, stations), other.sampled(field, stations)
+        np.testing.assert_allclose(
+            got[:, position], expected, rtol=0, atol=1e-13 * np.abs(got).max(), err_msg=f"{field} of the {name}"
+        )
+
+
+def test_the_second_solution_closes_to_fifty_digits():
+    """Places of one pin as two links see it, and the moments at a rod's ends: zero, and the 1.5 - 0.5 N m put on it."""
+    case = ALL["six-bar"]()
+    other = exact(case.mechanism, case.sections, case.drive[:, 3], case.rate[:, 3], case.rate2[:, 3])
+    index = case.mechanism.index
+    with mpmath.workdps(60):
+
+        def place(link, point):
+            x, y, angle = other.q[3 * index[link] - 3 : 3 * index[link]]
+            return mpmath.mpc(x, y) + mpmath.expj(angle) * mpmath.mpc(case.mechanism.links[index[link]].points[point])
+
+        assert abs(place("coupler", "P") - place("rod", "P")) < mpmath.mpf(10) ** -50
+        rod = [at for at, _ in case.mechanism.beams].index(index["rod"])
+        moment = other.fields["M"][rod]
+        assert abs(moment[0]) < mpmath.mpf(10) ** -44
+        assert abs(sum(moment) - 1) < mpmath.mpf(10) ** -44
