@@ -24,22 +24,26 @@ class JointForces:
         Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
     moment
         About the joint's point [N m]; 0.0 for a free pin.
+    ground_load
+        What acts on the ground besides the joints, springs for example: force [N], complex, and moment about the origin
+        of coordinates [N m].
     """
 
     closures: tuple[Closure, ...]
     force: list[Columns]
     moment: list[Columns]
+    ground_load: tuple[Columns, Columns] = (0.0, 0.0)
 
     @cached_property
     def ground_force(self) -> Columns:
         """Force of the mechanism on the ground [N], complex, shape (..., positions)."""
         on_ground = [number for number, place in enumerate(self._places) if place.joint.parent == 0]
-        return -sum(self.force[number] for number in on_ground)
+        return self.ground_load[0] - sum(self.force[number] for number in on_ground)
 
     @cached_property
     def ground_moment(self) -> Columns:
         """Moment of the mechanism on the ground about the origin of coordinates [N m], shape (..., positions)."""
-        total: Columns = 0.0
+        total = self.ground_load[1]
         for number, place in enumerate(self._places):
             if place.joint.parent == 0:
                 total = total - (_about(place.arm_parent, self.force[number]) + self.moment[number])
@@ -79,7 +83,9 @@ def joint_forces(closures: tuple[Closure, ...], force: Sequence[Columns], moment
             cuts.append((pull, twist))
         trees = [_balance(hinge, force, moment) for hinge in reversed(closed.tree)]
         results += [*cuts[::-1], *trees]
-    return JointForces(closures, [pull for pull, _ in results[::-1]], [twist for _, twist in results[::-1]])
+    results.reverse()
+    pulls, twists = [pull for pull, _ in results], [twist for _, twist in results]
+    return JointForces(closures, pulls, twists, (force[0], moment[0]))
 
 
 def _balance(hinge: JointPlace, force: list[Columns], moment: list[Columns]) -> tuple[Columns, Columns]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.closure import Columns
 from rigid.forces import JointForces, joint_forces
-from rigid.mechanism import LineLoad, PointLoad, Reals
+from rigid.mechanism import LineLoad, Reals
 from rigid.motion import SINGULAR, Motion
 from rigid.plane import cross, dot
 from rigid.tables import beam_table, mass_table
@@ -80,8 +80,9 @@ def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
                 moment = moment + cross(motion.direction[at] * lump.offset, force)
             yield at, lump.point, force, moment
     for load in mechanism.loads:
-        if isinstance(load, PointLoad):
-            yield mechanism.index[load.link], load.point, *point_load(motion, load)
+        if not isinstance(load, LineLoad):
+            for name, point, force, moment in load.forces(motion):
+                yield mechanism.index[name], point, force, moment
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
@@ -97,30 +98,40 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     arm = motion.direction * first
     force = [0.0, *(-(mass * felt + motion.turning * arm))[1:]]
     moment = [0.0, *(-(cross(arm, felt) + second * motion.angular_acceleration))[1:]]
-    for load in mechanism.loads:
-        at = mechanism.index[load.link]
-        link = mechanism.links[at]
-        if isinstance(load, PointLoad):
-            pull, twist = point_load(motion, load)
-            arm = motion.direction[at] * link.points[load.point]
-        else:
-            number = mechanism.beam_number(load.link, load.beam)
-            length = beam_table(mechanism, len(motion.columns)).length[number]
-            along = beam_directions(motion)[number]
-            start, end = (value * along for value in line_load_in_beam_axes(motion, load))
-            pull = length * (start + end) / 2
-            arm = motion.direction[at] * link.points[link.beams[load.beam].start]
-            twist = length**2 * cross(along, start / 6 + end / 3)
+    for at, pull, twist in given_loads(motion):
         force[at] = force[at] + pull
-        moment[at] = moment[at] + cross(arm, pull) + twist
+        moment[at] = moment[at] + twist
     return force, moment
 
 
-def point_load(motion: Motion, load: PointLoad) -> tuple[Columns, Columns]:
-    """Force in the ground's axes [N], complex, and moment [N m] of a load at a point."""
-    factor = 1.0 if load.law is None else load.law(motion)
-    turned = motion.direction[motion.mechanism.index[load.link]] if load.turning else 1.0
-    return load.force * turned * factor, load.moment * factor
+def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
+    """The loads of a mechanism one by one, inertia and weight left out.
+
+    Yields
+    ------
+    Link's number, force in the ground's axes [N], complex, and moment about the origin of the link's axes [N m].
+    """
+    mechanism = motion.mechanism
+    for load in mechanism.loads:
+        if isinstance(load, LineLoad):
+            yield mechanism.index[load.link], *_line_load(motion, load)
+            continue
+        for name, point, pull, twist in load.forces(motion):
+            at = mechanism.index[name]
+            yield at, pull, cross(motion.direction[at] * mechanism.links[at].points[point], pull) + twist
+
+
+def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
+    """Resultant of a line load: force, and moment about the origin of the link's axes."""
+    mechanism = motion.mechanism
+    at, number = mechanism.index[load.link], mechanism.beam_number(load.link, load.beam)
+    link = mechanism.links[at]
+    length = beam_table(mechanism, len(motion.columns)).length[number]
+    along = beam_directions(motion)[number]
+    start, end = (value * along for value in line_load_in_beam_axes(motion, load))
+    pull = length * (start + end) / 2
+    arm = motion.direction[at] * link.points[link.beams[load.beam].start]
+    return pull, cross(arm, pull) + length**2 * cross(along, start / 6 + end / 3)
 
 
 def reactions(motion: Motion) -> JointForces:

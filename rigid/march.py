@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigid.closure import Closure, Columns, closure, columns
 from rigid.drawing import Drawing
 from rigid.placement import Placement
-from rigid.plane import cross
+from rigid.plane import cross, dot
 from rigid.structure import Group, Joint
+
+if TYPE_CHECKING:
+    from rigid.posture import Posture
 
 STEPS = 40
 TOLERANCE = 1e-14
@@ -41,6 +44,28 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> None:
         walked = found if not strayed.any() else _walk(placed, group, start, np.arange(count), shape)
     _hang_all(placed, group, walked)
     placed.sine.append(_sine(_close(placed, group)))
+
+
+def correct(placed: Placement, group: Group, near: Posture) -> None:
+    """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
+    free = [group.tree[number] for number in group.free]
+    known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
+    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
+    start = np.stack([np.broadcast_to(_coordinate(near, joint), shape) for joint in free])
+    _hang_all(placed, group, _newton(placed, group, start))
+    placed.sine.append(_sine(_close(placed, group)))
+
+
+def _coordinate(near: Posture, joint: Joint) -> Any:
+    """Coordinate of a joint in a posture: angle of the child from the parent [rad], or slide [m]."""
+    if joint.slider is None:
+        return joint.sense * np.angle(near.direction[joint.child] * np.conj(near.direction[joint.parent]))
+    at_parent, at_child = (
+        near.origin[link] + near.direction[link] * local
+        for link, local in ((joint.parent, joint.at_parent), (joint.child, joint.at_child))
+    )
+    along = near.direction[joint.parent if joint.sense > 0 else joint.child] * joint.slider.direction
+    return joint.sense * dot(along, at_child - at_parent)
 
 
 def _walk(placed: Placement, group: Group, start: Any, positions: Any, shape: tuple[int, ...]) -> Any:

@@ -6,10 +6,10 @@ of one mechanism go through their positions together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ Complexes = NDArray[np.complex128]
 Real = float | Reals
 Complex = complex | Complexes
 Law = Callable[["Motion"], Reals]
+PointForce = tuple[str, str, Any, Any]
+"""Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
 
 GROUND = "ground"
 
@@ -106,6 +108,14 @@ class SliderDrive:
     slider: str
 
 
+class Load(Protocol):
+    """Whatever pushes on points of links: a `PointLoad`, a spring, or an object of one's own."""
+
+    def forces(self, motion: Motion) -> Iterable[PointForce]:
+        """Forces and moments on points at every position, one item per point."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class PointLoad:
     """A force [N] and a moment [N m] on a point of a link.
@@ -120,6 +130,12 @@ class PointLoad:
     moment: Real = 0.0
     turning: bool = False
     law: Law | None = None
+
+    def forces(self, motion: Motion) -> Iterable[PointForce]:
+        """The force in the ground's axes and the moment at every position."""
+        factor = 1.0 if self.law is None else self.law(motion)
+        turned = motion.direction[motion.mechanism.index[self.link]] if self.turning else 1.0
+        return ((self.link, self.point, self.force * turned * factor, self.moment * factor),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +166,7 @@ class Mechanism:
     drawing: Mapping[str, complex]
     sliders: tuple[Slider, ...] = ()
     gravity: complex = 0.0
-    loads: tuple[PointLoad | LineLoad, ...] = ()
+    loads: tuple[Load | LineLoad, ...] = ()
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

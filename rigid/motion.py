@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.plane import dot, plus, product, times
 from rigid.positions import place
 from rigid.structure import Structure
+
+if TYPE_CHECKING:
+    from rigid.posture import Posture
 
 SINGULAR = 1e12
 
@@ -83,6 +86,7 @@ def motion(
     drive_rate: Any = 0.0,
     drive_acceleration: Any = 0.0,
     time: Any = None,
+    near: Posture | None = None,
 ) -> Motion:
     """Positions, velocities and accelerations of a mechanism.
 
@@ -95,6 +99,9 @@ def motion(
         (drives, positions); for a single drive (positions,) will do.
     time
         Time of every position [s], shape (positions,); the numbers of the positions where it is left out.
+    near
+        Where the links nearly are at every position, or at a single one for all: picks the branch of the groups that no
+        closed form covers, in place of a walk from the drawing, so that the positions need not be neighbours.
 
     Raises
     ------
@@ -116,13 +123,10 @@ def motion(
     coordinates = coordinates.reshape(count, -1) if coordinates.ndim == 1 else coordinates
     if len(coordinates) != count:
         raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
-    rate, rate2 = (
-        np.broadcast_to(np.reshape(value, (count, -1)) if np.ndim(value) == 1 else value, coordinates.shape)
-        for value in (drive_rate, drive_acceleration)
-    )
+    rate, rate2 = (_per_position(value, coordinates) for value in (drive_rate, drive_acceleration))
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, mechanism.structure, coordinates)
+        placed, closures = place(mechanism, mechanism.structure, coordinates, near)
         velocity, spin = _velocities(mechanism, closures, rate)
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
@@ -142,6 +146,31 @@ def motion(
         stacked(turning, shape, complex),
         np.broadcast_to(condition, shape),
         closures,
+    )
+
+
+def with_rates(course: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
+    """The same positions passed at other rates of the drives; arguments as for `motion`."""
+    rate, rate2 = (_per_position(value, course.drive) for value in (drive_rate, drive_acceleration))
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        velocity, spin = _velocities(course.mechanism, course.closures, rate)
+        acceleration, turning = _accelerations(course.closures, velocity, spin, rate2)
+    shape = course.columns
+    return replace(
+        course,
+        drive_rate=rate,
+        drive_acceleration=rate2,
+        velocity=stacked(velocity, shape, complex),
+        acceleration=stacked(acceleration, shape, complex),
+        angular_velocity=stacked([np.imag(value) for value in spin], shape, float),
+        turning=stacked(turning, shape, complex),
+    )
+
+
+def _per_position(value: Any, coordinates: Any) -> Any:
+    """A rate given per drive, per position or both, as one array like the coordinates."""
+    return np.broadcast_to(
+        np.reshape(value, (len(coordinates), -1)) if np.ndim(value) == 1 else value, coordinates.shape
     )
 
 

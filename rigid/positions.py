@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigid import dyads
 from rigid.closure import Closure, Columns, closure
 from rigid.drawing import Drawing
-from rigid.march import follow
+from rigid.march import correct, follow
 from rigid.mechanism import Mechanism
 from rigid.placement import Placement, carried
 from rigid.plane import cross, dot
 from rigid.structure import Group, Joint, Structure
 
+if TYPE_CHECKING:
+    from rigid.posture import Posture
 
-def place(mechanism: Mechanism, structure: Structure, drive: Any) -> tuple[Placement, tuple[Closure, ...]]:
+
+def place(
+    mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None = None
+) -> tuple[Placement, tuple[Closure, ...]]:
     """Every link at every position.
 
     Parameters
     ----------
     drive
         Coordinates of the drives [rad or m], shape (drives, positions).
+    near
+        As for `motion`.
     """
     links = len(mechanism.links)
     placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
@@ -35,6 +42,8 @@ def place(mechanism: Mechanism, structure: Structure, drive: Any) -> tuple[Place
                 placed.hang(joint, drive[joint.drive])
         elif len(group.links) == 2 and len(group.free) == 2:
             _place_dyad(placed, group, drawing)
+        elif near is not None:
+            correct(placed, group, near)
         else:
             follow(placed, group, drawing)
         tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))

@@ -1,0 +1,175 @@
+"""Quantities read off a motion that have a rate: angles of links, slides, places and distances of points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from rigid.mechanism import GROUND, MechanismError
+from rigid.motion import Motion, position_of, velocity_of
+from rigid.plane import dot
+
+
+class Rated(Protocol):
+    """A quantity that changes at a known rate."""
+
+    def rate(self, motion: Motion) -> Any:
+        """Its derivative in time, shape (..., positions)."""
+        ...
+
+
+class Coordinate(Rated, Protocol):
+    """A quantity with a value and a rate."""
+
+    def value(self, motion: Motion) -> Any:
+        """The quantity, shape (..., positions)."""
+        ...
+
+    def difference(self, motion: Motion, value: Any) -> Any:
+        """How far the quantity is beyond a value; angles the short way round. Shape (..., positions)."""
+        ...
+
+
+@dataclass(frozen=True)
+class LinkAngle:
+    """Angle of the axes of a link from those of another [rad], counter-clockwise, without jumps along the positions."""
+
+    link: str
+    on: str = GROUND
+
+    def value(self, motion: Motion) -> Any:
+        """The angle, the first one in (-pi, pi]."""
+        return np.unwrap(np.angle(self._direction(motion)), axis=-1)
+
+    def rate(self, motion: Motion) -> Any:
+        """Angular velocity [rad/s]."""
+        index = motion.mechanism.index
+        return motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
+
+    def difference(self, motion: Motion, value: Any) -> Any:
+        """Angle beyond a value, in (-pi, pi]."""
+        return np.angle(self._direction(motion) * np.exp(-1j * np.asarray(value)))
+
+    def _direction(self, motion: Motion) -> Any:
+        one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
+        return one * np.conj(other)
+
+
+class _Plain:
+    """A coordinate that is a number, not an angle."""
+
+    def value(self, motion: Motion) -> Any:
+        raise NotImplementedError
+
+    def difference(self, motion: Motion, value: Any) -> Any:
+        """How far it is beyond a value."""
+        return self.value(motion) - value
+
+
+@dataclass(frozen=True)
+class Slide(_Plain):
+    """Way of a slider along its line [m]."""
+
+    slider: str
+
+    def value(self, motion: Motion) -> Any:
+        """The slide."""
+        line, block, on = self._of(motion)
+        way = position_of(motion, block, line.point) - position_of(motion, on, line.origin)
+        return dot(motion.direction[on] * line.direction, way)
+
+    def rate(self, motion: Motion) -> Any:
+        """Its rate [m/s]."""
+        line, block, on = self._of(motion)
+        point = position_of(motion, block, line.point) - motion.origin[on]
+        carried = motion.velocity[on] + 1j * motion.angular_velocity[on] * point
+        return dot(motion.direction[on] * line.direction, velocity_of(motion, block, line.point) - carried)
+
+    def _of(self, motion: Motion) -> tuple[Any, int, int]:
+        for line in motion.mechanism.sliders:
+            if line.name == self.slider:
+                return line, motion.mechanism.index[line.link], motion.mechanism.index[line.on]
+        raise MechanismError(f'there is no slider "{self.slider}"')
+
+
+@dataclass(frozen=True)
+class PointCoordinate(_Plain):
+    """Coordinate of a point along a unit vector of the ground's axes [m]: x as it stands, y with `along = 1j`."""
+
+    link: str
+    point: str
+    along: complex = 1.0
+
+    def value(self, motion: Motion) -> Any:
+        """The coordinate."""
+        return dot(self.along, position_of(motion, self.link, self.point))
+
+    def rate(self, motion: Motion) -> Any:
+        """Its rate [m/s]."""
+        return dot(self.along, velocity_of(motion, self.link, self.point))
+
+
+@dataclass(frozen=True)
+class Offset(_Plain):
+    """How far a point is beyond another along a unit vector of the ground's axes [m]: in height as it stands."""
+
+    link: str
+    point: str
+    other_link: str
+    other_point: str
+    along: complex = 1j
+
+    def value(self, motion: Motion) -> Any:
+        """The difference."""
+        one, other = self._ends
+        return one.value(motion) - other.value(motion)
+
+    def rate(self, motion: Motion) -> Any:
+        """Its rate [m/s]."""
+        one, other = self._ends
+        return one.rate(motion) - other.rate(motion)
+
+    @property
+    def _ends(self) -> tuple[PointCoordinate, PointCoordinate]:
+        return (
+            PointCoordinate(self.link, self.point, self.along),
+            PointCoordinate(self.other_link, self.other_point, self.along),
+        )
+
+
+@dataclass(frozen=True)
+class Distance(_Plain):
+    """Distance of two points [m]."""
+
+    link: str
+    point: str
+    other_link: str
+    other_point: str
+
+    def value(self, motion: Motion) -> Any:
+        """The distance."""
+        return np.abs(self._way(motion))
+
+    def rate(self, motion: Motion) -> Any:
+        """Its rate [m/s]; nan where the points meet."""
+        opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
+        way = self._way(motion)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return dot(way, opening) / np.abs(way)
+
+    def _way(self, motion: Motion) -> Any:
+        return position_of(motion, self.link, self.point) - position_of(motion, self.other_link, self.other_point)
+
+
+@dataclass(frozen=True)
+class Path:
+    """Way of a point along its path [m]: it has a rate, the point's speed [m/s], and no value of its own."""
+
+    link: str
+    point: str
+
+    def rate(self, motion: Motion) -> Any:
+        """Speed of the point."""
+        return np.abs(velocity_of(motion, self.link, self.point))

@@ -1,0 +1,139 @@
+"""Springs and dampers between two links, as loads: members of `Mechanism.loads`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import GROUND, PinDrive, PointForce, Real
+from rigid.motion import Motion, position_of, velocity_of
+from rigid.plane import dot
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """A straight spring and damper from a point of one link to a point of another.
+
+    Its tension is `preload + stiffness (L - length) + damping dL/dt`, L the distance of the two points.
+
+    Attributes
+    ----------
+    link, point
+        One end.
+    on, anchor
+        The other end: a link, the ground where left out, and its point.
+    stiffness
+        [N/m].
+    length
+        Distance at which the tension is `preload` [m]; 0 for a spring whose pull goes with the distance itself.
+    damping
+        [N s/m].
+    preload
+        [N], tension positive.
+
+    Examples
+    --------
+    A spring of 100 N/m, 1 m long when free, stretched to 3 m along x, pulls its end back with 200 N:
+
+    >>> from rigid import Link, Mechanism, PinDrive, Spring, motion
+    >>> links = (Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 3.0}))
+    >>> spring = Spring("arm", "A", anchor="O", stiffness=100.0, length=1.0)
+    >>> held = motion(Mechanism(links, (PinDrive("arm", "O"),), {}, loads=(spring,)), [0.0])
+    >>> next(iter(spring.forces(held)))[2]
+    array([-200.+0.j])
+    """
+
+    link: str
+    point: str
+    on: str = GROUND
+    anchor: str = ""
+    stiffness: Real = 0.0
+    length: Real = 0.0
+    damping: Real = 0.0
+    preload: Real = 0.0
+
+    def forces(self, motion: Motion) -> Iterable[PointForce]:
+        """Pull on its two ends; nan where they meet while it is tight, for then it has no direction."""
+        way = self._way(motion)
+        reach = np.abs(way)
+        tension = self.preload + self.stiffness * (reach - self.length)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            unit = np.where((reach == 0.0) & (tension == 0.0), 0.0, way / reach)
+            if np.any(self.damping):
+                tension = tension + self.damping * dot(unit, self._opening(motion))
+            pull = tension * unit
+        return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
+
+    def energy(self, motion: Motion) -> Any:
+        """What it stores [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
+        stretch = np.abs(self._way(motion)) - self.length
+        return self.preload * stretch + self.stiffness * stretch**2 / 2
+
+    def dissipation(self, motion: Motion) -> Any:
+        """Power that its damper turns into heat [W], shape (..., positions)."""
+        way = self._way(motion)
+        return self.damping * (dot(way, self._opening(motion)) / np.abs(way)) ** 2
+
+    def _way(self, motion: Motion) -> Any:
+        return position_of(motion, self.link, self.point) - position_of(motion, self.on, self.anchor)
+
+    def _opening(self, motion: Motion) -> Any:
+        return velocity_of(motion, self.link, self.point) - velocity_of(motion, self.on, self.anchor)
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionSpring:
+    """A spring and damper that turns one link against another about a pin.
+
+    Its moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, the opposite on `on`; theta is
+    the angle of the axes of `link` from those of `on`. Where a drive turns the pin, theta is the drive's coordinate,
+    over any number of turns; elsewhere the value within half a turn of `angle`.
+
+    Attributes
+    ----------
+    link, at, on
+        The link, the pin that both share, and the other link: the ground where left out.
+    stiffness
+        [N m/rad].
+    angle
+        theta at which its moment is -`preload` [rad].
+    damping, preload
+        [N m s/rad], [N m].
+    """
+
+    link: str
+    at: str
+    on: str = GROUND
+    stiffness: Real = 0.0
+    angle: Real = 0.0
+    damping: Real = 0.0
+    preload: Real = 0.0
+
+    def forces(self, motion: Motion) -> Iterable[PointForce]:
+        """Moments on the two links."""
+        moment = self.preload + self.stiffness * self._winding(motion) + self.damping * self._rate(motion)
+        return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
+
+    def energy(self, motion: Motion) -> Any:
+        """What it stores [J], 0 at `angle`, shape (..., positions)."""
+        winding = self._winding(motion)
+        return self.preload * winding + self.stiffness * winding**2 / 2
+
+    def dissipation(self, motion: Motion) -> Any:
+        """Power that its damper turns into heat [W], shape (..., positions)."""
+        return self.damping * self._rate(motion) ** 2
+
+    def _winding(self, motion: Motion) -> Any:
+        """theta - angle [rad]."""
+        for number, drive in enumerate(motion.mechanism.drives):
+            if isinstance(drive, PinDrive) and drive.at == self.at and {drive.link, drive.on} == {self.link, self.on}:
+                return motion.drive[number] * (1.0 if drive.link == self.link else -1.0) - self.angle
+        one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
+        return np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
+
+    def _rate(self, motion: Motion) -> Any:
+        one, other = (motion.mechanism.index[link] for link in (self.link, self.on))
+        return motion.angular_velocity[one] - motion.angular_velocity[other]
