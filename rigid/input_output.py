@@ -91,19 +91,28 @@ def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], ou
     MechanismError
         The given loads do not determine the others; there is no such action or link.
     """
-    powers = {action.name: _power(chain, action) for action in actions}
+    size = {action.name: _size(chain, action) for action in actions}
+    powers = {action.name: _power(chain, action) / size[action.name] for action in actions}
     for name in (*inputs, *outputs):
         if name not in powers:
             raise MechanismError(f'there is no action "{name}": there are {", ".join(powers)}')
     given = np.array([powers[name] for name in inputs]).T
     sought = np.array([powers[name] for name in outputs]).T
-    scale = max(float(np.abs(sought).max(initial=0.0)), float(np.abs(given).max(initial=0.0))) or 1.0
-    if np.linalg.matrix_rank(sought, RANK_TOLERANCE * scale) < len(outputs):
+    if np.linalg.matrix_rank(sought, RANK_TOLERANCE) < len(outputs):
         raise MechanismError(f"balance does not tell {', '.join(outputs)}: choose fewer, or loads that do work")
     law = -np.linalg.lstsq(sought, given, rcond=None)[0]
-    if np.abs(sought @ law + given).max(initial=0.0) > DETERMINED * scale:
+    if np.abs(sought @ law + given).max(initial=0.0) > DETERMINED:
         raise MechanismError(f"{', '.join(outputs)} alone cannot balance {', '.join(inputs)}: the chain would move")
-    return np.asarray(law)
+    sizes = [np.array([size[name] for name in names]) for names in (inputs, outputs)]
+    return np.asarray(law * sizes[0] / sizes[1][:, None])
+
+
+def _size(chain: Chain, action: Action) -> float:
+    """Power of a unit action at most, where its link moves at unit twist [N m]: what powers are measured by."""
+    size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
+    if not size > 0:
+        raise MechanismError(f'action "{action.name}" has neither a force nor a moment')
+    return size
 
 
 def _power(chain: Chain, action: Action) -> Reals:

@@ -184,14 +184,16 @@ def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> C
     Raises
     ------
     MechanismError
-        Two joints of one name; an unknown type; an axis of no length; a fixed link that is not there.
+        No joints; two of one name; an unknown type; an axis of no length; a fixed link that is not there.
     """
     joints = tuple(joints)
+    if not joints:
+        raise MechanismError("there are no joints")
     names = [joint.name for joint in joints]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         raise MechanismError(f'two joints have the name "{repeated[0]}"')
     nodes = list(dict.fromkeys(link for joint in joints for link in joint.links))
-    fixed = fixed or (GROUND if GROUND in nodes else nodes[0] if nodes else GROUND)
+    fixed = fixed or (GROUND if GROUND in nodes else nodes[0])
     if fixed not in nodes:
         raise MechanismError(f'no joint holds the fixed link "{fixed}"')
     nodes.sort(key=lambda node: node != fixed)

@@ -1,0 +1,342 @@
+"""Joints of space, chains of them, and their input-output laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigid import (
+    JOINT_TYPES,
+    SYNONYMS,
+    Action,
+    Contact,
+    Link,
+    Mechanism,
+    MechanismError,
+    SpatialJoint,
+    assembled,
+    force_law,
+    joint_rates,
+    kinematic_matrix,
+    kinematic_torsor,
+    mobility,
+    planar_chain,
+    self_stress,
+    spatial_chain,
+    static_torsor,
+    stressed_joints,
+    velocity_law,
+)
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+# Table II.2 of the course chapter: what is free and what is carried in the joint's own axes.
+TABLE = {
+    "punctual": (5, "Ωx Ωy Ωz Vx Vy", "Z"),
+    "rectilinear": (4, "Ωx Ωz Vx Vy", "Z M"),
+    "annular linear": (4, "Ωx Ωy Ωz Vx", "Y Z"),
+    "ball": (3, "Ωx Ωy Ωz", "X Y Z"),
+    "plane": (3, "Ωz Vx Vy", "Z L M"),
+    "sliding pivot": (2, "Ωz Vz", "X Y L M"),
+    "slide": (1, "Vz", "X Y L M N"),
+    "pivot": (1, "Ωz", "X Y Z L M"),
+    "fixed": (0, "", "X Y Z L M N"),
+}
+
+
+def freedoms(joints, fixed=None):
+    found = mobility(spatial_chain(joints, fixed))
+    assert found.sides_agree
+    return int(found.mobility), int(found.hyperstaticity)
+
+
+def helical_nut(pitch, size=1.0):
+    return spatial_chain(
+        [
+            SpatialJoint("P", ("support", "screw"), "pivot", (0, 0, 0), X),
+            SpatialJoint("G", ("support", "nut"), "slide", (0.2 * size, 0.1 * size, 0), X),
+            SpatialJoint("H", ("nut", "screw"), "helical", (0.2 * size, 0, 0), X, pitch),
+        ]
+    )
+
+
+def gear_shaft(length=0.3):
+    return spatial_chain(
+        [SpatialJoint("A", ("frame", "shaft"), "ball"), SpatialJoint("B", ("frame", "shaft"), "ball", (length, 0, 0))]
+    )
+
+
+def teeth(c, d, R, r, beta):
+    """Loads of the two meshes on the shaft, from the resultants of the source's equations."""
+    return [
+        Action("motor", "shaft", (c, R, 0), (0, -np.sin(beta), np.cos(beta))),
+        Action("receiver", "shaft", (d, 0, -r), (0, -np.cos(beta), np.sin(beta))),
+    ]
+
+
+vectors = st.tuples(*[st.floats(-2, 2)] * 3)
+directions = vectors.filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+@st.composite
+def joints(draw):
+    axis = draw(directions)
+    side = draw(directions.filter(lambda v: np.linalg.norm(np.cross(axis, v)) > 0.05))
+    normal = tuple(np.cross(axis, side))
+    return SpatialJoint(
+        "J", ("a", "b"), draw(st.sampled_from([*JOINT_TYPES])), draw(vectors), axis, draw(st.floats(-1, 1)), normal
+    )
+
+
+class TestTable:
+    @pytest.mark.parametrize("name", TABLE)
+    def test_freedoms_and_components(self, name):
+        count, free, carried = TABLE[name]
+        kind = SpatialJoint("J", ("a", "b"), name).kind
+        assert len(kind.freedoms) == count
+        assert kind.freedoms == tuple(free.split())
+        assert kind.transmits == tuple(carried.split())
+
+    def test_every_type_has_six_components_in_all(self):
+        assert all(len(kind.freedoms) + len(kind.transmits) == 6 for kind in JOINT_TYPES.values())
+        assert set(SYNONYMS.values()) <= set(JOINT_TYPES)
+
+    def test_thread_carries_a_moment_of_minus_pitch_times_push(self):
+        thread = SpatialJoint("H", ("a", "b"), "helical", (0, 0, 0), X, 0.003)
+        np.testing.assert_allclose(kinematic_torsor(thread)[:, 0], [1, 0, 0, 0.003, 0, 0])
+        push = static_torsor(thread)[:, thread.kind.transmits.index("Z")]
+        np.testing.assert_allclose(push, [1, 0, 0, -0.003, 0, 0])
+
+    def test_line_contact_lies_along_its_axis(self):
+        edge = SpatialJoint("L", ("a", "b"), "line", (0, 0, 0), Y, normal=Z)
+        np.testing.assert_allclose(static_torsor(edge)[:3, 0], [0, 0, 1])
+        free = kinematic_torsor(edge)
+        np.testing.assert_allclose(free[:, edge.kind.freedoms.index("Ωx")], [0, 1, 0, 0, 0, 0])
+        moment = static_torsor(edge)[3:, 1]
+        assert abs(moment @ Y) < 1e-15
+        assert abs(moment @ Z) < 1e-15
+
+    @given(joints(), vectors)
+    def test_what_a_joint_carries_does_no_work_on_what_it_leaves_free(self, joint, point):
+        free, carried = kinematic_torsor(joint, point), static_torsor(joint, point)
+        power = free[:3].T @ carried[3:] + free[3:].T @ carried[:3]
+        np.testing.assert_allclose(power, 0, atol=1e-13)
+        assert np.linalg.matrix_rank(free) == free.shape[1]
+        assert np.linalg.matrix_rank(carried) == 6 - free.shape[1]
+
+    @given(joints(), vectors)
+    def test_torsors_move_as_fields(self, joint, point):
+        free, here = kinematic_torsor(joint), kinematic_torsor(joint, point)
+        arm = np.subtract(point, joint.at)
+        for column in range(free.shape[1]):
+            np.testing.assert_allclose(here[3:, column], free[3:, column] + np.cross(free[:3, column], arm), atol=1e-12)
+
+
+class TestScrewAndNut:
+    def test_ranks(self):
+        found = mobility(helical_nut(0.002))
+        assert (found.kinematic_unknowns, found.kinematic_equations, int(found.kinematic_rank)) == (3, 6, 2)
+        assert (int(found.mobility), int(found.hyperstaticity), found.loops) == (1, 4, 1)
+        assert found.sides_agree
+
+    def test_index_is_unknowns_less_equations(self):
+        found = mobility(helical_nut(0.002))
+        assert found.index == -3 == int(found.mobility) - int(found.hyperstaticity)
+        assert found.index != 6 - 3  # as printed
+
+    @pytest.mark.parametrize("pitch", [0.002, -0.002, 1.5, 1e-5])
+    @pytest.mark.parametrize("size", [1.0, 1e-3, 0.0])
+    def test_law(self, pitch, size):
+        nut = helical_nut(pitch, size)
+        np.testing.assert_allclose(velocity_law(nut, ["P"], ["G"]), [[-pitch]], rtol=1e-9)
+        np.testing.assert_allclose(velocity_law(nut, ["P"], ["H"]), [[1]], rtol=1e-12)
+        np.testing.assert_allclose(velocity_law(nut, ["G"], ["P"]), [[-1 / pitch]], rtol=1e-9)
+
+    def test_motor_moment_against_receiver_force(self):
+        nut = helical_nut(0.002)
+        loads = [Action("motor", "screw", moment=X), Action("receiver", "nut", (0.4, 0.2, 0), X)]
+        # Virtual work: C alpha' + F lambda' = 0 with lambda' = -p alpha'.
+        np.testing.assert_allclose(force_law(nut, loads, ["receiver"], ["motor"]), [[0.002]], rtol=1e-10)
+
+
+class TestGearShaft:
+    def test_ranks(self):
+        found = mobility(gear_shaft())
+        assert (found.static_unknowns, found.static_equations, int(found.static_rank)) == (6, 6, 5)
+        assert (int(found.mobility), int(found.hyperstaticity)) == (1, 1)
+        assert found.sides_agree
+
+    def test_bearings_press_on_each_other_along_the_shaft(self):
+        state = self_stress(gear_shaft())
+        assert state.shape == (1, 2, 6)
+        force, moment = state[0, :, 3:], state[0, :, :3]
+        np.testing.assert_allclose(force[0], -force[1], atol=1e-15)
+        np.testing.assert_allclose(np.abs(force[0]), [abs(force[0, 0]), 0, 0], atol=1e-15)
+        np.testing.assert_allclose(moment, 0, atol=1e-15)
+        assert stressed_joints(gear_shaft()) == (0, 1)
+
+    @given(*[st.floats(0.02, 0.5)] * 4, st.floats(0.1, 0.7))
+    def test_law(self, c, d, R, r, beta):
+        law = force_law(gear_shaft(), teeth(c, d, R, r, beta), ["receiver"], ["motor"])
+        np.testing.assert_allclose(law, [[r / R]], rtol=1e-9)
+        printed = r * np.sin(beta) / (R * np.cos(beta))
+        assert abs(law[0, 0] - printed) > 1e-3 * r / R
+
+
+class TestKnownLinkages:
+    def test_four_parallel_pivots(self):
+        corners = [(0, 0, 0), (0, 1, 0), (3, 2, 0), (3, 0, 0)]
+        ring = [SpatialJoint(f"J{n}", (f"L{n}", f"L{(n + 1) % 4}"), "revolute", at) for n, at in enumerate(corners)]
+        assert freedoms(ring) == (1, 3)
+
+    def test_spherical_four_bar(self):
+        axes = [(1, 0, 0), (0.8, 0.6, 0.1), (0.2, 0.7, 0.9), (0, 0.3, 1)]
+        ring = [
+            SpatialJoint(f"J{n}", (f"L{n}", f"L{(n + 1) % 4}"), "revolute", tuple(0.5 * np.array(axis)), axis)
+            for n, axis in enumerate(axes)
+        ]
+        assert freedoms(ring) == (1, 3)
+
+    def test_two_balls_let_the_coupler_spin(self):
+        ring = [
+            SpatialJoint("A", ("ground", "crank"), "revolute", (0, 0, 0), X),
+            SpatialJoint("B", ("crank", "coupler"), "spherical", (0, 0.3, 0.1)),
+            SpatialJoint("C", ("coupler", "rocker"), "spherical", (1, 0.9, 0.5)),
+            SpatialJoint("D", ("ground", "rocker"), "revolute", (1.2, 0, 0), (0.2, 0.1, 1)),
+        ]
+        assert freedoms(ring) == (2, 0)
+
+    def test_sarrus_linkage_moves_straight(self):
+        def half(name, axis, out):
+            out = np.array(out, float)
+            low, mid, top = out, out * 1.7 + (0, 0, 0.5), out + (0, 0, 1)
+            return [
+                SpatialJoint(f"{name}1", ("ground", f"{name}low"), "revolute", tuple(low), axis),
+                SpatialJoint(f"{name}2", (f"{name}low", f"{name}high"), "revolute", tuple(mid), axis),
+                SpatialJoint(f"{name}3", (f"{name}high", "table"), "revolute", tuple(top), axis),
+            ]
+
+        legs = half("a", Y, (1, 0, 0)) + half("b", X, (0, 1, 0))
+        assert freedoms(legs) == (1, 1)
+        assert freedoms(legs[:3]) == (3, 0)
+        rates = joint_rates(spatial_chain(legs))[:, 0]
+        # The knees turn twice as much as the hinges; that about y sinks where that about x rises.
+        np.testing.assert_allclose(rates / rates[1], [-0.5, 1, -0.5, 0.5, -1, 0.5], rtol=1e-9)
+
+    def test_planar_mechanism_in_space_has_three_conditions_more_a_loop(self):
+        places = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
+        links = (
+            Link("ground", {"O": 0, "D": 0.35}),
+            Link("crank", {"O": 0, "A": 0.1}),
+            Link("coupler", {"A": 0, "B": abs(0.24 + 0.13j)}),
+            Link("rocker", {"D": 0, "B": abs(-0.05 + 0.21j)}),
+        )
+        flat = planar_chain(assembled(Mechanism(links, (), places)))
+        ends = {branch.name: (branch.start, branch.end) for branch in flat.graph.branches}
+        spatial = spatial_chain(
+            [SpatialJoint(n, ends[n], "pin", (complex(p).real, complex(p).imag, 0)) for n, p in places.items()]
+        )
+        plane, space = mobility(flat), mobility(spatial)
+        assert int(space.mobility) == int(plane.mobility) == 1
+        assert int(space.hyperstaticity) == int(plane.hyperstaticity) + 3 * plane.loops
+        np.testing.assert_allclose(
+            velocity_law(flat, ["O"], ["A", "B", "D"]), velocity_law(spatial, ["O"], ["A", "B", "D"]), rtol=1e-12
+        )
+
+    @settings(max_examples=30)
+    @given(st.floats(-4, 4), st.floats(-3, 3))
+    def test_units_and_axes_do_not_matter(self, power, angle):
+        size, turn = (
+            10**power,
+            np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]),
+        )
+        ring = [
+            SpatialJoint("A", ("ground", "crank"), "revolute", (0, 0, 0), X),
+            SpatialJoint("B", ("crank", "coupler"), "universal", (0, 0.3, 0.1), X, normal=Y),
+            SpatialJoint("C", ("coupler", "rocker"), "spherical", (1, 0.9, 0.5)),
+            SpatialJoint("D", ("ground", "rocker"), "cylindrical", (1.2, 0, 0), (0.2, 0.1, 1)),
+        ]
+        moved = [
+            SpatialJoint(
+                j.name,
+                j.links,
+                j.type,
+                tuple(size * (turn @ j.at) + 3 * size),
+                tuple(turn @ j.axis),
+                normal=None if j.normal is None else tuple(turn @ j.normal),
+            )
+            for j in ring
+        ]
+        assert freedoms(moved) == freedoms(ring) == (2, 0)
+        before = velocity_law(spatial_chain(ring), ["A", ("D", "Vz")], [("D", "Ωz")])
+        after = velocity_law(spatial_chain(moved), ["A", ("D", "Vz")], [("D", "Ωz")])
+        np.testing.assert_allclose(after * [1, size], before, rtol=1e-8)
+
+
+class TestGears:
+    def test_velocity_law_of_rolling_wheels(self):
+        wheels = Mechanism(
+            (Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {"O": 0, "D": 3}
+        )
+        chain = planar_chain(assembled(wheels), [Contact("mesh", "a", "b", 1.0)])
+        np.testing.assert_allclose(velocity_law(chain, ["O"], ["D"]), [[-0.5]], rtol=1e-13)
+        loads = [Action("in", "a", moment=(1.0,)), Action("out", "b", (3.0, 2.0), (1.0, 0.0))]
+        # Moments about the centers stand as the radii: M_b = 2 M_a; the force turns b by -2 N m per newton.
+        np.testing.assert_allclose(force_law(chain, loads, ["out"], ["in"]), [[-1.0]], rtol=1e-13)
+
+
+class TestErrors:
+    def test_of_joints(self):
+        with pytest.raises(MechanismError, match='no type "revolut", did you mean "revolute"'):
+            spatial_chain([SpatialJoint("J", ("a", "b"), "revolut")])
+        with pytest.raises(MechanismError, match='no type "q": it is one of point, line'):
+            spatial_chain([SpatialJoint("J", ("a", "b"), "q")])
+        with pytest.raises(MechanismError, match="axis has no length"):
+            spatial_chain([SpatialJoint("J", ("a", "b"), "pin", axis=(0, 0, 0))])
+        with pytest.raises(MechanismError, match="a line joint needs a normal"):
+            spatial_chain([SpatialJoint("J", ("a", "b"), "line", axis=X)])
+        with pytest.raises(MechanismError, match="axis and normal stand at 45 deg"):
+            spatial_chain([SpatialJoint("J", ("a", "b"), "universal", axis=X, normal=(1, 1, 0))])
+
+    def test_of_chains(self):
+        with pytest.raises(MechanismError, match="there are no joints"):
+            spatial_chain([])
+        joint = SpatialJoint("J", ("a", "b"), "pin")
+        with pytest.raises(MechanismError, match='two joints have the name "J"'):
+            spatial_chain([joint, joint])
+        with pytest.raises(MechanismError, match='no joint holds the fixed link "c"'):
+            spatial_chain([joint], "c")
+        with pytest.raises(MechanismError, match='no chain of joints holds "c", "d" to "a"'):
+            mobility(spatial_chain([joint, SpatialJoint("K", ("c", "d"), "pin")]))
+
+    def test_of_laws(self):
+        nut = helical_nut(0.002)
+        with pytest.raises(MechanismError, match='there is no joint "Q"'):
+            velocity_law(nut, ["P"], ["Q"])
+        with pytest.raises(MechanismError, match="P, H do not move independently"):
+            velocity_law(nut, ["P", "H"], ["G"])
+        open_chain = spatial_chain(
+            [SpatialJoint("J", ("a", "b"), "cylindrical"), SpatialJoint("K", ("b", "c"), "pin", X)]
+        )
+        with pytest.raises(MechanismError, match="say which of its freedoms Ωz, Vz"):
+            velocity_law(open_chain, ["J"], ["K"])
+        with pytest.raises(MechanismError, match="K does not follow from"):
+            velocity_law(open_chain, [("J", "Ωz")], ["K"])
+        loads = [Action("motor", "screw", moment=X), Action("across", "nut", (0, 0, 0), Y), Action("none", "nut")]
+        with pytest.raises(MechanismError, match="neither a force nor a moment"):
+            force_law(nut, loads, ["across"], ["motor"])
+        with pytest.raises(MechanismError, match='there is no action "pull"'):
+            force_law(nut, loads[:2], ["pull"], ["motor"])
+        with pytest.raises(MechanismError, match="balance does not tell across"):
+            force_law(nut, loads[:2], ["motor"], ["across"])
+        with pytest.raises(MechanismError, match='action "x": there is no moving link "support"'):
+            force_law(nut, [Action("x", "support", (0, 0, 0), X)], [], ["x"])
+        loose = [Action("x", "b", moment=Z), Action("y", "b", (0, 0, 0), Z)]
+        with pytest.raises(MechanismError, match="x alone cannot balance y"):
+            force_law(open_chain, loose, ["y"], ["x"])
+
+
+def test_a_chain_without_loops_has_no_loop_equations():
+    arm = spatial_chain([SpatialJoint("J", ("a", "b"), "ball"), SpatialJoint("K", ("b", "c"), "pin", X)])
+    assert kinematic_matrix(arm).shape == (0, 4)
+    assert freedoms([SpatialJoint("J", ("a", "b"), "ball"), SpatialJoint("K", ("b", "c"), "pin", X)]) == (4, 0)
