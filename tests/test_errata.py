@@ -1,0 +1,423 @@
+"""Claim: docs/errata.md is right: each formula as printed fails where its correction passes.
+
+Source: Utenov, Zhilkibayeva, Baygunchekov, Myrzaliyev, "Determination of displacements in cross-sections of four-bar
+mechanism links from distributed dynamic loads and their animation using MAPLE". The judge is never the program: it is
+quadrature of the section forces found from the loads by equilibrium, and the closing of the joints. The program is
+judged with the same numbers, which were also found by Hermite finite elements.
+"""
+
+from __future__ import annotations
+
+from cmath import phase
+from math import atan2, cos, sin, tau
+
+import numpy as np
+import pytest
+
+from elastic import Section, deflection, sample
+from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, motion
+
+B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j  # and O at the origin
+ENDS = ((0j, B), (B, C), (C, D))  # link 3 runs from C to D
+EA = (8e7, 4e7, 6e7)
+EI = (2600.0, 1200.0, 1800.0)
+ACROSS = ((300.0, -120.0), (-500.0, 800.0), (250.0, 90.0))
+ALONG = ((-80.0, 400.0), (600.0, -100.0), (150.0, 700.0))
+LENGTH = [abs(end - start) for start, end in ENDS]
+THETA = [phase(end - start) for start, end in ENDS]
+
+PINNED = {
+    "ux1l": 2.4239410377e-7,
+    "uy1l": -3.5905052612e-5,
+    "ux20": 1.7962884202e-5,
+    "uy20": -3.1089650194e-5,
+    "ux2l": 1.8534324768e-5,
+    "uy2l": -5.0971194647e-6,
+    "ux3l": -1.4283385744e-7,
+    "uy3l": 1.9221899488e-5,
+    "Phi20": 5.1923401447e-4,
+    "Phi30": 1.5975626257e-4,
+}
+DIGITS = 1e-9
+GAUSS = np.polynomial.legendre.leggauss(8)
+
+
+def integral(function, start, end):
+    """Gauss quadrature, exact to degree 15."""
+    half = (end - start) / 2
+    return half * sum(w * function(start + half * (1 + x)) for x, w in zip(*GAUSS, strict=True))
+
+
+def load(pair, k, x):
+    return pair[0] + (pair[1] - pair[0]) * x / LENGTH[k]
+
+
+def joint_forces():
+    """Forces on the ends of the three links, in their own axes, so that each link is in equilibrium."""
+    # moments about the pins: coupler about B, rocker about D give the force that the coupler feels at C
+    rows, right = [], []
+    for k, sign, pole in ((1, 1.0, 0.0), (2, -1.0, LENGTH[2])):
+        arm = ((LENGTH[k] if k == 1 else 0.0) - pole) * np.exp(1j * THETA[k])
+        rows.append([-sign * arm.imag, sign * arm.real])
+        right.append(-integral(lambda x, k=k, pole=pole: (x - pole) * load(ACROSS[k], k, x), 0, LENGTH[k]))
+    at_c = complex(*np.linalg.solve(rows, right))
+    total = [
+        integral(lambda x, k=k: complex(load(ALONG[k], k, x), load(ACROSS[k], k, x)), 0, LENGTH[k]) for k in range(3)
+    ]
+    at_b = at_c + total[1] * np.exp(1j * THETA[1])  # on the crank: what the coupler hands on
+    at_d = at_c - total[2] * np.exp(1j * THETA[2])  # on the rocker
+    return [force * np.exp(-1j * angle) for force, angle in zip((at_b, at_c, at_d), THETA, strict=True)]
+
+
+END_FORCE = joint_forces()
+
+
+def axial(k, x):
+    """Pull in link k at x: equilibrium of the piece beyond."""
+    return END_FORCE[k].real + integral(lambda s: load(ALONG[k], k, s), x, LENGTH[k])
+
+
+def moment(k, x):
+    """Bending moment in link k at x: equilibrium of the piece beyond."""
+    beyond = integral(lambda s: (s - x) * load(ACROSS[k], k, s), x, LENGTH[k])
+    return END_FORCE[k].imag * (LENGTH[k] - x) + beyond
+
+
+def nodal_moments(k):
+    """M_k1 to M_k4: at the thirds of the link."""
+    return [moment(k, LENGTH[k] * part / 3) for part in range(4)]
+
+
+def nodal_pulls(k):
+    """N_k1 to N_k3: at the ends and the middle."""
+    return [axial(k, LENGTH[k] * part / 2) for part in range(3)]
+
+
+def slope(k, x):
+    """Slope at x of link k clamped at its start."""
+    return integral(lambda s: moment(k, s), 0, x) / EI[k]
+
+
+def deflected(k, x):
+    """Deflection at x of link k clamped at its start."""
+    return integral(lambda s: slope(k, s), 0, x)
+
+
+def stretched(k, x):
+    """Longitudinal displacement at x of link k held at its start."""
+    return integral(lambda s: axial(k, s), 0, x) / EA[k]
+
+
+def reference():
+    """All ten numbers from quadrature and from closing the joints B, C, D with complex displacements."""
+    at_b = complex(stretched(0, LENGTH[0]), deflected(0, LENGTH[0])) * np.exp(1j * THETA[0])
+    own_b = at_b * np.exp(-1j * THETA[1])
+    grown = [complex(stretched(k, LENGTH[k]), deflected(k, LENGTH[k])) for k in (1, 2)]
+    e2, e3 = np.exp(1j * THETA[1]), np.exp(1j * THETA[2])
+    # B + coupler's growth + turning = C = -(rocker's growth + turning), D at rest; unknown Phi20, Phi30
+    closing = -e3 * grown[1] - at_b - e2 * grown[0]
+    a, b = 1j * e2 * LENGTH[1], 1j * e3 * LENGTH[2]
+    Phi20, Phi30 = np.linalg.solve([[a.real, b.real], [a.imag, b.imag]], [closing.real, closing.imag])
+    at_c = at_b + e2 * grown[0] + a * Phi20
+    own_c, far_c = at_c / e2, at_c / e3
+    first = at_b * np.exp(-1j * THETA[0])
+    values = (first, own_b, own_c, far_c)
+    names = (("ux1l", "uy1l"), ("ux20", "uy20"), ("ux2l", "uy2l"), ("ux3l", "uy3l"))
+    result = {
+        name: part
+        for pair, value in zip(names, values, strict=True)
+        for name, part in zip(pair, (value.real, value.imag), strict=True)
+    }
+    return result | {"Phi20": Phi20, "Phi30": Phi30}
+
+
+JUDGE = reference()
+
+
+def passes(value, name):
+    return value == pytest.approx(JUDGE[name], rel=1e-12)
+
+
+def wrong_by(value, name):
+    return abs(value / JUDGE[name] - 1)
+
+
+@pytest.mark.parametrize("name", PINNED)
+def test_judge_has_the_pinned_values(name):
+    assert JUDGE[name] == pytest.approx(PINNED[name], rel=DIGITS)
+
+
+@pytest.fixture(scope="module")
+def solved():
+    """The same four-bar through the program: massless beams under turning line loads, at rest."""
+    links = (
+        Link("ground", {"O": 0.0, "D": D}),
+        Link("crank", {"O": 0.0, "B": LENGTH[0]}, (Beam("O", "B"),)),
+        Link("coupler", {"B": 0.0, "C": LENGTH[1]}, (Beam("B", "C"),)),
+        Link("rocker", {"C": 0.0, "D": LENGTH[2]}, (Beam("C", "D"),)),
+    )
+    carried = tuple(
+        LineLoad(link, 0, complex(along[0], across[0]), complex(along[1], across[1]), turning=True)
+        for link, along, across in zip(("crank", "coupler", "rocker"), ALONG, ACROSS, strict=True)
+    )
+    drawing = {"O": 0.0, "B": B, "C": C, "D": D}
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, loads=carried)
+    return deflection(motion(mechanism, [THETA[0]]), [Section(*pair) for pair in zip(EA, EI, strict=True)])
+
+
+class TestProgram:
+    """The program has the corrected formulas."""
+
+    def test_places_the_drawing(self, solved):
+        np.testing.assert_allclose(np.angle(solved.motion.direction[1:, 0]), THETA, rtol=1e-14)
+
+    @pytest.mark.parametrize(
+        ("name", "field", "link", "xi"),
+        [
+            ("ux1l", "u", 0, 1.0),
+            ("uy1l", "w", 0, 1.0),
+            ("ux20", "u", 1, 0.0),
+            ("uy20", "w", 1, 0.0),
+            ("ux2l", "u", 1, 1.0),
+            ("uy2l", "w", 1, 1.0),
+            ("ux3l", "u", 2, 0.0),
+            ("uy3l", "w", 2, 0.0),
+            ("Phi20", "phi", 1, 0.0),
+            ("Phi30", "phi", 2, 0.0),
+        ],
+    )
+    def test_has_the_pinned_values(self, solved, name, field, link, xi):
+        value = sample(solved, field, [xi])[link, 0, 0]
+        assert value == pytest.approx(PINNED[name], rel=DIGITS)
+        assert passes(value, name)
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_moments_and_pulls_at_the_nodes_of_the_paper(self, solved, k):
+        np.testing.assert_allclose(
+            sample(solved, "M", [0, 1 / 3, 2 / 3, 1])[k, 0], nodal_moments(k), rtol=0, atol=1e-12
+        )
+        np.testing.assert_allclose(sample(solved, "N", [0, 1 / 2, 1])[k, 0], nodal_pulls(k), rtol=1e-12)
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_elastic_line_is_equations_2_3_5(self, solved, k):
+        """The brackets as printed, with the program's values at the start as the constants of integration."""
+        x = np.linspace(0, LENGTH[k], 5)
+        for field, printed in (("phi", bracket_2), ("w", bracket_3), ("u", bracket_5)):
+            start = sample(solved, field, [0.0])[k, 0, 0]
+            turned = sample(solved, "phi", [0.0])[k, 0, 0] * x if field == "w" else 0.0
+            expected = start + turned + printed(k, x)
+            got = sample(solved, field, x / LENGTH[k])[k, 0]
+            np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def shapes(x, power=3):
+    """Integrand of (2): the four cubics that are 1 at their own third; `power` of the last term of the third."""
+    return [
+        1 - 11 / 2 * x + 9 * x**2 - 9 / 2 * x**3,
+        9 * x - 45 / 2 * x**2 + 27 / 2 * x**3,
+        -9 / 2 * x + 18 * x**2 - 27 / 2 * x**power,
+        x - 9 / 2 * x**2 + 9 / 2 * x**3,
+    ]
+
+
+def bracket_2(k, x):
+    """Right of (2), integrated, without its constant."""
+    L = LENGTH[k]
+    M1, M2, M3, M4 = nodal_moments(k)
+    return (
+        (x - 11 / (4 * L) * x**2 + 9 / (3 * L**2) * x**3 - 9 / (8 * L**3) * x**4) * M1
+        + (9 / (2 * L) * x**2 - 45 / (6 * L**2) * x**3 + 27 / (8 * L**3) * x**4) * M2
+        + (-9 / (4 * L) * x**2 + 18 / (3 * L**2) * x**3 - 27 / (8 * L**3) * x**4) * M3
+        + (1 / (2 * L) * x**2 - 9 / (6 * L**2) * x**3 + 9 / (8 * L**3) * x**4) * M4
+    ) / EI[k]
+
+
+def bracket_3(k, x):
+    """Right of (3) without its constants."""
+    L = LENGTH[k]
+    M1, M2, M3, M4 = nodal_moments(k)
+    return (
+        (x**2 / 2 - 11 / (12 * L) * x**3 + 9 / (12 * L**2) * x**4 - 9 / (40 * L**3) * x**5) * M1
+        + (9 / (6 * L) * x**3 - 45 / (24 * L**2) * x**4 + 27 / (40 * L**3) * x**5) * M2
+        + (-9 / (12 * L) * x**3 + 18 / (12 * L**2) * x**4 - 27 / (40 * L**3) * x**5) * M3
+        + (1 / (6 * L) * x**3 - 9 / (24 * L**2) * x**4 + 9 / (40 * L**3) * x**5) * M4
+    ) / EI[k]
+
+
+def bracket_5(k, x, times=1):
+    """Right of (5) without its constant; `times` the N_k1 term, which extraction repeats sixteen times with 1/2."""
+    L = LENGTH[k]
+    N1, N2, N3 = nodal_pulls(k)
+    first = x - 3 / (2 * L) * x**2 + 2 / (3 * L**2) * x**3
+    second = 4 / (2 * L) * x**2 - 4 / (3 * L**2) * x**3
+    third = -1 / (2 * L) * x**2 + 2 / (3 * L**2) * x**3
+    return (times * first * N1 + second * N2 + third * N3) / EA[k]
+
+
+class TestErratum1:
+    """(2), integrand: the third bracket ends with the cube."""
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_integrand(self, k):
+        third = np.array([0.2, 0.5, 0.9])
+        exact = np.array([moment(k, x * LENGTH[k]) for x in third])
+
+        def interpolated(power):
+            return sum(shape * M for shape, M in zip(shapes(third, power), nodal_moments(k), strict=True))
+
+        np.testing.assert_allclose(interpolated(3), exact, rtol=0, atol=1e-12 * np.abs(exact).max())
+        assert np.abs(interpolated(1) - exact).max() > 0.5 * np.abs(exact).max()
+
+    def test_cubics_sum_to_one(self):
+        """A constant moment is its own interpolation."""
+        assert sum(shapes(0.4, 3)) == pytest.approx(1, rel=1e-14)
+        assert abs(sum(shapes(0.4, 1)) - 1) > 1
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_integrated_brackets_are_right(self, k):
+        x = 0.7 * LENGTH[k]
+        assert bracket_2(k, x) == pytest.approx(slope(k, x), rel=1e-12)
+        assert bracket_3(k, x) == pytest.approx(deflected(k, x), rel=1e-12)
+
+
+class TestErratum2:
+    """(4), ux3l: Hooke's law divides by EA."""
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_elongation_of_an_element(self, k):
+        element = 1e-3
+        elongation = stretched(k, 0.02 + element / 2) - stretched(k, 0.02 - element / 2)
+        corrected, printed = axial(k, 0.02) * element / EA[k], axial(k, 0.02) * element / EI[k]
+        assert corrected == pytest.approx(elongation, rel=1e-4)
+        assert abs(printed / elongation) > 1e4
+
+    def test_end_displacement(self):
+        N1, N2, N3 = nodal_pulls(2)
+        corrected = -LENGTH[2] / EA[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
+        printed = -LENGTH[2] / EI[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
+        assert passes(corrected, "ux3l")
+        assert wrong_by(printed, "ux3l") > 1e4
+
+
+class TestErratum3:
+    """(5): the N_k1 term stands there once."""
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_longitudinal_displacement(self, k):
+        x = 0.6 * LENGTH[k]
+        exact = stretched(k, x)
+        assert bracket_5(k, x) == pytest.approx(exact, rel=1e-12)
+        assert abs(bracket_5(k, x, times=1 + 16 / 2) / exact - 1) > 0.5
+
+
+class TestErratum4:
+    """(7): complete only where the end carries no moment."""
+
+    def test_at_a_hinge(self):
+        M1, M2, M3, M4 = nodal_moments(0)
+        assert M4 == 0
+        assert passes(LENGTH[0] ** 2 / EI[0] * (13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3), "uy1l")
+
+    def test_with_a_moment_at_the_end(self):
+        """Cantilever under an end moment: w = M/(2 EI), slope M/EI (Gere, Goodno, 8th ed., Table H-1)."""
+        M1 = M2 = M3 = M4 = 1.0
+        corrected = 13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 + 1 / 60 * M4
+        assert corrected == pytest.approx(1 / 2, rel=1e-15)
+        assert abs(13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 - 1 / 2) > 0.01
+        assert (M1 + 3 * M2 + 3 * M3 + M4) / 8 == 1
+
+    @pytest.mark.parametrize("k", range(3))
+    def test_slope_at_the_end(self, k):
+        M1, M2, M3, M4 = nodal_moments(k)
+        assert LENGTH[k] / EI[k] * (M1 + 3 * M2 + 3 * M3 + M4) / 8 == pytest.approx(slope(k, LENGTH[k]), rel=1e-12)
+
+
+class TestErratum5:
+    """Second equation after (9): uy1l goes with cos(theta_1)."""
+
+    def test_both_sides(self):
+        left = JUDGE["ux20"] * sin(THETA[1]) + JUDGE["uy20"] * cos(THETA[1])
+        corrected = JUDGE["ux1l"] * sin(THETA[0]) + JUDGE["uy1l"] * cos(THETA[0])
+        printed = JUDGE["ux1l"] * sin(THETA[0]) + JUDGE["uy1l"] * cos(THETA[1])
+        assert corrected == pytest.approx(left, rel=1e-12)
+        assert abs(printed / left - 1) > 0.3
+
+
+class TestErratum6:
+    """(11): the subtracted bracket is that of (10)."""
+
+    def test_transverse_displacement(self):
+        (s1, c1), (s2, c2) = ((sin(angle), cos(angle)) for angle in THETA[:2])
+        along, across = JUDGE["ux1l"] * c1 - JUDGE["uy1l"] * s1, JUDGE["ux1l"] * s1 + JUDGE["uy1l"] * c1
+        assert passes(along * c2 + across * s2, "ux20")
+        assert passes(across * c2 - along * s2, "uy20")
+        assert wrong_by(across * c2 - across * s2, "uy20") > 0.6
+
+
+class TestErratum7:
+    """theta_3': along C to D, not B to C."""
+
+    def test_angle(self):
+        corrected = atan2((D - C).imag, (D - C).real)
+        printed = atan2((C - B).imag, (C - B).real)
+        assert corrected == pytest.approx(THETA[2], rel=1e-15)
+        assert printed == pytest.approx(THETA[1], rel=1e-15)
+        assert abs(sin(THETA[1] - corrected)) > 0.5
+        assert sin(THETA[1] - printed) == 0
+
+    def test_sense_of_the_axis(self):
+        """ux3l is the displacement of C along the axis: from C to D, not from D to C."""
+        N1, N2, N3 = nodal_pulls(2)
+        shortened = -LENGTH[2] / EA[2] * (N1 / 6 + 2 * N2 / 3 + N3 / 6)
+        at_c = complex(JUDGE["ux2l"], JUDGE["uy2l"]) * np.exp(1j * THETA[1])
+        assert (at_c * np.exp(-1j * THETA[2])).real == pytest.approx(shortened, rel=1e-12)
+        assert (at_c * np.exp(-1j * (THETA[2] + tau / 2))).real == pytest.approx(-shortened, rel=1e-12)
+
+
+class TestErratum8:
+    """(16): the rocker is at rest at D, where x'_3 = l_3, not at its start."""
+
+    def test_displacements_of_both_ends(self):
+        L = LENGTH[2]
+        at_end = JUDGE["ux3l"] + stretched(2, L), JUDGE["uy3l"] + JUDGE["Phi30"] * L + deflected(2, L)
+        np.testing.assert_allclose(at_end, 0, atol=1e-18)
+        assert abs(JUDGE["ux3l"]) > 1e-7
+        assert abs(JUDGE["uy3l"]) > 1e-5
+
+
+class TestErratum9:
+    """uy2l: theta_3 stands for theta_3'. With the angle of the rocker from D to C, as elsewhere, it fails."""
+
+    def printed(self, theta_3):
+        t2, t3 = THETA[1], THETA[2]
+        ux2l, ux3l = JUDGE["ux2l"], JUDGE["ux3l"]
+        first = -ux2l * cos(t2) + ux3l * cos(theta_3)
+        second = -ux2l * sin(t2) + ux3l * sin(theta_3)
+        return (-first * cos(theta_3) - second * sin(theta_3)) / (sin(t2) * cos(theta_3) - sin(t3) * cos(t2))
+
+    def test_with_the_primes(self):
+        assert passes(self.printed(THETA[2]), "uy2l")
+        assert wrong_by(self.printed(THETA[2] + tau / 2), "uy2l") > 0.5
+
+    def test_compact_forms(self):
+        between = THETA[1] - THETA[2]
+        ux2l, ux3l = JUDGE["ux2l"], JUDGE["ux3l"]
+        assert passes((ux2l * cos(between) - ux3l) / sin(between), "uy2l")
+        assert passes((ux2l - ux3l * cos(between)) / sin(between), "uy3l")
+
+
+class TestErratum10:
+    """Phi20: 3/10 goes with M_22, and the formula comes from (3)."""
+
+    def test_slope_of_the_coupler_at_b(self):
+        M1, M2, M3, M4 = nodal_moments(1)
+        turned = (JUDGE["uy2l"] - JUDGE["uy20"]) / LENGTH[1]
+        factor = LENGTH[1] / EI[1]
+        assert passes(turned - factor * (13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 + 1 / 60 * M4), "Phi20")
+        assert passes(turned - factor * (3 / 10 * M2 + 3 / 40 * M3), "Phi20")
+        assert wrong_by(turned - factor * (3 / 10 * M1 + 3 / 40 * M3), "Phi20") > 0.5
+
+    def test_slope_of_the_rocker_at_c_is_printed_right(self):
+        _, M2, M3, _ = nodal_moments(2)
+        value = (-JUDGE["uy3l"] - LENGTH[2] ** 2 / EI[2] * (3 / 10 * M2 + 3 / 40 * M3)) / LENGTH[2]
+        assert passes(value, "Phi30")
