@@ -6,14 +6,16 @@ Needs numpy and `rigid` only.
 from elastic.deflection import FIELDS, Deflection, deflection
 from elastic.extremes import Extreme, extremes
 from elastic.sampling import chord_deflection, coefficients, displacement_of, sample
-from elastic.section import RIGID, Section
+from elastic.section import RIGID, JointCompliance, Section, Taper
 
 __all__ = [
     "FIELDS",
     "RIGID",
     "Deflection",
     "Extreme",
+    "JointCompliance",
     "Section",
+    "Taper",
     "chord_deflection",
     "coefficients",
     "deflection",

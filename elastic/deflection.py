@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from elastic.frame import Branch, branches
-from elastic.section import Section
+from elastic.cutting import Contact, Stance, contacts, node_loads
+from elastic.frame import frame
+from elastic.line import Compliance, compliance
+from elastic.response import Response, beyond_contact, respond
+from elastic.section import JointCompliance, Section
 from rigid import (
     JointForces,
     Motion,
@@ -18,10 +20,7 @@ from rigid import (
     beam_directions,
     beam_loads,
     beam_table,
-    cross,
     displacements,
-    per_row,
-    point_loads,
     reactions,
     stacked,
 )
@@ -34,7 +33,8 @@ class Deflection:
     """How much every beam bends, turns and stretches, exactly.
 
     All fields are polynomials in xi = x'/l in the beam's own axes: arrays of shape
-    (coefficients, beams, ..., positions), beams in the order of `Mechanism.beams`, powers from 0 up.
+    (coefficients, beams, ..., positions), beams in the order of `Mechanism.beams`, powers from 0 up. For what sliders
+    and tapers add to them use `sample` and `extremes`.
 
     Attributes
     ----------
@@ -49,10 +49,16 @@ class Deflection:
     N, V, M
         Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
     u, w, phi
-        Longitudinal and transverse displacement [m] and slope [rad] from the rigid position.
+        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
+    shear
+        What shear adds to w of tapered beams; None where there is none.
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.
+    contacts
+        Blocks that slide on beams: beyond them the fields are more by `beyond`.
+    soft
+        Compliances of the beams.
     """
 
     motion: Motion
@@ -66,21 +72,35 @@ class Deflection:
     u: Reals
     w: Reals
     phi: Reals
+    shear: Any
     shift: Any
     angle: Reals
+    contacts: tuple[Contact, ...]
+    soft: Compliance
+
+    def beyond(self, contact: Contact, field: str) -> tuple[Any, ...]:
+        """What a field beyond a contact is more than before it, in powers of xi - contact.xi."""
+        return beyond_contact(contact, self.length[contact.beam], self.soft)[field]
 
 
-def deflection(motion: Motion, sections: Sequence[Section], forces: JointForces | None = None) -> Deflection:
+def deflection(
+    motion: Motion,
+    sections: Sequence[Section],
+    forces: JointForces | None = None,
+    joints: Mapping[str, JointCompliance] | None = None,
+) -> Deflection:
     """Section forces and displacements of all beams at all positions.
 
     Parameters
     ----------
     motion
-        Of a mechanism whose elastic links are trees of beams.
+        Of a mechanism whose elastic links are made of straight beams.
     sections
         One per beam, in the order of `Mechanism.beams`.
     forces
         Joint forces where they are known already.
+    joints
+        By name, the joints that give way or do not fit.
 
     Returns
     -------
@@ -99,177 +119,116 @@ def deflection(motion: Motion, sections: Sequence[Section], forces: JointForces 
     mechanism = motion.mechanism
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
-    sections = tuple(sections)
     forces = forces or reactions(motion)
-    length, direction = beam_table(mechanism, len(motion.columns)).length, beam_directions(motion)
-    trees = branches(mechanism)
+    table = beam_table(mechanism, len(motion.columns))
+    stance = Stance(
+        frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns
+    )
+    soft = compliance(tuple(sections), len(motion.columns))
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
-        pull, twist = _end_loads(motion, forces, trees, q, length, direction)
-        pull *= np.conj(direction)
-        N, V, M = _section_forces(q, pull, twist, length)
-        u, w, phi = _elastic_line(N, M, length, *_compliances(sections, len(motion.columns)))
-        bent = _bent(motion, trees, direction, u.sum(0), w.sum(0), phi.sum(0))
-        shift, angle = _compatible(motion, bent)
-        _carry(motion, trees, bent, shift, angle, direction, length, u, w, phi)
-    links = [stacked(values, motion.columns, kind) for values, kind in ((shift, complex), (angle, float))]
-    return Deflection(motion, sections, forces, length, q, N, V, M, u, w, phi, *links)
+        moving = contacts(motion, stance, forces)
+        found = respond(stance, soft, node_loads(motion, stance.frame, forces), q, moving)
+        gaps, turns = _openings(motion, stance, found, soft, moving)
+        _give_way(motion, forces, joints or {}, gaps, turns)
+        shift, turning = displacements(motion.closures, gaps, turns, [0.0] * len(mechanism.links))
+        angle = [np.imag(value) for value in turning]
+        _carry(stance, found, shift, angle)
+    line, shape = found.line, motion.columns
+    return Deflection(
+        motion=motion,
+        sections=tuple(sections),
+        forces=forces,
+        length=table.length,
+        q=q,
+        N=found.N,
+        V=found.V,
+        M=found.M,
+        u=line.u,
+        w=line.w,
+        phi=line.phi,
+        shear=line.shear,
+        shift=stacked(shift, shape, complex),
+        angle=stacked(angle, shape, float),
+        contacts=moving,
+        soft=soft,
+    )
 
 
-@lru_cache(maxsize=64)
-def _compliances(sections: tuple[Section, ...], ndim: int) -> tuple[Any, Any]:
-    """1/EA and 1/EI of the beams, shape (beams, ..., 1)."""
-    stretch = per_row([1.0 / np.asarray(section.EA, float) for section in sections], ndim, float)
-    return stretch, per_row([1.0 / np.asarray(section.EI, float) for section in sections], ndim, float)
-
-
-def _end_loads(motion: Motion, forces: JointForces, trees: Any, q: Any, length: Any, direction: Any) -> tuple[Any, Any]:
-    """Force [N], in the ground's axes, and moment [N m] that every beam feels at its end, from cutting the trees."""
-    nodes = _node_loads(motion, forces)
-    pull = np.zeros((len(length), *motion.columns), complex)
-    twist = np.zeros((len(length), *motion.columns))
-    for at, tree in trees.items():
-        for branch in reversed(tree):
-            force, moment = nodes.get((at, branch.far), (0.0, 0.0))
-            k = branch.number
-            if branch.forward:
-                pull[k], twist[k] = force, moment
-            if branch.forward and branch is tree[0] and len(tree) == 1:
-                continue
-            _cut(nodes, (at, branch), (force, moment), q[:, k], length[k], direction[k], pull, twist)
-    return pull, twist
-
-
-def _cut(
-    nodes: Any, where: tuple[int, Branch], far: Any, q: Any, length: Any, direction: Any, pull: Any, twist: Any
-) -> None:
-    """Pass the loads beyond a beam, and its own, on to its near end."""
-    at, branch = where
-    force, moment = far
-    weights = 1.0 / np.arange(1, len(q) + 1)
-    own = direction * length * np.tensordot(weights, q, 1)
-    about_start = length**2 * np.tensordot(1.0 / np.arange(2, len(q) + 2), q.imag, 1)
-    toward = direction * length
-    if branch.forward:
-        near_moment = moment + cross(toward, force) + about_start
-    else:
-        about_end = about_start - cross(toward, own)
-        near_moment = moment + cross(-toward, force) + about_end
-        pull[branch.number], twist[branch.number] = -(force + own), -near_moment
-    before = nodes.get((at, branch.near), (0.0, 0.0))
-    nodes[at, branch.near] = before[0] + force + own, before[1] + near_moment
-
-
-def _node_loads(motion: Motion, forces: JointForces) -> dict[tuple[int, str], tuple[Any, Any]]:
-    """Sum of the concentrated loads and joint forces at every point of every moving link."""
-    nodes: dict[tuple[int, str], tuple[Any, Any]] = {}
-
-    def put(at: int, point: str, force: Any, moment: Any) -> None:
-        before = nodes.get((at, point))
-        nodes[at, point] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
-
-    for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
-        if joint.child and joint.child_point:
-            put(joint.child, joint.child_point, force, moment)
-        if joint.parent and joint.parent_point:
-            put(joint.parent, joint.parent_point, -force, -moment)
-    for at, point, force, moment in point_loads(motion):
-        put(at, point, force, moment)
-    return nodes
-
-
-def _section_forces(q: Any, pull: Any, twist: Any, length: Any) -> tuple[Any, Any, Any]:
-    """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
-
-    Parameters
-    ----------
-    q
-        q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
-    pull, twist
-        Force in the beam's axes [N], complex, and moment [N m] on its end.
-
-    Returns
-    -------
-    Coefficients of N and V, shape (n + 1, ...), and of M, shape (n + 2, ...).
-    """
-    power = np.arange(1.0, len(q) + 2).reshape(-1, *[1] * pull.ndim)
-    beyond = np.empty((len(q) + 1, *pull.shape), complex)
-    np.multiply(q, -length / power[:-1], out=beyond[1:])
-    np.subtract(pull, beyond[1:].sum(0), out=beyond[0])
-    N, V = np.ascontiguousarray(beyond.real), -beyond.imag
-    M = np.empty((len(q) + 2, *pull.shape))
-    np.multiply(V, length / power, out=M[1:])
-    np.subtract(twist, M[1:].sum(0), out=M[0])
-    return N, V, M
-
-
-def _elastic_line(N: Any, M: Any, length: Any, stretch: Any, bend: Any) -> tuple[Any, Any, Any]:
-    """u, w, phi of beams clamped at their start, by integrating M/EI twice and N/EA once.
-
-    Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero.
-    """
-    power = np.arange(1.0, len(M) + 2).reshape(-1, *[1] * (N.ndim - 1))
-    u = np.zeros((len(N) + 1, *N.shape[1:]))
-    np.multiply(N, length * stretch / power[: len(N)], out=u[1:])
-    phi = np.zeros((len(M) + 1, *M.shape[1:]))
-    np.multiply(M, length * bend / power[: len(M)], out=phi[1:])
-    w = np.zeros((len(M) + 2, *M.shape[1:]))
-    np.multiply(phi[1:], length / power[1:], out=w[2:])
-    return u, w, phi
-
-
-def _bent(
-    motion: Motion, trees: Any, direction: Any, u: Any, w: Any, phi: Any
-) -> dict[tuple[int, str], tuple[Any, Any]]:
-    """Displacement [m], in the ground's axes, and rotation [rad] of the points of every link clamped at its root."""
-    bent: dict[tuple[int, str], tuple[Any, Any]] = {}
-    for at, tree in trees.items():
-        bent[at, tree[0].near] = (0.0, 0.0)
-        for branch in tree:
-            k = branch.number
-            move, turn = direction[k] * (u[k] + 1j * w[k]), phi[k]
-            if branch is tree[0] and branch.forward:
-                bent[at, branch.far] = (move, turn)
-                continue
-            before = bent[at, branch.near]
-            points = motion.mechanism.links[at].points
-            arm = motion.direction[at] * (points[branch.far] - points[branch.near])
-            if branch.forward:
-                bent[at, branch.far] = (before[0] + 1j * before[1] * arm + move, before[1] + turn)
-            else:
-                turned = before[1] - turn
-                bent[at, branch.far] = (before[0] + 1j * turned * arm - move, turned)
-    return bent
-
-
-def _compatible(motion: Motion, bent: Any) -> tuple[list[Any], list[Any]]:
-    """Displacement and rotation of every link that close the joints that bending opens, the drives held."""
+def _openings(
+    motion: Motion, stance: Stance, found: Response, soft: Compliance, moving: tuple[Contact, ...]
+) -> tuple[list[Any], list[Any]]:
+    """What the joints must close because the links bend: displacements, complex, and rotations per joint."""
     gaps: list[Any] = []
     turns: list[Any] = []
     nothing = (0.0, 0.0)
-    for joint in motion.structure.joints:
-        child = bent.get((joint.child, joint.child_point), nothing)
-        parent = bent.get((joint.parent, joint.parent_point), nothing)
+    on_rails = dict(zip(stance.frame.rails, moving, strict=True))
+    for number, joint in enumerate(motion.structure.joints):
+        child = found.bent.get((joint.child, joint.child_point or ""), nothing)
+        parent = found.bent.get((joint.parent, joint.parent_point or ""), nothing)
+        if number in on_rails:
+            owner = joint.parent if joint.sense > 0 else joint.child
+            at_block = _at_contact(motion, stance, found, soft, owner, on_rails[number], moving)
+            child, parent = (child, at_block) if joint.sense > 0 else (at_block, parent)
         gaps.append(parent[0] - child[0])
         turns.append(parent[1] - child[1])
-    shift, turning = displacements(motion.closures, gaps, turns, [0.0] * len(motion.mechanism.links))
-    return shift, [np.imag(value) for value in turning]
+    return gaps, turns
 
 
-def _carry(
-    motion: Motion, trees: Any, bent: Any, shift: Any, angle: Any, direction: Any, length: Any, u: Any, w: Any, phi: Any
+def _at_contact(
+    motion: Motion,
+    stance: Stance,
+    found: Response,
+    soft: Compliance,
+    owner: int,
+    contact: Contact,
+    moving: tuple[Contact, ...],
+) -> tuple[Any, Any]:
+    """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
+    k = contact.beam
+    start = motion.mechanism.beams[k][1].start
+    before, turned = found.bent[owner, start]
+    powers = contact.xi ** np.arange(len(found.line.w)).reshape(-1, *[1] * np.ndim(contact.xi))
+    u, w, phi = (
+        (values[:, k] * powers[: len(values)]).sum(0) for values in (found.line.u, found.line.w, found.line.phi)
+    )
+    for other in moving:
+        if other.beam == k:
+            way = np.maximum(contact.xi - other.xi, 0.0)
+            more = beyond_contact(other, stance.length[k], soft)
+            u, w, phi = (
+                value + sum(part * way**power for power, part in enumerate(more[field]))
+                for value, field in ((u, "u"), (w, "w"), (phi, "phi"))
+            )
+    arm = stance.beam[k] * (contact.xi * stance.length[k])
+    return before + 1j * turned * arm + stance.beam[k] * (u + 1j * w), turned + phi
+
+
+def _give_way(
+    motion: Motion, forces: JointForces, joints: Mapping[str, JointCompliance], gaps: list[Any], turns: list[Any]
 ) -> None:
+    """Add what soft and ill-fitting joints open: one more term each on the right-hand side of compatibility."""
+    unknown = set(joints) - {joint.name for joint in motion.structure.joints}
+    if unknown:
+        raise ValueError(f'there is no joint "{min(unknown)}" to be soft')
+    for number, joint in enumerate(motion.structure.joints):
+        if joint.name in joints:
+            soft = joints[joint.name]
+            gaps[number] = gaps[number] - forces.force[number] * soft.translation + soft.gap
+            turns[number] = turns[number] - forces.moment[number] * soft.rotation + soft.turn
+
+
+def _carry(stance: Stance, found: Response, shift: list[Any], angle: list[Any]) -> None:
     """Add to every beam's fields what carries its start."""
-    for at, tree in trees.items():
-        points = motion.mechanism.links[at].points
+    line, bent = found.line, found.bent
+    for at, tree in stance.frame.trees.items():
         for branch in tree:
             k = branch.number
             start = branch.near if branch.forward else branch.far
-            move, turn = bent[at, start]
-            turn = angle[at] + turn
-            local = points[start]
+            move, turned = bent[at, start]
+            local = stance.frame.points[at, start]
             if np.ndim(local) or local:
-                move = move + 1j * angle[at] * (motion.direction[at] * local)
-            own = np.conj(direction[k]) * (shift[at] + move)
-            u[0, k], w[0, k], phi[0, k] = own.real, own.imag, turn
-            w[1, k] = length[k] * turn
+                move = move + 1j * angle[at] * (stance.link[at] * local)
+            own = np.conj(stance.beam[k]) * (shift[at] + move)
+            line.u[0, k], line.w[0, k], line.phi[0, k] = own.real, own.imag, angle[at] + turned
+            line.w[1, k] += stance.length[k] * line.phi[0, k]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elastic.deflection import FIELDS, Deflection
-from elastic.sampling import coefficients
+from elastic.pieces import Pieces, in_pieces, pieces
 from rigid import Reals
 
 STEPS = 60
@@ -47,24 +47,50 @@ def extremes(deflection: Deflection, fields: Sequence[str] = FIELDS) -> dict[str
     >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
     array([[0.5]])
     """
+    cut = pieces(deflection)
+    bare = not deflection.soft.strain.any(), not deflection.soft.shear.any()
     found: dict[str, Extreme] = {}
     for chain in (("qx", "N", "u"), ("qy", "V", "M", "phi", "w")):
         wanted = [field for field in chain if field in fields or (field == "phi" and "chord" in fields)]
         if not wanted:
             continue
-        turning = _zeros(coefficients(deflection, chain[0]))
+        turning = _zeros(in_pieces(deflection, chain[0], cut))
         for field in chain[1:]:
-            values = coefficients(deflection, field)
+            values = in_pieces(deflection, field, cut)
             if field in fields:
-                found[field] = _greatest(values, turning)
+                shared = bare[0] if field == "u" else bare[1] or field != "w"
+                found[field] = _merged(_greatest(values, turning if shared else _turning(values)), cut, deflection)
             if field == "phi" and "chord" in fields:
-                chord = coefficients(deflection, "chord")
-                slope = chord[1:] * np.arange(1.0, len(chord)).reshape(-1, *[1] * (chord.ndim - 1))
-                found["chord"] = _greatest(chord, _zeros(slope, turning))
+                chord = in_pieces(deflection, "chord", cut)
+                turns = _zeros(_derivative(chord), turning) if bare[1] else _turning(chord)
+                found["chord"] = _merged(_greatest(chord, turns), cut, deflection)
             if field == wanted[-1]:
                 break
             turning = _zeros(values, turning)
     return {field: found[field] for field in fields}
+
+
+def _merged(rows: Extreme, cut: Pieces, deflection: Deflection) -> Extreme:
+    """The greatest of every beam's pieces."""
+    if cut.start is None:
+        return rows
+    where = cut.start + cut.width * rows.xi
+    value = np.zeros((len(deflection.sections), *rows.value.shape[1:]))
+    xi = np.zeros_like(value)
+    for row, beam in enumerate(cut.beam):
+        better = ~(np.abs(rows.value[row]) <= np.abs(value[beam]))
+        value[beam], xi[beam] = np.where(better, rows.value[row], value[beam]), np.where(better, where[row], xi[beam])
+    return Extreme(value, xi)
+
+
+def _derivative(values: Any) -> Any:
+    return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
+
+
+def _turning(values: Any) -> Any:
+    """Turning points of any polynomials, from those of their derivatives."""
+    slope = _derivative(values)
+    return _zeros(slope, _turning(slope) if len(slope) > 2 else ())
 
 
 def _evaluate(values: Any, xi: Any) -> Any:
@@ -93,27 +119,26 @@ def _zeros(values: Any, turning: Any = ()) -> Any:
     values
         Coefficients, shape (n, ...).
     turning
-        Turning points in order, shape (n - 2, ...); a straight line has none.
+        Turning points in order, shape (m, ...); a straight line has none.
 
     Returns
     -------
-    Shape (n - 1, ...).
+    Shape (m + 1, ...).
     """
     shape = values.shape[1:]
-    degree = len(values) - 1
-    flat = values.reshape(degree + 1, -1)
+    flat = values.reshape(len(values), -1)
     marks = np.concatenate(
         [np.zeros((1, flat.shape[1])), np.reshape(turning, (-1, flat.shape[1])), np.ones((1, flat.shape[1]))]
     )
     heights = _evaluate(flat, marks)
-    zeros = np.ones((degree, flat.shape[1]))
+    zeros = np.ones((len(marks) - 1, flat.shape[1]))
     with np.errstate(invalid="ignore"):
         crossing, column = np.nonzero((heights[:-1] < 0) != (heights[1:] < 0))
     if len(column):
         ends = [(marks[crossing + k, column], heights[crossing + k, column]) for k in (0, 1)]
         zeros[crossing, column] = _between(flat[:, column], *ends)
         zeros.sort(axis=0)
-    return zeros.reshape(degree, *shape)
+    return zeros.reshape(-1, *shape)
 
 
 def _between(values: Any, low: Any, high: Any) -> Any:

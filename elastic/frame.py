@@ -1,16 +1,22 @@
-"""The beams of a link as a tree: the order in which loads are summed and displacements passed on."""
+"""The beams of every link as a tree, along which loads are summed and displacements passed, and what closes rings."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
-from rigid import Link, Mechanism, MechanismError
+import numpy as np
+
+from rigid import Link, Mechanism, MechanismError, PointLoad
+
+LINED_UP = 1e-9
 
 
 @dataclass(frozen=True)
 class Branch:
-    """A beam in the tree of its link: `number` among all beams, `near` and `far` its ends from the tree's root."""
+    """A beam in the tree of its link: `number` among all beams, `near` and `far` its ends as seen from the root."""
 
     number: int
     near: str
@@ -18,37 +24,113 @@ class Branch:
     forward: bool
 
 
+@dataclass(frozen=True)
+class Cut:
+    """Where a ring of beams is cut open: `free` is the loose end of a beam that belongs to `node`."""
+
+    link: int
+    node: str
+    free: str
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Beams of all moving links.
+
+    Attributes
+    ----------
+    trees
+        Per link with beams, its beams from the root outwards.
+    cuts
+        One per ring.
+    points
+        Place of every node in its link's axes [m].
+    rails
+        Per joint whose slider moves along a beam, by the joint's place in `Structure.joints`: that beam.
+    """
+
+    trees: Mapping[int, tuple[Branch, ...]]
+    cuts: tuple[Cut, ...]
+    points: Mapping[tuple[int, str], Any]
+    rails: Mapping[int, int]
+
+
 @lru_cache(maxsize=64)
-def branches(mechanism: Mechanism) -> dict[int, tuple[Branch, ...]]:
-    """Beams of every moving link that has some, from the root outwards.
+def frame(mechanism: Mechanism) -> Frame:
+    """Trees of beams of a mechanism.
 
     Raises
     ------
     MechanismError
-        The beams of a link close a ring or do not hang together.
+        The beams of a link do not hang together, or do not reach a point that carries a joint or a load.
     """
-    trees, number = {}, 0
+    trees, cuts, number = {}, [], 0
+    points = {(at, name): place for at, link in enumerate(mechanism.links) for name, place in link.points.items()}
     for at, link in enumerate(mechanism.links[1:], 1):
-        if link.beams:
-            trees[at] = _tree(link, number)
-            number += len(link.beams)
-    return trees
+        if not link.beams:
+            continue
+        trees[at], loose = _tree(link, number)
+        cuts += [Cut(at, node, free) for node, free in loose]
+        points.update({(at, free): link.points[node] for node, free in loose})
+        number += len(link.beams)
+    _require_held(mechanism, trees)
+    return Frame(trees, tuple(cuts), points, _rails(mechanism, trees))
 
 
-def _tree(link: Link, first: int) -> tuple[Branch, ...]:
+def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, str]]]:
+    """Branches from the start of the first beam outwards, and the loose ends of those that close rings."""
     waiting = list(enumerate(link.beams, first))
     reached = {waiting[0][1].start}
-    order = []
+    order: list[Branch] = []
+    loose: list[tuple[str, str]] = []
     while waiting:
         found = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
         if found is None:
             raise MechanismError(f'link "{link.name}": its beams do not hang together')
+        waiting.remove(found)
         number, beam = found
-        if {beam.start, beam.end} <= reached:
-            raise MechanismError(f'link "{link.name}": its beams close a ring at "{beam.start}"-"{beam.end}"')
         forward = beam.start in reached
         near, far = (beam.start, beam.end) if forward else (beam.end, beam.start)
+        if far in reached:
+            loose.append((far, f"{far} of beam {number}"))
+            far = loose[-1][1]
         order.append(Branch(number, near, far, forward))
         reached.add(far)
-        waiting.remove(found)
-    return tuple(order)
+    return tuple(order), loose
+
+
+def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> None:
+    """Raise where a joint or a load is at a point that no beam of its link reaches."""
+    used = {(joint.parent, joint.parent_point) for joint in mechanism.structure.joints}
+    used |= {(joint.child, joint.child_point) for joint in mechanism.structure.joints}
+    used |= {(mechanism.index[load.link], load.point) for load in mechanism.loads if isinstance(load, PointLoad)}
+    used |= {(at, lump.point) for at, link in enumerate(mechanism.links) for lump in link.lumps}
+    for at, tree in trees.items():
+        nodes = {node for branch in tree for node in (branch.near, branch.far)}
+        for point in sorted(point for owner, point in used if owner == at and point and point not in nodes):
+            name = mechanism.links[at].name
+            raise MechanismError(f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load')
+
+
+def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:
+    """The beam along which each slider on a link with beams moves."""
+    rails = {}
+    for place, joint in enumerate(mechanism.structure.joints):
+        owner = joint.parent if joint.sense > 0 else joint.child
+        if joint.slider is None or owner not in trees:
+            continue
+        link = mechanism.links[owner]
+        for branch in trees[owner]:
+            beam = mechanism.beams[branch.number][1]
+            way = np.ravel(link.points[beam.end] - link.points[beam.start])[0]
+            off = np.ravel(joint.slider.origin - link.points[beam.start])[0]
+            line = np.ravel(joint.slider.direction)[0]
+            if abs((np.conj(way) * line).imag) + abs((np.conj(line) * off).imag) <= LINED_UP * abs(way):
+                rails[place] = branch.number
+                break
+        else:
+            raise MechanismError(
+                f'slider "{joint.name}": no beam of "{link.name}" lies along its line to carry it: add one, or give '
+                "the link its mass without beams"
+            )
+    return rails

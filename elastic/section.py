@@ -9,11 +9,59 @@ from rigid import Reals
 
 
 @dataclass(frozen=True, eq=False)
+class Taper:
+    """How a beam's rigidities change along it: polynomials in xi by which those at its start are multiplied.
+
+    `(1.0, -0.5)` halves a rigidity linearly. None is zero anywhere on the beam.
+    """
+
+    EA: tuple[float, ...] = (1.0,)
+    EI: tuple[float, ...] = (1.0,)
+    kGA: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True, eq=False)
 class Section:
-    """Rigidities of a beam: EA [N] and EI [N m^2], infinite for a rigid one; shapes () or (designs, 1)."""
+    """Rigidities of a beam at its start; shapes () or (designs, 1).
+
+    Attributes
+    ----------
+    EA, EI
+        [N], [N m^2], infinite for a rigid beam.
+    kGA
+        Shear rigidity of Timoshenko's beam [N]; infinite without shear deformation.
+    strain
+        What the beam is longer by than its length when nothing pulls, per length: thermal, or an error.
+    taper
+        How the rigidities change along the beam; None where they do not.
+    """
 
     EA: float | Reals = math.inf
     EI: float | Reals = math.inf
+    kGA: float | Reals = math.inf
+    strain: float | Reals = 0.0
+    taper: Taper | None = None
 
 
 RIGID = Section()
+
+
+@dataclass(frozen=True)
+class JointCompliance:
+    """How a joint gives way to its force, and what it lacks in fit.
+
+    Attributes
+    ----------
+    translation
+        Displacement per force [m/N]: of the parent's point from the child's along the force.
+    rotation
+        Rotation per moment of a drive or slider [rad/(N m)].
+    gap, turn
+        Displacement of the child's point from the parent's [m], complex, in the ground's axes, and rotation [rad] that
+        the joint has unloaded.
+    """
+
+    translation: float = 0.0
+    rotation: float = 0.0
+    gap: complex = 0.0
+    turn: float = 0.0

@@ -1,0 +1,113 @@
+"""Every field as polynomials of one piece of a beam each, whatever sliders and tapers make of the beams."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from elastic.deflection import Deflection
+from elastic.sampling import coefficients, sample
+
+DEGREE = 10
+PARTS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces of all beams: rows that may belong to the same beam.
+
+    Attributes
+    ----------
+    beam
+        Number of every row's beam, shape (rows,).
+    start, width
+        Where the row begins on its beam and how long it is, in xi; None where every row is a whole beam.
+    """
+
+    beam: Any
+    start: Any
+    width: Any
+
+
+def pieces(deflection: Deflection) -> Pieces:
+    """How the beams are cut: at sliders' blocks, and into equal parts where they are tapered."""
+    columns = deflection.N.shape[2:]
+    rows: list[tuple[int, Any, Any]] = []
+    for number, section in enumerate(deflection.sections):
+        marks: list[Any] = [np.zeros(columns), np.ones(columns)]
+        if section.taper:
+            marks = [np.full(columns, mark) for mark in np.linspace(0.0, 1.0, PARTS + 1)]
+        marks += [contact.xi for contact in deflection.contacts if contact.beam == number]
+        marks = list(np.sort(np.array(marks), axis=0))
+        rows += [(number, low, high - low) for low, high in pairwise(marks)]
+    beam = np.array([row[0] for row in rows], int)
+    if len(rows) == len(deflection.sections):
+        return Pieces(beam, None, None)
+    return Pieces(beam, np.array([row[1] for row in rows]), np.array([row[2] for row in rows]))
+
+
+def in_pieces(deflection: Deflection, field: str, cut: Pieces) -> Any:
+    """Coefficients of a field in powers of the way along every piece, from 0 to 1, shape (n, rows, ..., positions)."""
+    if cut.start is None:
+        return coefficients(deflection, field)
+    values = coefficients(deflection, field)[:, cut.beam]
+    tapered = [section.taper is not None for section in deflection.sections]
+    fitted = any(tapered) and field in ("u", "w", "phi", "chord")
+    result = np.zeros((max(len(values), DEGREE + 1 if fitted else 4), *values.shape[1:]))
+    _shift(values, cut.start, cut.width, result)
+    for contact in deflection.contacts if field not in ("qx", "qy") else ():
+        _add_beyond(deflection, contact, field, cut, result)
+    for row in np.flatnonzero(np.array(tapered)[cut.beam]) if fitted else ():
+        result[:, row] = 0.0
+        result[: DEGREE + 1, row] = _fitted(deflection, field, cut, row)
+    return result
+
+
+def _add_beyond(deflection: Deflection, contact: Any, field: str, cut: Pieces, result: Any) -> None:
+    """Add to the rows beyond a contact what it changes there."""
+    if field == "chord":
+        way = 1.0 - contact.xi
+        more = deflection.beyond(contact, "w")
+        end = sum(part * way**k for k, part in enumerate(more))
+        on = cut.beam == contact.beam
+        result[0, on] -= end * cut.start[on]
+        result[1, on] -= end * cut.width[on]
+        field = "w"
+    for row in np.flatnonzero(cut.beam == contact.beam):
+        parts = deflection.beyond(contact, field)
+        columns = result.shape[2:]
+        values = np.array([np.broadcast_to(part, columns) for part in parts])[:, None]
+        moved = np.zeros((len(parts), 1, *columns))
+        _shift(values, (cut.start[row] - contact.xi)[None], cut.width[row][None], moved)
+        result[: len(parts), row] += np.where(cut.start[row] >= contact.xi, moved[:, 0], 0.0)
+
+
+def _shift(values: Any, start: Any, width: Any, result: Any) -> None:
+    """Coefficients of p(start + width t) in powers of t, added to `result`."""
+    for power in range(len(values)):
+        for k in range(power + 1):
+            result[k] += comb(power, k) * values[power] * start ** (power - k) * width**k
+
+
+def _fitted(deflection: Deflection, field: str, cut: Pieces, row: Any) -> Any:
+    """A field of a tapered beam on one of its short pieces, interpolated at Chebyshev points to round-off."""
+    angles = np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1)
+    start, width = (float(np.ravel(value[row])[0]) for value in (cut.start, cut.width))
+    at = sample(deflection, field, start + width * (0.5 - 0.5 * np.cos(angles)))[cut.beam[row]]
+    orders = np.arange(DEGREE + 1)
+    spectrum = np.cos(np.multiply.outer(orders, np.pi - angles)) * (2.0 / (DEGREE + 1))
+    spectrum[0] /= 2
+    powers = np.array([_power_coefficients(order) for order in orders]).T
+    return np.tensordot(powers, np.tensordot(spectrum, np.moveaxis(at, -1, 0), 1), 1)
+
+
+def _power_coefficients(order: Any) -> Any:
+    """Chebyshev's polynomial of 2 t - 1 in powers of t."""
+    series = np.polynomial.Chebyshev.basis(order, domain=[0.0, 1.0])
+    values = np.zeros(DEGREE + 1)
+    values[: order + 1] = series.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
+    return values
