@@ -155,12 +155,12 @@ def inverted_slider_crank(crank=0.1, base=0.3 - 0.05j, lean=0.4, foot=0.02j, sli
 
 
 def scotch_yoke(crank=0.1, slant=1.3, count=24, **more):
-    """RPP: a block on the crank pin slides in a slanted slot of a yoke that slides on the ground."""
+    """RPP: a block on the crank pin slides in a slanted slot of a rigid yoke that slides on the ground."""
     links = (
         Link("ground", {"O": 0.0, "G": 0.5 + 0.02j}),
         bar("crank", "O", "A", crank),
         Link("block", {"A": 0.0}, lumps=lumps("A")),
-        Link("yoke", {"Y": 0.0, "F": 0.1}, (Beam("Y", "F", 0.8),), lumps("F")),
+        Link("yoke", {"Y": 0.0, "F": 0.1}, lumps=lumps("F")),
     )
     start = 0.5
     A = crank * np.exp(1j * start)
