@@ -247,6 +247,10 @@ def _exchange(part: Path, folder: Path) -> None:
     shutil.rmtree(old, ignore_errors=True)
 
 
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else value
+
+
 def _line(figures: dict[str, Any]) -> str:
     """The gist of a scene in one line."""
     from kinelast.report_numbers import coordinate, number, quantity
@@ -266,7 +270,6 @@ def _line(figures: dict[str, Any]) -> str:
     if figures["run"]["left_out"]:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
-        words.append(
-            f"check {'agrees' if figures['check']['passed'] else 'FAILED'} ({number(figures['check']['worst'], 2)})"
-        )
+        verdict = "agrees" if figures["check"]["passed"] else "FAILED"
+        words.append(f"check {verdict} ({number(_or_nan(figures['check']['largest']), 2)})")
     return "; ".join(words)

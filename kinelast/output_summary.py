@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import displacement_of
+from elastic import FIELDS, displacement_of
 from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words, points_of
 from kinelast.report_trust import findings, lowest_frequency, slendernesses
 
@@ -38,6 +38,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             "largest_condition": _largest(results, np.where(results.singular, np.nan, motion.condition), "1"),
         },
         "links": _links(results),
+        "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
         "peaks": _peaks(results, found),
         "largest_deflection": _largest_deflection(results, found),
         "points": {
@@ -143,10 +144,36 @@ def _largest(results: Results, values: Any, unit: str) -> dict[str, Any]:
 
 
 def check_summary(results: Results) -> dict[str, Any] | None:
-    """The finite element check as plain data; none where it was not asked for."""
+    """The finite element check as plain data; none where it was not asked for.
+
+    Shares are of the field's greatest magnitude over the cycle on any link, null where one side has no answer.
+    """
     comparison = results.comparison
     if comparison is None:
         return None
+    labels = results.scene.labels
+    shares = [[_share(value) for value in row] for row in comparison.relative.T]
+    worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
     return {
         "passed": comparison.passed,
+        "tolerance": comparison.tolerance,
+        "elements": comparison.elements,
+        "compared": comparison.compared,
+        "largest": _share(worst.relative) if worst else None,
+        "differences": {label: dict(zip(FIELDS, row, strict=True)) for label, row in zip(labels, shares, strict=True)},
+        "worst": [
+            {
+                "field": item.field,
+                "label": labels[item.beam],
+                "xi": item.xi,
+                "position": item.position,
+                "difference": figure(item.difference, UNITS[item.field]),
+                "share": _share(item.relative),
+            }
+            for item in comparison.worst
+        ],
     }
+
+
+def _share(value: Any) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import sample
+from elastic import FIELDS, sample
 from kinelast.output_results import EXTREME_FIELDS, UNITS, Peak, Results, drive_words, joint_words
 from kinelast.output_summary import greatest_beam
 from kinelast.report_charts import line_chart, map_image, strokes
@@ -45,7 +45,7 @@ def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.globals.update(quantity=_quantity, number=number)
+    environment.globals.update(quantity=_quantity, share=_share, checked=FIELDS)
     return environment.get_template("report.html")
 
 
@@ -54,6 +54,11 @@ def _quantity(figure: dict[str, Any], digits: int = 4) -> str:
     if figure["value"] is None:
         return number(math.nan)
     return quantity(figure["value"], figure["unit"], digits)
+
+
+def _share(value: float | None) -> str:
+    """A difference of the check in words."""
+    return number(math.nan if value is None else value, 2)
 
 
 def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any]) -> str:

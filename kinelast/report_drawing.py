@@ -199,7 +199,24 @@ def _pins(results: Results, position: int, factor: float, view: View) -> Iterato
             yield f'<circle class="pin" cx="{x:.1f}" cy="{y:.1f}" r="4"/>'
         else:
             yield f'<circle class="point" cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
-        yield f'<text class="name" x="{x + 7:.1f}" y="{y - 7:.1f}">{point}</text>'
+        dx, dy = _aside(results, point, owners, position, factor)
+        yield f'<text class="name" text-anchor="middle" x="{x + 14 * dx:.1f}" y="{y + 4 - 14 * dy:.1f}">{point}</text>'
+
+
+def _aside(results: Results, point: str, owners: list[int], position: int, factor: float) -> tuple[float, float]:
+    """Direction from a point to where its name is in nobody's way: the middle of the widest gap between the lines."""
+    here = _place(results, owners[-1], point, position, factor)
+    ways = [
+        _place(results, owner, other, position, factor) - here
+        for owner in owners
+        for other in results.mechanism.links[owner].points
+        if owner and other != point
+    ]
+    angles = np.sort(np.angle([way for way in ways if way] + [-1j] * (not owners[0])))
+    gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi)) if len(angles) else np.array([])
+    widest = int(gaps.argmax()) if len(gaps) else 0
+    angle = angles[widest] + gaps[widest] / 2 if len(gaps) else np.pi / 4
+    return float(np.cos(angle)), float(np.sin(angle))
 
 
 def _ticks(x: float, y: float) -> Iterable[str]:

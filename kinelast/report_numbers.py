@@ -6,6 +6,7 @@ import math
 
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 DASH, MINUS = "\u2013", "\u2212"
+RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "1")
 
 
@@ -28,11 +29,11 @@ def number(value: float, digits: int = 4) -> str:
     if not math.isfinite(value):
         return DASH if math.isnan(value) else "∞"
     text = f"{value:.{digits}g}"
+    if 10**digits <= abs(value) < 1e7:
+        text = f"{value:.0f}"
     if "e" in text:
         mantissa, power = text.split("e")
-        text = f"{mantissa}·10^{int(power)}"
-    elif abs(value) >= 10**digits:
-        text = f"{value:.0f}"
+        text = f"{mantissa}·10{str(int(power)).translate(RAISED)}"
     return text.replace("-", MINUS)
 
 

@@ -1,0 +1,438 @@
+"""What the command promises: files, figures, exit statuses, and that it does no more than it is asked."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from kinelast.command import main
+from kinelast.scene_files import shipped_scenes
+
+FIELDS = ("N", "V", "M", "u", "w", "phi")
+ARM = """
+title = "A turning arm"
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.006
+width = 0.01
+[points]
+O = [0, 0]
+A = [0.2, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "arm"
+speed = 50.0
+[run]
+positions = 8
+"""
+NOT_CLOSING = """
+title = "A crank longer than the rest lets turn"
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.006
+width = 0.01
+[points]
+O = [0, 0]
+A = [0.1, 0]
+B = [0.2, 0.15]
+D = [0.3, 0]
+[links.ground]
+points = ["O", "D"]
+[links.crank]
+points = ["O", "A"]
+length = 0.2
+section = "bar"
+material = "steel"
+[links.coupler]
+points = ["A", "B"]
+length = 0.1
+section = "bar"
+material = "steel"
+[links.rocker]
+points = ["D", "B"]
+length = 0.15
+section = "bar"
+material = "steel"
+[[drives]]
+link = "crank"
+speed = 10.0
+[run]
+positions = 72
+"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A scene whose figures are known: an arm that turns steadily pulls with m w^2 L^2 / 2 at its root."""
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM)
+    return path
+
+
+def rows_of(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def strict_json(path):
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    return json.loads(path.read_text(), parse_constant=refuse)
+
+
+@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
+    assert main([name, "--positions", "24", "--fields", "--stations", "11", "-o", str(tmp_path)]) == 0
+    folder = tmp_path / name
+    assert {entry.name for entry in folder.iterdir()} == {"report.html", "summary.json", "positions.csv", "fields.npz"}
+    assert [entry.name for entry in tmp_path.iterdir()] == [name]
+    assert len(rows_of(folder / "positions.csv")) == 24
+    summary = strict_json(folder / "summary.json")
+    assert summary["run"]["positions"] == 24
+    fields = np.load(folder / "fields.npz")
+    labels = [link["label"] for link in summary["links"]]
+    assert set(fields) == {"t"} | {f"{label}/{key}" for label in labels for key in ("x", *FIELDS)}
+    assert all(fields[f"{label}/{field}"].shape == (24, 11) for label in labels for field in FIELDS)
+    assert fields["t"].shape == (24,)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith(f"{name}: largest deflection ")
+
+
+@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
+    """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature."""
+    assert main([name, "--positions", "12", "--fields", "--stations", "801", "--quiet", "-o", str(tmp_path)]) == 0
+    fields, rows = np.load(tmp_path / name / "fields.npz"), rows_of(tmp_path / name / "positions.csv")
+    units = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad"}
+    for key in set(fields) - {"t"}:
+        label, field = key.rsplit("/", 1)
+        if field == "x":
+            continue
+        found = np.array([float(row[f"{label}.{field}_max [{units[field]}]"]) for row in rows])
+        dense = np.abs(fields[key]).max(axis=1)
+        assert np.all(np.abs(found) >= dense * (1 - 1e-12))
+        np.testing.assert_allclose(np.abs(found), dense, rtol=1e-5, atol=1e-5 * dense.max())
+
+
+def test_figures_of_a_turning_arm(arm, tmp_path):
+    assert main([str(arm), "--fields", "--quiet", "-o", str(tmp_path / "out")]) == 0
+    folder = tmp_path / "out" / "arm"
+    mass_per_length, length, speed, EA = 7850 * 6e-5, 0.2, 50.0, 210e9 * 6e-5
+    pull = mass_per_length * speed**2 * length**2 / 2
+    stretch = mass_per_length * speed**2 * length**3 / (3 * EA)
+    for row in rows_of(folder / "positions.csv"):
+        angle = float(row["arm.angle [rad]"])
+        assert float(row["time [s]"]) == pytest.approx(angle / speed)
+        assert float(row["arm.N_max [N]"]) == pytest.approx(pull, rel=1e-12)
+        assert float(row["arm.u_max [m]"]) == pytest.approx(stretch, rel=1e-12)
+        assert float(row["arm.w_max [m]"]) == pytest.approx(0, abs=1e-15)
+        moved = complex(float(row["A.dx [m]"]), float(row["A.dy [m]"]))
+        assert moved == pytest.approx(stretch * np.exp(1j * angle), rel=1e-12)
+        force = complex(float(row["O.Fx_on_arm [N]"]), float(row["O.Fy_on_arm [N]"]))
+        assert force == pytest.approx(-pull * np.exp(1j * angle), rel=1e-12)
+        shaking = complex(float(row["ground.Fx [N]"]), float(row["ground.Fy [N]"]))
+        assert shaking == pytest.approx(-force, rel=1e-12)
+        assert float(row["arm.effort [N m]"]) == pytest.approx(0, abs=1e-12)
+    peak = strict_json(folder / "summary.json")["peaks"]["arm"]["N"]
+    assert (peak["value"], peak["unit"], peak["xi"]) == (pytest.approx(pull), "N", 0.0)
+    x = np.load(folder / "fields.npz")["arm/x"]
+    np.testing.assert_allclose(x, np.linspace(0, length, 101))
+
+
+def test_refining_finds_what_lies_between_positions(tmp_path):
+    """Few positions refined agree with very many that are not."""
+    asked = {"few": ["--positions", "90", "--refine"], "many": ["--positions", "36000"]}
+    peaks = {}
+    for folder, options in asked.items():
+        assert main(["steel_four_bar", "--quiet", "-o", str(tmp_path / folder), *options]) == 0
+        peaks[folder] = strict_json(tmp_path / folder / "steel_four_bar" / "summary.json")["peaks"]
+    for label, fields in peaks["few"].items():
+        for field, peak in fields.items():
+            dense = peaks["many"][label][field]["value"]
+            assert abs(peak["value"]) >= abs(dense) * (1 - 1e-9), (label, field)
+            assert peak["value"] == pytest.approx(dense, rel=1e-6), (label, field)
+    assert peaks["few"]["coupler"]["w"]["between_positions"]
+    assert not peaks["many"]["coupler"]["w"]["between_positions"]
+
+
+def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(ARM.replace('section = "bar"', 'section = "bra"'))
+    assert main([str(bad), str(arm), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr()
+    assert "bad.toml" in said.err
+    assert '"bra"' in said.err
+    assert said.out.startswith("arm: ")
+    assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["arm"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        ("steel_fourbar", 'did you mean "steel_four_bar"?'),
+        ("zzz", "--list shows the shipped scenes"),
+        ("missing.toml", "there is no such file"),
+    ],
+)
+def test_scenes_that_are_not_there(scene, message, tmp_path, capsys):
+    assert main([scene, "-o", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_scenes_of_one_name_are_refused_before_anything_runs(arm, tmp_path, capsys):
+    other = tmp_path / "other" / "arm.toml"
+    other.parent.mkdir()
+    other.write_text(ARM)
+    assert main([str(arm), str(other), "-o", str(tmp_path / "out")]) == 2
+    assert 'two scenes are named "arm"' in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, capsys):
+    """The crank passes A no nearer to D than coupler and rocker reach together: |AD| <= 0.25, by the law of cosines."""
+    path = tmp_path / "stuck.toml"
+    path.write_text(NOT_CLOSING)
+    out = tmp_path / "out"
+    assert main([str(path), "-o", str(out)]) == 2
+    said = capsys.readouterr().err
+    limit = np.degrees(np.arccos((0.2**2 + 0.3**2 - 0.25**2) / (2 * 0.2 * 0.3)))
+    assert f'"crank" at {limit:.6g} deg' in said
+    assert "--reachable" in said
+    assert not out.exists()
+    assert main([str(path), "-o", str(out), "--reachable"]) == 0
+    rows = rows_of(out / "stuck" / "positions.csv")
+    angles = np.degrees(np.arange(72) * 2 * np.pi / 72)
+    close = np.cos(np.radians(angles)) > np.cos(np.radians(limit))
+    np.testing.assert_allclose([np.degrees(float(row["crank.angle [rad]"])) for row in rows], angles[close], atol=1e-9)
+    run = strict_json(out / "stuck" / "summary.json")["run"]
+    assert (run["positions"], run["left_out"]) == (close.sum(), 72 - close.sum())
+
+
+def test_singular_positions_are_marked_and_empty(tmp_path):
+    """A parallelogram is flat, and singular, at 0 and 180 degrees."""
+    path = tmp_path / "flat.toml"
+    text = NOT_CLOSING.replace("B = [0.2, 0.15]", "B = [0.4, 0]").replace("A = [0.1, 0]", "A = [0.06, 0.08]")
+    text = text.replace("B = [0.4, 0]", "B = [0.36, 0.08]")
+    for one, other in (("length = 0.2\n", ""), ("length = 0.1\n", ""), ("length = 0.15\n", "")):
+        text = text.replace(one, other)
+    path.write_text(
+        text.replace('link = "crank"\n', 'link = "crank"\nstart = 0.0\n').replace("positions = 72", "positions = 4")
+    )
+    assert main([str(path), "-o", str(tmp_path / "out"), "--fields", "--quiet"]) == 0
+    rows = rows_of(tmp_path / "out" / "flat" / "positions.csv")
+    known = [row["coupler.w_max [m]"] != "" for row in rows]
+    assert known == [False, True, False, True]
+    assert float(rows[1]["condition [1]"]) == pytest.approx(1.0)
+    summary = strict_json(tmp_path / "out" / "flat" / "summary.json")
+    assert summary["run"]["singular"] == 2
+    fields = np.load(tmp_path / "out" / "flat" / "fields.npz")
+    np.testing.assert_array_equal(np.isfinite(fields["coupler/w"]).all(axis=1), known)
+
+
+def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
+    out = tmp_path / "out"
+    call = [str(arm), "steel_four_bar", "--positions", "8", "-o", str(out), "--resume"]
+    assert main(call) == 0
+    before = (out / "arm" / "report.html").stat().st_mtime_ns
+    capsys.readouterr()
+    assert main(call) == 0
+    assert capsys.readouterr().out.count("finished before") == 2
+    assert (out / "arm" / "report.html").stat().st_mtime_ns == before
+    arm.write_text(ARM.replace("speed = 50.0", "speed = 60.0"))
+    assert main(call) == 0
+    assert capsys.readouterr().out.count("finished before") == 1
+    assert (out / "arm" / "report.html").stat().st_mtime_ns > before
+    assert main([*call, "--fields"]) == 0
+    assert "finished before" not in capsys.readouterr().out
+
+
+def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch, capsys):
+    import kinelast.output_tables
+
+    out = tmp_path / "out"
+    assert main([str(arm), "-o", str(out), "--quiet"]) == 0
+    before = {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()}
+
+    def full(path, results):
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kinelast.output_tables, "write_positions", full)
+    assert main([str(arm), "-o", str(out), "--positions", "9"]) == 2
+    assert "No space left" in capsys.readouterr().err
+    assert {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()} == before
+    assert [entry.name for entry in out.iterdir()] == ["arm"]
+
+
+def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
+    notes = tmp_path / "out" / "arm" / "notes.txt"
+    notes.parent.mkdir(parents=True)
+    notes.write_text("mine")
+    assert main([str(arm), "-o", str(tmp_path / "out")]) == 2
+    assert "notes.txt" in capsys.readouterr().err
+    assert notes.read_text() == "mine"
+
+
+def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
+    import kinelast.output
+
+    real = kinelast.output.read_scene
+    monkeypatch.setattr(kinelast.output, "read_scene", lambda path: 1 / 0 if path.stem == "arm" else real(path))
+    assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr()
+    assert "ZeroDivisionError" in said.err
+    assert said.out.startswith("steel_four_bar: ")
+
+
+def test_quiet_says_nothing(arm, tmp_path, capsys):
+    assert main([str(arm), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_scenes_side_by_side_give_the_same_files(arm, tmp_path, capsys):
+    other = tmp_path / "other.toml"
+    other.write_text(ARM.replace("speed = 50.0", "speed = 70.0"))
+    bad = tmp_path / "bad.toml"
+    bad.write_text("title = 3")
+    scenes = [str(arm), str(bad), str(other)]
+    assert main([*scenes, "-o", str(tmp_path / "one")]) == 2
+    in_turn = capsys.readouterr()
+    assert main([*scenes, "-o", str(tmp_path / "two"), "--jobs", "2"]) == 2
+    assert capsys.readouterr().out.replace("two", "one") == in_turn.out
+    for name in ("arm", "other"):
+        for file in ("report.html", "positions.csv", "summary.json"):
+            assert (tmp_path / "one" / name / file).read_bytes() == (tmp_path / "two" / name / file).read_bytes()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [[], ["steel_four_bar", "--positions", "1"], ["steel_four_bar", "--jobs", "x"], ["--nonsense"],
+     ["steel_four_bar", "--format", "avi"], ["steel_four_bar", "--animate", "wobble"]],
+)  # fmt: skip
+def test_wrong_calls_are_refused(options, capsys, tmp_path):
+    assert main([*options, "-o", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_list_and_version(capsys):
+    assert main(["--list"]) == 0
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert listed == sorted(shipped_scenes())
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"kinelast \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def loaded_after(call):
+    code = f"import sys; from kinelast.command import main; main({call!r}); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return {name.split(".")[0] for name in done.stderr.split()}
+
+
+def test_help_imports_nothing_heavy():
+    heavy = {
+        "numpy",
+        "scipy",
+        "skfem",
+        "pyvista",
+        "vtkmodules",
+        "matplotlib",
+        "pint",
+        "msgspec",
+        "jinja2",
+        "rich",
+        "meshio",
+    }
+    assert not loaded_after(["--help"]) & heavy
+
+
+def test_a_plain_report_imports_neither_graphics_nor_finite_elements(tmp_path):
+    heavy = {"skfem", "pyvista", "vtkmodules", "matplotlib", "rich", "meshio", "imageio", "fem_check", "animations"}
+    assert not loaded_after(["steel_four_bar", "--quiet", "--positions", "4", "-o", str(tmp_path)]) & heavy
+
+
+def test_check_agrees_and_is_written(arm, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["--check", str(arm), "--positions", "5", "-o", str(out)]) == 0
+    assert "check agrees" in capsys.readouterr().out
+    check = strict_json(out / "arm" / "check.json")
+    assert check["passed"]
+    assert check["elements"] == 16
+    assert check["compared"] == 5
+    assert strict_json(out / "arm" / "summary.json")["check"] == check
+    assert main([str(arm), "--check", "4", "-o", str(out)]) == 0
+    assert strict_json(out / "arm" / "check.json")["elements"] == 4
+
+
+def test_a_failed_check_is_exit_status_1_and_is_written_all_the_same(tmp_path, monkeypatch, capsys):
+    """The finite elements are given links half as stiff as the scene's."""
+    import fem_check
+    from elastic import Section
+
+    real = fem_check.solve
+
+    def softer(motion, sections, elements):
+        return real(motion, [Section(EA=section.EA, EI=section.EI / 2) for section in sections], elements)
+
+    monkeypatch.setattr(fem_check, "solve", softer)
+    call = ["steel_four_bar", "--check", "--positions", "6", "-o", str(tmp_path)]
+    assert main(call) == 1
+    assert "check FAILED" in capsys.readouterr().out
+    assert not strict_json(tmp_path / "steel_four_bar" / "check.json")["passed"]
+    assert "differs" in (tmp_path / "steel_four_bar" / "report.html").read_text()
+    assert main([*call, "--resume"]) == 1
+
+
+def test_meshes_hold_every_position(arm, tmp_path):
+    import meshio
+
+    assert main([str(arm), "--mesh", "--quiet", "-o", str(tmp_path / "out")]) == 0
+    meshes = sorted((tmp_path / "out" / "arm" / "mesh").glob("*.vtu"))
+    assert len(meshes) == 8
+    stretch = 7850 * 6e-5 * 50.0**2 * 0.2**3 / (3 * 210e9 * 6e-5)
+    assert meshio.read(meshes[3]).point_data["u"].max() == pytest.approx(stretch)
+
+
+def test_pictures_are_made_on_request(arm, tmp_path):
+    import imageio.v3 as iio
+
+    call = [str(arm), "--animate", "deflection,slope", "--frames", "3", "--format", "gif", "--quiet"]
+    assert main([*call, "-o", str(tmp_path / "out")]) == 0
+    for diagram in ("deflection", "slope"):
+        assert len(iio.imread(tmp_path / "out" / "arm" / f"{diagram}.gif")) == 3
+
+
+def test_more_frames_than_positions_is_refused(arm, tmp_path, capsys):
+    assert main([str(arm), "--animate", "deflection", "--frames", "9", "-o", str(tmp_path / "out")]) == 2
+    assert "9 frames" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "arm").exists()
+
+
+def test_without_opengl_pictures_are_refused_and_all_else_works(arm, tmp_path, monkeypatch, capsys):
+    import animations
+
+    def none():
+        raise animations.RenderingUnavailable("install libgl1")
+
+    monkeypatch.setattr(animations, "probe", none)
+    assert main([str(arm), "--animate", "deflection", "-o", str(tmp_path / "out")]) == 2
+    assert "install libgl1" in capsys.readouterr().err
+    assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
