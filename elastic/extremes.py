@@ -102,8 +102,8 @@ def _evaluate(values: Any, xi: Any) -> Any:
 
 
 def _greatest(values: Any, turning: Any) -> Extreme:
-    """The greatest magnitude among the ends and the turning points."""
-    best, where = values[0], np.zeros(values.shape[1:])
+    """The greatest magnitude among the ends and the turning points; nan where a coefficient is."""
+    best, where = values[0] + 0.0 * values.sum(0), np.zeros(values.shape[1:])
     for xi in (np.ones(values.shape[1:]), *turning):
         value = _evaluate(values, xi)
         better = np.abs(value) > np.abs(best)
