@@ -106,9 +106,11 @@ def _element(element: Any, energy: Any, whole: float) -> _Element:
     from skfem import Basis, BilinearForm, MeshLine
 
     basis = Basis(MeshLine(np.array([[0.0, 1.0]])), element, intorder=7)
-    shape = np.array([function[0].value[0] for function in basis.basis])
+    shape = np.array([np.asarray(function[0])[0] for function in basis.basis])
     stiffness = np.round(whole * BilinearForm(energy).elemental(basis).tolocal()[0])
-    return _Element(stiffness, whole, element.nodal_dofs, shape, basis.global_coordinates().value[0, 0], basis.dx[0])
+    return _Element(
+        stiffness, whole, element.nodal_dofs, shape, np.asarray(basis.global_coordinates())[0, 0], basis.dx[0]
+    )
 
 
 def _consistent_loads(one: _Element, element: Any, elements: int) -> tuple[Reals, Any]:

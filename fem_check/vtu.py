@@ -48,9 +48,10 @@ def write_vtu_series(
     if len(motion.columns) > 1:
         raise ValueError(f"{motion.columns[0]} designs: a series of meshes shows one")
     xi, fields = _sampled(answer, stations)
-    start, way = _places(answer)
-    places = start[..., None] + way[..., None] * xi
-    moved = (way / np.abs(way))[..., None] * (fields["u"] + 1j * fields["w"])
+    with np.errstate(invalid="ignore"):
+        start, way = _places(answer)
+        places = start[..., None] + way[..., None] * xi
+        moved = (way / np.abs(way))[..., None] * (fields["u"] + 1j * fields["w"])
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     cells, numbers = _cells(len(places), len(xi))

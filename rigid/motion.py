@@ -131,7 +131,7 @@ def motion(
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
         condition = 1.0 / np.square(smallest)
-    shape = np.broadcast_shapes(coordinates.shape[1:], *(np.shape(value) for value in placed.origin))
+    shape = np.broadcast_shapes(coordinates.shape[1:], *(np.shape(value) for value in placed.origin + placed.direction))
     return Motion(
         mechanism,
         instants,

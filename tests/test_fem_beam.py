@@ -1,0 +1,175 @@
+"""The finite elements by themselves: handbook beams, orders of convergence, round-off."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from fem_direct import Direct
+from numpy.polynomial import Polynomial
+
+from elastic import Section
+from fem_check import solve
+from fem_check.unit_beam import STATIONS, unit_beam
+from rigid import Beam, LineLoad, Link, Lump, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
+
+EA, EI, LENGTH = 3e6, 700.0, 1.7
+
+
+def held(link, **more):
+    """A link clamped to the ground at O by its drive, at rest and horizontal."""
+    drawing = {name: complex(place) for name, place in link.points.items()}
+    mechanism = Mechanism((Link("ground", {"O": 0.0}), link), (PinDrive(link.name, "O"),), drawing, **more)
+    return motion(mechanism, [0.0])
+
+
+def cantilever(*loads, **more):
+    return held(Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A", more.pop("mass", 0.0)),)), loads=loads, **more)
+
+
+# Handbook beams: W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 7th ed., 2002, table 8.1.
+
+
+def test_cantilever_under_a_force_and_a_moment_at_its_end():
+    force, moment = 31.0, 7.0
+    found = solve(cantilever(PointLoad("arm", "A", 1j * force, moment)), [Section(EA, EI)], 7)
+    assert found.w[0, 0, -1] == pytest.approx(force * LENGTH**3 / (3 * EI) + moment * LENGTH**2 / (2 * EI), rel=1e-13)
+    assert found.phi[0, 0, -1] == pytest.approx(force * LENGTH**2 / (2 * EI) + moment * LENGTH / EI, rel=1e-13)
+    np.testing.assert_allclose(found.M[0, 0], moment + force * LENGTH * (1 - found.xi), rtol=1e-13)
+    np.testing.assert_allclose(found.V[0, 0], -force, rtol=1e-13)
+    assert found.efforts[0, 0] == pytest.approx(-(force * LENGTH + moment), rel=1e-13)
+
+
+def test_cantilever_under_its_weight_and_hanging():
+    weight = 0.8 * 9.81
+    found = solve(cantilever(mass=0.8, gravity=-9.81j), [Section(EA, EI)], 5)
+    assert found.w[0, 0, -1] == pytest.approx(-weight * LENGTH**4 / (8 * EI), rel=1e-13)
+    assert found.phi[0, 0, -1] == pytest.approx(-weight * LENGTH**3 / (6 * EI), rel=1e-13)
+    hung = solve(cantilever(mass=0.8, gravity=9.81), [Section(EA, EI)], 5)
+    assert hung.u[0, 0, -1] == pytest.approx(weight * LENGTH**2 / (2 * EA), rel=1e-13)
+    np.testing.assert_allclose(hung.N[0, 0], weight * LENGTH * (1 - hung.xi), atol=1e-13 * weight)
+
+
+def test_simple_beam_under_uniform_load():
+    """On a rigid crank that is locked and a block that slides: 5 q l^4 / 384 EI."""
+    q = 120.0
+    links = (
+        Link("ground", {"O": -0.3j}),
+        Link("crank", {"O": 0.0, "A": 0.3}),
+        Link("beam", {"A": 0.0, "B": LENGTH}, (Beam("A", "B"),)),
+        Link("block", {"B": 0.0}),
+    )
+    guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
+    drawing = {"O": -0.3j, "A": 0.0, "B": LENGTH}
+    load = LineLoad("beam", 0, -1j * q, -1j * q)
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,), loads=(load,))
+    found = solve(motion(mechanism, [np.pi / 2]), [Section(EA, EI)], 8)
+    assert found.w[0, 0, 4] == pytest.approx(-5 * q * LENGTH**4 / (384 * EI), rel=1e-12)
+    assert found.phi[0, 0, 0] == pytest.approx(-q * LENGTH**3 / (24 * EI), rel=1e-12)
+    assert found.M[0, 0, 4] == pytest.approx(q * LENGTH**2 / 8, rel=1e-12)
+    assert found.w[0, 0, -1] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_lump_beside_its_point_bends_by_its_weight_and_its_arm():
+    mass, offset = 2.0, 0.1 + 0.2j
+    arm = Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A"),), (Lump("A", mass, 0.5, offset),))
+    found = solve(held(arm, gravity=-9.81j), [Section(EA, EI)])
+    weight = mass * 9.81
+    sag = weight * LENGTH**3 / (3 * EI) + weight * 0.1 * LENGTH**2 / (2 * EI)
+    assert found.w[0, 0, -1] == pytest.approx(-sag, rel=1e-13)
+
+
+def test_two_beams_side_by_side_share_the_force_as_their_rigidities():
+    """A closed ring: statically indeterminate."""
+    arm = Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A"), Beam("A", "O")))
+    found = solve(held(arm, loads=(PointLoad("arm", "A", 40j),)), [Section(EA, EI), Section(EA, 3 * EI)])
+    assert found.w[0, 0, -1] == pytest.approx(40 * LENGTH**3 / (3 * 4 * EI), rel=1e-12)
+    assert found.M[0, 0, 0] == pytest.approx(10 * LENGTH, rel=1e-12)
+    assert found.M[1, 0, -1] == pytest.approx(-30 * LENGTH, rel=1e-12)  # its y axis points down
+
+
+def test_square_corner_carries_a_force_round():
+    """An L of two beams: the force at the foot bends the post evenly and turns the beam."""
+    height, force = 0.6, 25.0
+    arm = Link("arm", {"O": 0.0, "A": LENGTH, "B": LENGTH + 1j * height}, (Beam("O", "A"), Beam("B", "A")))
+    found = solve(held(arm, loads=(PointLoad("arm", "B", force),)), [Section(EA, EI), Section(EA, EI)])
+    moment = -force * height
+    np.testing.assert_allclose(found.M[0, 0], moment, rtol=1e-12)
+    corner = moment * LENGTH / EI
+    assert found.phi[0, 0, -1] == pytest.approx(corner, rel=1e-12)
+    sway = -corner * height + force * height**3 / (3 * EI) + force * LENGTH / EA
+    assert found.w[1, 0, 0] == pytest.approx(sway, rel=1e-12)
+
+
+def test_rigid_beam_keeps_its_section_forces():
+    found = solve(cantilever(PointLoad("arm", "A", 5 + 31j)), [Section()])
+    assert not np.any([found.u, found.w, found.phi])
+    np.testing.assert_allclose(found.M[0, 0], 31 * LENGTH * (1 - found.xi), rtol=1e-13, atol=1e-12)
+    np.testing.assert_allclose(found.N[0, 0], 5.0, rtol=1e-13)
+
+
+def orders(errors):
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def test_orders_of_convergence_between_the_nodes():
+    """Hermite: deflection of order 4; quadratic Lagrange: longitudinal displacement of order 3, both in L2."""
+    start, end = 900.0 - 300j, -200.0 + 500j
+    q = Polynomial([start, (end - start) / LENGTH])
+    beyond = q.integ()(LENGTH) - q.integ()
+    N, V = Polynomial(beyond.coef.real), Polynomial(-beyond.coef.imag)
+    M = V.integ() - V.integ()(LENGTH)
+    u, w = N.integ() / EA, M.integ(2) / EI
+    held_arm = cantilever(LineLoad("arm", 0, start, end))
+    errors = np.array([Direct(held_arm, [Section(EA, EI)], 0, n).between(0, u, w) for n in (2, 4, 8, 16)])
+    np.testing.assert_allclose(orders(errors[:, 0]), 3.0, atol=0.2)
+    np.testing.assert_allclose(orders(errors[:, 1]), 4.0, atol=0.2)
+
+
+def exact_values(coefficients, nodes):
+    """A polynomial with rational coefficients at k/nodes."""
+    return [float(sum(c * Fraction(k, nodes) ** i for i, c in enumerate(coefficients))) for k in range(nodes + 1)]
+
+
+def integral(coefficients):
+    return [Fraction(0)] + [c / (k + 1) for k, c in enumerate(coefficients)]
+
+
+def lagrange(station):
+    """The cubic that is 1 at one of the stations and 0 at the others."""
+    stations = [Fraction(k, 3) for k in range(4)]
+    product = [Fraction(1)]
+    for other in (s for k, s in enumerate(stations) if k != station):
+        factor = 1 / (stations[station] - other)
+        longer = [Fraction(0), *product]
+        product = [factor * (longer[k] - other * c) for k, c in enumerate([*product, Fraction(0)])]
+    return product
+
+
+@pytest.mark.parametrize("elements", [1, 2, 16, 63, 256])
+def test_round_off_does_not_grow_with_the_elements(elements):
+    """Against rational arithmetic: a few units in the last place, whatever the mesh."""
+    np.testing.assert_allclose(STATIONS, [0, 1 / 3, 2 / 3, 1])
+    beam = unit_beam(elements)
+    for k in range(4):
+        total = integral(lagrange(k))
+        shear = [total[0] - sum(total), *total[1:]]
+        moment = integral(shear)
+        moment[0] -= sum(moment)
+        slope = integral(moment)
+        fields = {"V": shear, "M": moment, "phi": slope, "w": integral(slope), "N": [-c for c in shear]}
+        for field, coefficients in fields.items():
+            exact = np.array(exact_values(coefficients, elements))
+            np.testing.assert_allclose(getattr(beam, field)[k], exact, rtol=0, atol=1e-16 + 5e-15 * np.abs(exact).max())
+        u = np.array(exact_values([-c for c in integral(shear)], elements))
+        np.testing.assert_allclose(beam.u[k], u, rtol=0, atol=1e-16 + 5e-15 * np.abs(u).max())
+
+
+def test_misuse_is_refused():
+    at_rest = cantilever()
+    with pytest.raises(ValueError, match="2 sections for 1 beams"):
+        solve(at_rest, [Section(), Section()])
+    with pytest.raises(ValueError, match="0 elements"):
+        solve(at_rest, [Section()], 0)
+    pieces = Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0, "C": 3.0}, (Beam("O", "A"), Beam("B", "C")))
+    with pytest.raises(MechanismError, match='"arm": its beams do not hang together'):
+        solve(held(pieces), [Section(), Section()])

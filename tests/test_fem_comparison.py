@@ -1,0 +1,151 @@
+"""What the comparison tells, and what the mesh files hold."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pytest
+from mechanisms import four_bar
+
+from elastic import FIELDS, Section, deflection, sample
+from fem_check import compare, solve, write_vtu_series
+from rigid import position_of
+from rigid import motion as motion_of
+
+
+@pytest.fixture(scope="module")
+def answers():
+    case = four_bar()
+    turning = motion_of(case.mechanism, case.drive, case.rate, case.rate2, np.linspace(0, 0.1, 24))
+    return deflection(turning, case.sections), solve(turning, case.sections, 8)
+
+
+def test_the_true_answer_passes(answers):
+    comparison = compare(*answers)
+    assert comparison.passed
+    assert comparison.compared == 24
+    assert [worst.field for worst in comparison.worst] == list(FIELDS)
+    assert comparison.elements == 8
+
+
+def test_a_rigidity_one_percent_off_fails(answers):
+    exact, found = answers
+    off = [Section(s.EA, 1.01 * s.EI) if k == 1 else s for k, s in enumerate(exact.sections)]
+    comparison = compare(deflection(exact.motion, off), found)
+    assert not comparison.passed
+    by_field = dict(zip(FIELDS, comparison.relative.max(axis=1), strict=True))
+    assert all(by_field[field] < 1e-8 for field in "NVM")
+    assert 1e-4 < by_field["w"] < 1e-1
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_single_wrong_coefficient_is_found_where_it_is(answers, field):
+    exact, found = answers
+    values = getattr(exact, field).copy()
+    scale = np.abs(sample(exact, field, found.xi)).max()
+    values[1, 2, 13] += 1e-3 * scale  # grows along the beam: greatest at its end
+    comparison = compare(replace(exact, **{field: values}), found)
+    worst = comparison.worst[FIELDS.index(field)]
+    assert not comparison.passed
+    assert (worst.field, worst.beam, worst.position, worst.xi) == (field, 2, 13, 1.0)
+    assert worst.relative == pytest.approx(1e-3, rel=0.01)
+    assert worst.difference == pytest.approx(1e-3 * scale, rel=1e-6)
+    others = [k for k, name in enumerate(FIELDS) if name != field]
+    assert comparison.relative[others].max() < 1e-8
+
+
+def test_a_beam_is_also_measured_by_itself(answers):
+    exact, found = answers
+    values = exact.w.copy()
+    small = np.abs(sample(exact, "w", found.xi)).max(axis=(1, 2))
+    values[0, 0] += 1e-9 * small.max()
+    comparison = compare(replace(exact, w=values), found)
+    w = FIELDS.index("w")
+    assert comparison.passed
+    assert comparison.relative[w, 0] == pytest.approx(1e-9, rel=1e-3)
+    assert comparison.own[w, 0] == pytest.approx(1e-9 * small.max() / small[0], rel=1e-3)
+
+
+def test_an_answer_on_one_side_only_fails(answers):
+    exact, found = answers
+    w = found.w.copy()
+    w[:, 3] = np.nan
+    comparison = compare(exact, replace(found, w=w))
+    assert not comparison.passed
+    assert comparison.compared == 23
+    assert comparison.worst[FIELDS.index("w")].position == 3
+    nowhere = replace(found, **{field: np.full_like(getattr(found, field), np.nan) for field in FIELDS})
+    lost = replace(exact, **{field: np.full_like(getattr(exact, field), np.nan) for field in FIELDS})
+    assert not compare(lost, nowhere).passed
+
+
+def test_a_field_that_is_zero_but_for_round_off_passes():
+    """No axial load at all: N is some 1e-16 of V on one side or the other."""
+    case = four_bar(gravity=0.0, loads=(), crank=0.11)
+    links = tuple(replace(link, lumps=()) for link in case.mechanism.links)
+    still = motion_of(case.with_(links=links).mechanism, [0.4])
+    exact, found = deflection(still, case.sections), solve(still, case.sections)
+    noise = np.full_like(found.N, 1e-14)
+    shear = np.ones_like(exact.V)
+    comparison = compare(
+        replace(exact, V=shear), replace(found, N=noise, V=sample(replace(exact, V=shear), "V", found.xi))
+    )
+    assert comparison.relative[FIELDS.index("N")].max() <= 1e-8
+
+
+def test_two_different_runs_are_refused(answers):
+    case = four_bar(count=5)
+    turning = motion_of(case.mechanism, case.drive, case.rate, case.rate2)
+    with pytest.raises(ValueError, match=r"\(3, 24\).*\(3, 5\)"):
+        compare(answers[0], solve(turning, case.sections))
+
+
+def read(path, position):
+    """Files of a collection by their instants, and one of them."""
+    sets = ElementTree.parse(path).getroot().findall("Collection/DataSet")
+    times = [float(entry.get("timestep")) for entry in sets]
+    return times, meshio.read(path.parent / sets[position].get("file"))
+
+
+def test_mesh_files_of_the_elements_hold_both_shapes_and_all_fields(answers, tmp_path):
+    _, found = answers
+    times, mesh = read(write_vtu_series(found, tmp_path / "new" / "folder"), 7)
+    np.testing.assert_array_equal(times, np.linspace(0, 0.1, 24))
+    assert mesh.points.shape == (27, 3)
+    assert sum(len(block.data) for block in mesh.cells) == 24
+    np.testing.assert_array_equal(mesh.cell_data["beam"][0], np.repeat([0, 1, 2], 8))
+    for field in FIELDS:
+        np.testing.assert_array_equal(mesh.point_data[field], getattr(found, field)[:, 7].ravel())
+    motion = found.motion
+    for number, (at, beam) in enumerate(motion.mechanism.beams):
+        start, end = (position_of(motion, at, point)[7] for point in (beam.start, beam.end))
+        np.testing.assert_allclose(mesh.points[9 * number][:2], [start.real, start.imag], atol=1e-15)
+        np.testing.assert_allclose(mesh.points[9 * number + 8][:2], [end.real, end.imag], atol=1e-15)
+    moved = mesh.point_data["displacement"]
+    np.testing.assert_allclose(moved[8], moved[9], rtol=1e-9)  # the pin of crank and coupler stays whole
+    np.testing.assert_allclose(mesh.point_data["deformed"], mesh.points + moved, atol=1e-15)
+
+
+def test_mesh_files_of_the_closed_forms_take_any_stations(answers, tmp_path):
+    exact, _ = answers
+    _, mesh = read(write_vtu_series(exact, tmp_path, "forms", [0.0, 0.3, 1.0]), 2)
+    assert mesh.points.shape == (9, 3)
+    np.testing.assert_array_equal(mesh.point_data["M"], sample(exact, "M", [0.0, 0.3, 1.0])[:, 2].ravel())
+
+
+def test_mesh_files_leave_out_positions_without_an_answer(tmp_path):
+    case = four_bar(crank=0.3, coupler=0.2, rocker=0.3, base=0.4, count=12)
+    turning = motion_of(case.mechanism, case.drive, case.rate, case.rate2)
+    times, _ = read(write_vtu_series(solve(turning, case.sections), tmp_path), 0)
+    np.testing.assert_array_equal(times, np.flatnonzero(np.isfinite(turning.condition)))
+
+
+def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
+    with pytest.raises(ValueError, match="written at its nodes"):
+        write_vtu_series(answers[1], tmp_path, stations=[0.0, 1.0])
+    turning = answers[0].motion
+    several = replace(turning, condition=np.ones((3, 24)))
+    with pytest.raises(ValueError, match="3 designs"):
+        write_vtu_series(replace(answers[1], motion=several), tmp_path)
+    assert not list(tmp_path.iterdir())

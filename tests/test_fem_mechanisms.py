@@ -1,0 +1,246 @@
+"""Whole mechanisms: closed forms against finite elements, superposition against one matrix, other axes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fem_direct import Direct
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from mechanisms import (
+    arm,
+    four_bar,
+    inverted_slider_crank,
+    pressed,
+    scotch_yoke,
+    six_bar,
+    slider_crank,
+    stiff_plate,
+    triad,
+)
+
+from elastic import FIELDS, Section, deflection, sample
+from fem_check import compare, solve
+from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, PinDrive, drive_efforts, motion
+
+MECHANISMS = {
+    "four-bar": four_bar,
+    "slider-crank": slider_crank,
+    "block on a rocker": inverted_slider_crank,
+    "rod through a rocker": lambda: inverted_slider_crank(sliding_rod=True),
+    "yoke": scotch_yoke,
+    "driven block": pressed,
+    "two drives in series": arm,
+    "ternary link, welded": six_bar,
+    "ternary link, rigid": stiff_plate,
+    "group that is no dyad": triad,
+}
+family = settings(max_examples=60, deadline=None)
+
+
+def moving(case):
+    return motion(case.mechanism, case.drive, case.rate, case.rate2)
+
+
+def test_displacements_at_the_joints_of_a_published_four_bar():
+    """Utenov et al.'s case with its errata put right, printed to eleven digits."""
+    O, B, C, D = 0.0, 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j
+    links = (
+        Link("ground", {"O": O, "D": D}),
+        Link("one", {"O": 0.0, "B": abs(B)}, (Beam("O", "B"),)),
+        Link("two", {"B": 0.0, "C": abs(C - B)}, (Beam("B", "C"),)),
+        Link("three", {"C": 0.0, "D": abs(D - C)}, (Beam("C", "D"),)),
+    )
+    loads = (
+        LineLoad("one", 0, -80 + 300j, 400 - 120j, turning=True),
+        LineLoad("two", 0, 600 - 500j, -100 + 800j, turning=True),
+        LineLoad("three", 0, 150 + 250j, 700 + 90j, turning=True),
+    )
+    mechanism = Mechanism(links, (PinDrive("one", "O"),), {"O": O, "B": B, "C": C, "D": D}, loads=loads)
+    sections = [Section(8e7, 2600.0), Section(4e7, 1200.0), Section(6e7, 1800.0)]
+    found = solve(motion(mechanism, [np.angle(B)]), sections)
+    values = {
+        2.4239410377e-7: found.u[0, 0, -1],
+        -3.5905052612e-5: found.w[0, 0, -1],
+        1.7962884202e-5: found.u[1, 0, 0],
+        -3.1089650194e-5: found.w[1, 0, 0],
+        1.8534324768e-5: found.u[1, 0, -1],
+        -5.0971194647e-6: found.w[1, 0, -1],
+        -1.4283385744e-7: found.u[2, 0, 0],
+        1.9221899488e-5: found.w[2, 0, 0],
+        5.1923401447e-4: found.phi[1, 0, 0],
+        1.5975626257e-4: found.phi[2, 0, 0],
+    }
+    np.testing.assert_allclose(list(values.values()), list(values), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("elements", [4, 64])
+def test_closed_forms_agree_with_finite_elements(name, elements):
+    case = MECHANISMS[name]()
+    turning = moving(case)
+    exact, found = deflection(turning, case.sections), solve(turning, case.sections, elements)
+    comparison = compare(exact, found)
+    assert comparison.passed
+    assert comparison.compared == len(turning.time)
+    assert comparison.relative.max() < 1e-11
+    efforts = drive_efforts(turning, exact.forces)
+    np.testing.assert_allclose(found.efforts, efforts, rtol=0, atol=1e-12 * np.abs(efforts).max())
+
+
+def slender(case, draw):
+    """Sections of solid steel bars whose length is 5 to 200 of their radii of gyration."""
+    sections = []
+    for at, beam in case.mechanism.beams:
+        points = case.mechanism.links[at].points
+        radius = abs(points[beam.end] - points[beam.start]) / draw(st.floats(5, 200))
+        EA = 210e9 * 12 * radius**2
+        sections.append(Section(EA, EA * radius**2))
+    return replace(case, sections=tuple(sections))
+
+
+def agree(case, draw):
+    rate = draw(st.floats(-300, 300))
+    case = replace(case, rate=np.full(case.drive.shape, rate))
+    try:
+        turning = moving(case)
+    except MechanismError:
+        assume(False)
+    assume(turning.condition.max() < 1e3)
+    found = solve(turning, case.sections, draw(st.integers(4, 64)))
+    comparison = compare(deflection(turning, case.sections), found)
+    assert comparison.passed, comparison.worst
+    assert comparison.compared == len(turning.time)
+
+
+@st.composite
+def four_bars(draw):
+    crank, side = draw(st.floats(0.05, 0.15)), draw(st.sampled_from([-1.0, 1.0]))
+    coupler, rocker, base = (draw(st.floats(0.2, 0.6)) for _ in range(3))
+    sides = sorted((crank, coupler, rocker, base))
+    assume(sides[0] == crank and 1.03 * (sides[0] + sides[3]) < sides[1] + sides[2])
+    lean = np.exp(1j * draw(st.floats(-3, 3)))
+    return slender(four_bar(crank, coupler, rocker, base * lean, side, count=7), draw)
+
+
+@st.composite
+def slider_cranks(draw):
+    crank, side = draw(st.floats(0.05, 0.2)), draw(st.sampled_from([-1.0, 1.0]))
+    offset = draw(st.floats(-0.1, 0.1))
+    rod = (crank + abs(offset)) * draw(st.floats(1.1, 4))
+    return slender(slider_crank(crank, rod, offset, draw(st.floats(-3, 3)), side, count=7), draw)
+
+
+@family
+@given(four_bars(), st.data())
+def test_random_four_bars_agree(case, data):
+    agree(case, data.draw)
+
+
+@family
+@given(slider_cranks(), st.data())
+def test_random_slider_cranks_agree(case, data):
+    agree(case, data.draw)
+
+
+@family
+@given(st.sampled_from([lambda: inverted_slider_crank(sliding_rod=True, count=5), lambda: six_bar(count=5)]), st.data())
+def test_random_sections_of_other_mechanisms_agree(make, data):
+    agree(slender(make(), data.draw), data.draw)
+
+
+@pytest.mark.parametrize("name", sorted(set(MECHANISMS) - {"ternary link, rigid"}))
+def test_superposition_is_one_matrix_over_all_elements(name):
+    case = MECHANISMS[name]()
+    turning = moving(case)
+    found = solve(turning, case.sections, 5)
+    for position in (2, 11):
+        direct = Direct(turning, case.sections, position, 5)
+        whole = [np.array(values) for values in zip(*map(direct.nodes, range(len(case.sections))), strict=True)]
+        for field, values in zip(("u", "w", "phi"), whole, strict=True):
+            superposed = getattr(found, field)[:, position]
+            np.testing.assert_allclose(superposed, values, rtol=0, atol=1e-9 * np.abs(values).max())
+
+
+def turned(mechanism, angle, shift):
+    """The same mechanism with the ground's axes turned and moved."""
+    e = np.exp(1j * angle)
+
+    def seen(link):
+        return replace(link, points={name: shift + e * place for name, place in link.points.items()})
+
+    return Mechanism(
+        tuple(seen(link) if link.name == "ground" else link for link in mechanism.links),
+        mechanism.drives,
+        {name: shift + e * place for name, place in mechanism.drawing.items()},
+        tuple(
+            replace(s, origin=shift + e * s.origin, direction=e * s.direction, turn=e * s.turn)
+            if s.on == "ground"
+            else s
+            for s in mechanism.sliders
+        ),
+        e * mechanism.gravity,
+        tuple(
+            load
+            if load.turning
+            else replace(load, start=e * load.start, end=e * load.end)
+            if isinstance(load, LineLoad)
+            else replace(load, force=e * load.force)
+            for load in mechanism.loads
+        ),
+    )
+
+
+@pytest.mark.parametrize("name", ["four-bar", "slider-crank", "block on a rocker", "yoke", "ternary link, welded"])
+def test_other_axes_see_the_same_deflection(name):
+    case, angle = MECHANISMS[name](), 1.1
+    here = solve(moving(case), case.sections, 6)
+    moved = replace(case, mechanism=turned(case.mechanism, angle, 0.4 - 0.7j), drive=case.drive + angle)
+    there = solve(moving(moved), case.sections, 6)
+    for field in FIELDS:
+        one, other = getattr(here, field), getattr(there, field)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * np.abs(one).max())
+
+
+def test_many_designs_go_through_their_positions_together():
+    """Lengths, masses and rigidities of shape (designs, 1)."""
+    lengths, rigidities = [0.28, 0.31, 0.36], [30.0, 60.0, 90.0]
+    together = four_bar()
+    coupler = together.mechanism.links[together.mechanism.index["coupler"]]
+    many = replace(coupler, points={"A": 0.0, "B": np.array(lengths)[:, None]})
+    links = tuple(many if link.name == "coupler" else link for link in together.mechanism.links)
+    case = together.with_(links=links)
+    sections = (case.sections[0], Section(1e5, np.array(rigidities)[:, None]), case.sections[2])
+    found = solve(moving(case), sections, 4)
+    assert found.w.shape == (3, 3, 24, 5)
+    assert compare(deflection(moving(case), sections), found).passed
+    for k, (length, rigidity) in enumerate(zip(lengths, rigidities, strict=True)):
+        alone = four_bar(coupler=length)
+        one = solve(moving(alone), (sections[0], Section(1e5, rigidity), sections[2]), 4)
+        np.testing.assert_allclose(found.w[:, k], one.w, rtol=0, atol=1e-12 * np.abs(one.w).max())
+
+
+def test_a_position_out_of_reach_is_lost_alone():
+    case = four_bar(crank=0.3, coupler=0.2, rocker=0.3, base=0.4, count=12)
+    turning = moving(case)
+    lost = ~np.isfinite(turning.condition)
+    assert 0 < lost.sum() < 12
+    found = solve(turning, case.sections)
+    np.testing.assert_array_equal(np.isnan(found.w).any(axis=(0, 2)), lost)
+    comparison = compare(deflection(turning, case.sections), found)
+    assert comparison.passed
+    assert comparison.compared == 12 - lost.sum()
+
+
+def test_what_joints_carry_is_what_the_links_feel():
+    """The pin between crank and coupler carries the force at the coupler's first point."""
+    case = slider_crank(loads=())
+    bare = case.with_(links=tuple(replace(link, lumps=()) for link in case.mechanism.links))
+    turning = moving(bare)
+    found = solve(turning, bare.sections)
+    pin = next(tie for tie in found.ties if tie.name == "A")
+    rod = turning.mechanism.index["rod"]
+    own = np.conj(turning.direction[rod]) * pin.force
+    beam = [at for at, _ in turning.mechanism.beams].index(rod)
+    np.testing.assert_allclose(own, -found.N[beam, :, 0] + 1j * found.V[beam, :, 0], atol=1e-12 * np.abs(own).max())
+    assert sample(deflection(turning, bare.sections), "M", [0.0])[beam] == pytest.approx(0.0, abs=1e-12)
