@@ -167,6 +167,7 @@ def _write_mp4(path: Path, images: Iterator[Any], rate: int) -> None:
     import imageio.v2 as imageio
 
     options: Any = {"codec": "libx264", "quality": 8, "pixelformat": "yuv420p", "ffmpeg_log_level": "quiet"}
+    options["output_params"] = ["-preset", "veryfast"]  # half the time of "medium", and files of the same size
     film: Any
     with imageio.get_writer(path, format="FFMPEG", fps=rate, **options) as film:
         for image in images:

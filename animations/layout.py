@@ -107,7 +107,7 @@ def layout(deflection: Deflection, diagram: Diagram, style: Style) -> Layout:
     """Scales that show every position whole."""
     picked = drawable(deflection, diagram)
     skeleton = _skeleton(deflection)[:, picked]
-    size = max(np.ptp(skeleton.real), np.ptp(skeleton.imag))
+    size = float(max(np.ptp(skeleton.real), np.ptp(skeleton.imag)))
     if size == 0.0:
         raise ValueError("the mechanism has no extent: there is nothing to draw")
     greatest = peak(deflection, diagram)

@@ -39,17 +39,12 @@ class Picture:
     """
 
     def __init__(self, deflection: Deflection, name: str, style: Style) -> None:
-        import pyvista as pv
-
         diagram = diagram_named(name)
         self.layout: Layout = layout(deflection, diagram, style)
         self.shapes = shapes_of(deflection, diagram, self.layout, style)
         self._height = style.size[1]
         first = int(drawable(deflection, diagram)[0])
-        self._plotter: Any = pv.Plotter(off_screen=True, window_size=list(style.size))
-        self._plotter.set_background("white")
-        self._plotter.enable_anti_aliasing("msaa", multi_samples=8)
-        self._plotter.render_window.SetDPI(72)  # a text's size is its height in pixels
+        self._plotter = _canvas(style.size)
         measures, words = legend(diagram, self.layout, style)
         self.meshes = [self._draw(shape, self._pixels(shape, first)) for shape in self.shapes]
         for shape in measures:
@@ -143,6 +138,18 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Layout, style: S
     if scales.exaggeration:
         shapes += deformed_shapes(deflection, scales.exaggeration)
     return shapes + symbol_shapes(deflection, scales.pin, scales.exaggeration if whole else 0.0)
+
+
+def _canvas(size: tuple[int, int]) -> Any:
+    """A white sheet of so many pixels."""
+    import pyvista as pv
+
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
+    window: Any = plotter.render_window
+    window.SetDPI(72)  # a text's size is its height in pixels
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("msaa", multi_samples=8)
+    return plotter
 
 
 def font_file() -> Path:
