@@ -264,4 +264,5 @@ def _table(mechanism: Mechanism, message: str) -> str:
     for slider in mechanism.sliders:
         if f'the slider "{slider.name}"' in message:
             return f"sliders.{slider.name}"
-    return next((f"links.{name}" for name in quoted if name in mechanism.index), "links")
+    links = [f"links.{name}" for name in quoted if name in mechanism.index]
+    return links[0] if len(links) == 1 else "links"

@@ -22,13 +22,19 @@ class SceneError(ValueError):
     """
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
-        place = " ".join(part for part in (f"[{table}]" if table else "", key) if part)
+        place = " ".join(part for part in (_header(table), key) if part)
         super().__init__(": ".join(part for part in (file, place, problem) if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[str, str, str, str]]:
         """Survive the way back from a worker process."""
         return SceneError, (self.file, self.table, self.key, self.problem)
+
+
+def _header(table: str) -> str:
+    """A table as it is written in a file."""
+    name, _, number = table.partition("[")
+    return f"[[{name}]] no. {number.rstrip(']')}" if number else f"[{name}]" if name else ""
 
 
 def fault(table: str, key: str, problem: str) -> SceneError:

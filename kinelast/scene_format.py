@@ -229,3 +229,10 @@ def _without_null(schema: Any) -> Any:
         del kept["anyOf"]
         return {**choices[0], **kept}
     return {**kept, "anyOf": choices} if choices else kept
+
+
+def schema_text() -> str:
+    """The schema as it is published in scene.schema.json."""
+    import json
+
+    return json.dumps(scene_schema(), indent=2) + "\n"

@@ -47,7 +47,7 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
             raise fault("", key, f"there is no such table or key{likely(key, fields)}")
     parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
     for name, field in fields.items():
-        if field.required and name not in raw:
+        if field.required and not raw.get(name):
             raise fault(name, "", _missing(name))
     return SceneTable(**parts)
 
@@ -113,9 +113,9 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         word = found[1].strip("'\"")
         choices = _tags(kind) if path == "shape" else _literals(kind, path)
         return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
-    if found := re.fullmatch(r"Expected `(.*?)`(?: of length (\S+))?(.*?)(?:, got (.*))?", what):
+    if found := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
         words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
-        size = f" of {found[2]} entries" if found[2] else ""
+        size = f" of {found[2].replace('>=', 'at least')} entries" if found[2] else ""
         got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
         return path, f"expected {words}{size}{found[3]}{got}"
     return path, what

@@ -98,8 +98,8 @@ class Quantity(float):
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
         if not (isfinite(number) and number > cls.above and number >= cls.least):
-            bound = " greater than zero" if cls.above == 0 else " not below zero" if cls.least == 0 else ", finite"
-            raise ValueError(f"expected {cls.expected},{bound.removeprefix(',')}, got {shown(value)}")
+            bound = "finite" if not isfinite(number) else "greater than zero" if cls.above == 0 else "not below zero"
+            raise ValueError(f"expected {cls.expected}, {bound}, got {shown(value)}")
         quantity = cls(number)
         quantity.unit = unit
         return quantity

@@ -1,0 +1,254 @@
+"""Every mistake in a scene ends in one message that names the file, the table and the key."""
+
+import re
+from pathlib import Path
+
+import pytest
+from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
+
+from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
+
+CRANK = '[links.crank]\npoints = ["O", "A"]\n'
+LOAD = '[[loads]]\nlink = "rocker"\n'
+
+
+def add(text: str) -> tuple[str, str]:
+    return "[run]", f"{text}\n[run]"
+
+
+def segments(*pieces: str) -> tuple[str, str]:
+    return 'speed = "100 rad/s"', f"law = [{', '.join(f'{{{piece}}}' for piece in pieces)}]"
+
+
+# (claim, text to spoil, edits, table, key, piece of the message)
+MISTAKES = [
+    # What stands in the file at all.
+    ("syntax", FOUR_BAR, [("[run]", "[run")], "", "", r"not readable as TOML: .*line 43"),
+    ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: .*line 34"),
+    ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
+    ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
+    ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),
+    ("unknown key, few choices", FOUR_BAR, [("positions", "steps")], "run", "steps", 'there is "positions", "duration"'),
+    ("missing key", FOUR_BAR, [("density = 7850", "")], "materials.steel", "density", "the key is missing"),
+    ("missing shape", FOUR_BAR, [('shape = "rectangle"', "")], "sections.bar", "shape", "one of rectangle, circle"),
+    ("unknown shape", FOUR_BAR, [('"rectangle"', '"rectangel"')], "sections.bar", "shape", 'did you mean "rectangle"'),
+    ("key of another shape", FOUR_BAR, [("depth", "diameter")], "sections.bar", "diameter", "there is no such key"),
+    ("missing table", FOUR_BAR, [("[[drives]]", "[[loads]]")], "loads[1]", "speed", "no such key"),
+    ("no drives", FOUR_BAR, [('[[drives]]\nlink = "crank"\nspeed = "100 rad/s"', "")], "drives", "", r"needs \[\[drives\]\]"),
+    ("empty drives", "drives = []" + FOUR_BAR, [('[[drives]]\nlink = "crank"\nspeed = "100 rad/s"', "")], "drives", "",
+     r"the table is missing; a scene needs \[\[drives\]\]"),
+    ("single brackets", FOUR_BAR, [("[[drives]]", "[drives]")], "drives", "", "two brackets"),
+    ("not a table", "links = 3", [], "links", "", r"written \[links.NAME\]"),
+    ("a list of tables", FOUR_BAR, [("[materials.steel]", "[[materials]]")], "materials", "", r"\[materials.NAME\]"),
+    ("bad name", FOUR_BAR, [("[links.crank]", '[links."crank 1"]')], "links", '"crank 1"', "letters A-Z"),
+    ("bad point name", FOUR_BAR, [("A = [0.1", '"A.1" = [0.1')], "points", '"A.1"', "letters A-Z"),
+    ("bad own point name", FOUR_BAR, [('["A", "B"]', '{A = [0, 0], B = [0.3, 0], "P 1" = [0, 0.1]}')], "links.coupler.points",
+     '"P 1"', "letters A-Z"),
+    ("title", FOUR_BAR, [('"A four-bar"', "4")], "", "title", "expected a text in quotes, got a whole number"),
+    # Quantities.
+    ("wrong dimension", FOUR_BAR, [('"6 mm"', '"6 kg"')], "sections.bar", "depth",
+     'expected a length, as in "100 mm" or 0.1, got "6 kg"'),
+    ("no unit in quotes", FOUR_BAR, [('"6 mm"', '"6"')], "sections.bar", "depth", 'expected a length.*, got "6"'),
+    ("unknown unit", FOUR_BAR, [('"210 GPa"', '"210 GPA"')], "materials.steel", "E", 'no unit "GPA"; did you mean "GPa"'),
+    ("hertz are no speed", FOUR_BAR, [('"100 rad/s"', '"50 Hz"')], "drives[1]", "speed", '"3000 rpm".*no unit "Hz"'),
+    ("unreadable unit", FOUR_BAR, [('"6 mm"', '"6 mm)"')], "sections.bar", "depth", r'got "6 mm\)"'),
+    ("zero length", FOUR_BAR, [('"6 mm"', "0")], "sections.bar", "depth", "greater than zero, got 0"),
+    ("negative mass", SLIDER_CRANK, [('"200 g"', "-0.2")], "links.block", "mass", "not below zero, got -0.2"),
+    ("infinite", FOUR_BAR, [('"210 GPa"', "inf")], "materials.steel", "E", "finite, got inf"),
+    ("huge whole number", FOUR_BAR, [('"210 GPa"', "1" + 400 * "0")], "materials.steel", "E", "finite, got 1000"),
+    ("true", FOUR_BAR, [('"210 GPa"', "true")], "materials.steel", "E", 'as in "210 GPa".* got true'),
+    ("a list", FOUR_BAR, [('"210 GPa"', "[1]")], "materials.steel", "E", r"got \[1\]"),
+    ("a table", FOUR_BAR, [('"210 GPa"', "{value = 1}")], "materials.steel", "E", "got a table"),
+    ("a place of three", FOUR_BAR, [("[0.1, 0.0]", "[0.1, 0.0, 0.0]")], "points", "A", "expected a list of 2 entries, got 3"),
+    ("a place with a word", FOUR_BAR, [("[0.1, 0.0]", '[0.1, "x"]')], "points", "A[2]", 'expected a length.* got "x"'),
+    ("poisson", FOUR_BAR, [("0.3", "0.7")], "materials.steel", "poisson", r"expected a number <= 0.5"),
+    ("poisson and G", FOUR_BAR, [("0.3", '0.3\nG = "80 GPa"')], "materials.steel", "poisson", "not both"),
+    ("tube", FOUR_BAR, [('"rectangle"', '"tube"'), ("depth", "outer"), ("width", "inner")], "sections.bar", "inner",
+     "below outer, 0.006 m, got 0.01 m"),
+    ("positions", FOUR_BAR, [("= 36", "= 0")], "run", "positions", "expected a whole number >= 1"),
+    # Links.
+    ("no ground", FOUR_BAR, [("links.ground", "links.Ground")], "links", "ground", 'is it "Ground"'),
+    ("unknown point", FOUR_BAR, [('["O", "A"]', '["O", "a"]')], "links.crank", "points", 'point "a".*did you mean "A"'),
+    ("point twice", FOUR_BAR, [('["O", "A"]', '["O", "O"]')], "links.crank", "points", 'point "O" is listed 2 times'),
+    ("no points", FOUR_BAR, [('["O", "A"]', "[]")], "links.crank", "points", "at least one point"),
+    ("one point for a beam", FOUR_BAR, [('["O", "A"]', '["O"]')], "links.crank", "section", "at least two points, this one has 1"),
+    ("coinciding points", FOUR_BAR, [("A = [0.1, 0.0]", "A = [0.0, 0.0]")], "links.crank", "points", '"O" and "A" are drawn at the same'),
+    ("no material", FOUR_BAR, [('material = "steel"', "")], "links.crank", "material", 'needs a material; there is "steel"'),
+    ("unknown material", FOUR_BAR, [('material = "steel"', 'material = "stel"')], "links.crank", "material", 'did you mean "steel"'),
+    ("unknown section", FOUR_BAR, [('section = "bar"', 'section = "beam"')], "links.crank", "section", 'no section "beam"; there is "bar"'),
+    ("no section", FOUR_BAR, [('section = "bar"', "")], "links.crank", "section", "a material alone makes no beam"),
+    ("neither", FOUR_BAR, [('section = "bar"\nmaterial = "steel"', "")], "links.crank", "section", "needs a section"),
+    ("mass of an elastic link", FOUR_BAR, [(CRANK, CRANK + "mass = 1\n")], "links.crank", "mass", "add rigid = true, or use masses"),
+    ("rigid without mass", FOUR_BAR, [('section = "bar"\nmaterial = "steel"', "rigid = true")], "links.crank", "mass",
+     "needs mass, or a section and a material"),
+    ("mass without centre", SLIDER_CRANK, [('center = "O"', "")], "links.crank", "center", "the key is missing"),
+    ("unknown centre", SLIDER_CRANK, [('center = "O"', 'center = "B"')], "links.crank", "center", 'has no point "B"; there is "O", "A"'),
+    ("a second length", FOUR_BAR, [('["A", "B"]', '{A = [0, 0], B = [0.3, 0]}\nlength = 0.3')], "links.coupler", "length", "leave it out"),
+    ("length of three points", FOUR_BAR, [('["A", "B"]', '["A", "B", "P"]\nlength = 0.3')], "links.coupler", "length", "this one has 3"),
+    ("ground with a section", FOUR_BAR, [('["O", "D"]', '["O", "D"]\nsection = "bar"')], "links.ground", "section", "points only"),
+    ("rigidities with a material", FOUR_BAR,
+     [('shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', 'shape = "rigidities"\nEA = 1e7\nEI = 30\nmass_per_length = 0.5')],
+     "links.crank", "material", "leave material out"),
+    ("unknown outline point", FOUR_BAR, [(CRANK, CRANK + 'outline = ["O", "Q"]\n')], "links.crank", "outline", 'no point "Q"'),
+    ("unknown masses point", FOUR_BAR, [(CRANK, CRANK + "masses = {B = 0.1}\n")], "links.crank", "masses", 'no point "B"'),
+    ("unknown mass", FOUR_BAR, [add("[masses]\nC = 0.1")], "masses", "C", "no moving link has this point"),
+    # Beams.
+    ("unknown beam point", FOUR_BAR, [(CRANK, CRANK + 'beams = [["O", "Q"]]\n')], "links.crank", "beams[1]", 'no point "Q"'),
+    ("unknown beam key", FOUR_BAR, [(CRANK, CRANK + 'beams = [{from = "O", till = "A"}]\n')], "links.crank", "beams[1].till", "there is"),
+    ("beam without section", FOUR_BAR, [(CRANK + 'section = "bar"\n', CRANK + 'beams = [["O", "A"]]\n')], "links.crank", "beams[1]", "has no section"),
+    ("ring of beams", FOUR_BAR, [('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"], ["B", "P"], ["P", "A"]]')], "links.coupler",
+     "beams", 'ring at "P"-"A"'),
+    ("beams apart", FOUR_BAR, [('["A", "B"]', '{A = [0, 0], B = [0.3, 0], P = [0.1, 0.1], Q = [0.2, 0.1]}\nbeams = [["A", "B"], ["P", "Q"]]')],
+     "links.coupler", "beams", "do not hang together"),
+    ("joint off the beams", FOUR_BAR, [('["A", "B"]', '["A", "P", "B"]\nbeams = [["A", "P"]]')], "links.coupler", "beams",
+     'reaches the point "B", which carries a joint'),
+    ("mass off the beams", FOUR_BAR, [('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"]]\nmasses = {P = 1}')], "links.coupler",
+     "beams", 'reaches the point "P", which carries a joint or a mass'),
+    ("beam of no length", FOUR_BAR, [('["A", "B"]', '{A = [0, 0], B = [0.3, 0], P = [0.3, 0]}')], "links.coupler", "points", "there is no length"),
+    # Sliders.
+    ("slider of no link", SLIDER_CRANK, [('link = "block"', 'link = "blok"')], "sliders.guide", "link", 'did you mean "block"'),
+    ("slider on no link", SLIDER_CRANK, [("through", 'on = "grund"\nthrough')], "sliders.guide", "on", 'did you mean "ground"'),
+    ("slider on itself", SLIDER_CRANK, [("through", 'on = "block"\nthrough')], "sliders.guide", "on", "cannot slide on itself"),
+    ("sliding ground", SLIDER_CRANK, [('link = "block"', 'link = "ground"')], "sliders.guide", "link", "the ground cannot slide"),
+    ("slider through no point", SLIDER_CRANK, [('through = "B"', 'through = "A"')], "sliders.guide", "through", 'has no point "A"; there is "B"'),
+    ("slider through no place", SLIDER_CRANK, [('points = ["B"]', "points = {C = [0, 0]}"), ('through = "B"', 'through = "C"')],
+     "sliders.guide", "through", "has no place under"),
+    ("direction zero", SLIDER_CRANK, [("[1, 0]", "[0, 0]")], "sliders.guide", "direction", r"or an angle as in \"30 deg\", got \[0, 0\]"),
+    ("direction length", SLIDER_CRANK, [("[1, 0]", '"3 mm"')], "sliders.guide", "direction", 'got "3 mm"'),
+    ("guide on an elastic link", QUICK_RETURN,
+     [('rigid = true\nmass = 0.4\ncenter = [0.25, 0]\ninertia = "8e-3 kg m^2"', 'section = "s"'),
+      ("[points]", '[sections.s]\nshape = "rigidities"\nEA = 1e7\nEI = 30\nmass_per_length = 0.5\n[points]')],
+     "links.rocker", "rigid", "guides a slider has to be rigid: add rigid = true"),
+    ("guide without axes", QUICK_RETURN, [('points = ["C", "D"]', "points = {C = [0, 0], T = [0.5, 0]}")], "sliders.slot", "on", "draw two points"),
+    # Drives.
+    ("nothing driven", FOUR_BAR, [('link = "crank"\nspeed', "speed")], "drives[1]", "link", "either link or slider"),
+    ("no law", FOUR_BAR, [('speed = "100 rad/s"', "")], "drives[1]", "speed", "either speed or law"),
+    ("drive of no link", FOUR_BAR, [('link = "crank"', 'link = "krank"')], "drives[1]", "link", 'did you mean "crank"'),
+    ("drive on no link", FOUR_BAR, [('link = "crank"', 'link = "crank"\non = "rockr"')], "drives[1]", "on", 'did you mean "rocker"'),
+    ("drive of the ground", FOUR_BAR, [('link = "crank"', 'link = "ground"\non = "crank"')], "drives[1]", "link", "cannot be driven"),
+    ("drive on itself", FOUR_BAR, [('link = "crank"', 'link = "crank"\non = "crank"')], "drives[1]", "on", "cannot turn on itself"),
+    ("drive at no pin", FOUR_BAR, [('link = "crank"', 'link = "coupler"')], "drives[1]", "on", "share no point: no pin to drive"),
+    ("drive at another pin", FOUR_BAR, [('link = "crank"', 'link = "crank"\nat = "D"')], "drives[1]", "at", 'share no point "D"'),
+    ("drive at two pins", FOUR_BAR, [('["O", "A"]', '["O", "A", "D"]')], "drives[1]", "at", 'share "O", "D": say which'),
+    ("drive of no slider", SLIDER_CRANK, [('link = "crank"', 'slider = "giude"')], "drives[1]", "slider", 'did you mean "guide"'),
+    ("drive of a slider at", SLIDER_CRANK, [('link = "crank"', 'slider = "guide"\nat = "B"')], "drives[1]", "at", "belongs to a drive of a link"),
+    ("speed of sliding", FOUR_BAR, [('"100 rad/s"', '"0.1 m/s"')], "drives[1]", "speed", 'as in "100 rad/s".*, got 0.1 m/s'),
+    ("start in metres", FOUR_BAR, [("speed", 'start = "1 m"\nspeed')], "drives[1]", "start", 'expected an angle, as in "30 deg", got 1 m'),
+    ("no start", FOUR_BAR, [('["O", "A"]', "{O = [0, 0], Q = [0.1, 0]}"), ('["A", "B"]', "{Q = [0, 0], B = [0.3, 0]}")],
+     "drives[1]", "start", "does not show at which angle"),
+    ("unknown curve", FOUR_BAR, [segments('curve = "cycloid", duration = 1, by = 1')], "drives[1]", "law[1].curve", 'did you mean "cycloidal"'),
+    ("unknown key of a segment", FOUR_BAR, [segments('curve = "dwell", time = 1')], "drives[1]", "law[1].time", "no such key"),
+    ("no segments", FOUR_BAR, [segments()], "drives[1]", "law", "expected a list of at least 1 entries"),
+    ("to and by", FOUR_BAR, [segments('curve = "cycloidal", duration = 1, by = 1, to = 1')], "drives[1]", "law[1]", "either to"),
+    ("dwell by", FOUR_BAR, [segments('curve = "dwell", duration = 1, by = 1')], "drives[1]", "law[1]", "leave to and by out"),
+    ("segment in metres", FOUR_BAR, [segments('curve = "cycloidal", duration = 1, by = "1 m"')], "drives[1]", "law[1].by", "expected an angle"),
+    ("impact", FOUR_BAR, [segments('curve = "dwell", duration = 1', 'curve = "constant-speed", duration = 1, by = 1')],
+     "drives[1]", "law[2]", "the speed jumps from 0 to 1"),
+    ("law too short", FOUR_BAR, [segments('curve = "constant-speed", duration = 1, by = 1'), ("[run]", "[run]\nduration = 2")],
+     "drives[1]", "law", "ends at full speed after 1 s, but the run lasts 2 s"),
+    # Loads.
+    ("load nowhere", FOUR_BAR, [add(LOAD)], "loads[1]", "point", "either point or beam"),
+    ("load on no link", FOUR_BAR, [add('[[loads]]\nlink = "roker"\npoint = "B"')], "loads[1]", "link", 'did you mean "rocker"'),
+    ("load on the ground", FOUR_BAR, [add('[[loads]]\nlink = "ground"\npoint = "O"')], "loads[1]", "link", "load a moving link"),
+    ("load at no point", FOUR_BAR, [add(LOAD + 'point = "A"\nmoment = 1')], "loads[1]", "point", 'no point "A"'),
+    ("load of nothing", FOUR_BAR, [add(LOAD + 'point = "B"')], "loads[1]", "force", "needs force or moment"),
+    ("load of a moment as force", FOUR_BAR, [add(LOAD + 'point = "B"\nforce = ["1 N m", 0]')], "loads[1]", "force[1]", "expected a force"),
+    ("load off the beams", FOUR_BAR, [('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"]]'), add('[[loads]]\nlink = "coupler"\npoint = "P"\nmoment = 1')],
+     "loads[1]", "point", 'no beam of "coupler" reaches'),
+    ("line load at a point", FOUR_BAR, [add(LOAD + 'point = "B"\nstart = [1, 0]')], "loads[1]", "start", "along a beam"),
+    ("force along a beam", FOUR_BAR, [add(LOAD + 'beam = ["D", "B"]\nforce = [1, 0]')], "loads[1]", "force", "at a point"),
+    ("line load of nothing", FOUR_BAR, [add(LOAD + 'beam = ["D", "B"]')], "loads[1]", "start", "the key is missing"),
+    ("load on no beam", FOUR_BAR, [add(LOAD + 'beam = ["D", "A"]\nstart = [1, 0]')], "loads[1]", "beam", r'no beam \["D", "A"\]; there is \["D", "B"\]'),
+    ("load on a rigid link", SLIDER_CRANK, [add('[[loads]]\nlink = "crank"\nbeam = ["O", "A"]\nstart = [1, 0]')], "loads[1]", "beam", "there is none"),
+    ("axes", FOUR_BAR, [add(LOAD + 'axes = "truning"')], "loads[1]", "axes", 'one of fixed, turning.*did you mean "turning"'),
+    ("table backwards", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = 1\ntable = [[1, 0], [0, 1]]')], "loads[1]", "table", "times that grow"),
+    ("table too short", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = 1\ntable = [[0, 0], ["20 ms", 1]]')], "loads[1]", "table", 'or extend = "hold"'),
+    # What only the mechanism as a whole tells.
+    ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
+    ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
+     r'"arm" are left with 1 freedom'),
+    ("too many drives", FOUR_BAR, [add('[[drives]]\nlink = "rocker"\nspeed = 1')], "links.coupler", "", "held 1 .* remove a drive"),
+    ("two drives of one pin", FOUR_BAR, [add('[[drives]]\nlink = "crank"\nspeed = 1')], "drives", "", 'two drives move the joint "O"'),
+    ("drawn in line", FOUR_BAR, [("B = [0.28, 0.24]", "B = [0.3, 0.0]"), ("A = [0.1, 0.0]", "A = [0.05, 0.0]")], "points", "", "drawn in line"),
+    ("pin not drawn", FOUR_BAR, [('["A", "B"]', "{A = [0, 0], Q = [0.3, 0]}"), ('["D", "B"]', "{D = [0, 0], Q = [0.25, 0]}")],
+     "points", "", '"Q" is not drawn'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "edits", "table", "key", "message"), [row[1:] for row in MISTAKES], ids=[row[0] for row in MISTAKES]
+)
+def test_a_mistake_is_told_with_its_table_and_key(text, edits, table, key, message):
+    with pytest.raises(SceneError) as caught:
+        scene_from_text(edited(text, *edits), "mine", "mine.toml")
+    error = caught.value
+    assert (error.file, error.table, error.key) == ("mine.toml", table, key), str(error)
+    assert re.search(message, error.problem), error.problem
+    assert "\n" not in str(error)
+
+
+def test_the_message_names_file_table_key_and_problem():
+    with pytest.raises(SceneError) as caught:
+        scene_from_text(edited(FOUR_BAR, ('"6 mm"', '"6 kg"')), "mine", "mine.toml")
+    assert str(caught.value) == 'mine.toml: [sections.bar] depth: expected a length, as in "100 mm" or 0.1, got "6 kg"'
+    with pytest.raises(SceneError, match=r"^mine.toml: \[\[drives\]\] no. 1 speed: expected either speed or law"):
+        scene_from_text(edited(FOUR_BAR, ('speed = "100 rad/s"', "")), "mine", "mine.toml")
+
+
+@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN])
+def test_the_texts_are_right_before_they_are_spoilt(text):
+    scene_motion(scene_from_text(text))
+
+
+def test_a_scene_without_points_or_links_is_told_which_table_is_missing():
+    with pytest.raises(SceneError, match=r"needs \[points\]") as caught:
+        scene_from_dict({"links": {}, "drives": []})
+    assert caught.value.table == "points"
+    with pytest.raises(SceneError, match=r"needs \[links.NAME\]"):
+        scene_from_dict({"points": {"O": [0, 0]}})
+
+
+def test_a_crank_that_cannot_turn_is_told_where_it_stops():
+    # A crank of 100 mm, coupler 120, rocker 100, ground 350: assembled only while OA leans towards D.
+    short = edited(
+        FOUR_BAR, ('["A", "B"]', '["A", "B"]\nlength = "200 mm"'), ('["D", "B"]', '["D", "B"]\nlength = "100 mm"')
+    )
+    with pytest.raises(SceneError) as caught:
+        scene_motion(scene_from_text(short, "mine", "mine.toml"))
+    # A is within 300 mm of D while 350^2 + 100^2 - 2 350 100 cos(angle) < 300^2: up to 52.617 deg.
+    assert caught.value.table == "drives[1]"
+    assert 'joint "B"' in str(caught.value)
+    angles = [float(found) for found in re.findall(r'"crank" at (-?[\d.]+) deg', str(caught.value))]
+    assert angles
+    assert all(
+        abs(angle) % 360 == pytest.approx(52.617, abs=1e-3) or abs(angle) % 360 == pytest.approx(307.383, abs=1e-3)
+        for angle in angles
+    )
+    assert scene_motion(scene_from_text(short), partial=True).columns == (36,)
+
+
+def test_lengths_that_never_assemble_are_told():
+    never = edited(
+        FOUR_BAR, ('["A", "B"]', '["A", "B"]\nlength = "50 mm"'), ('["D", "B"]', '["D", "B"]\nlength = "100 mm"')
+    )
+    with pytest.raises(SceneError, match='cannot be assembled: the joint "B"') as caught:
+        scene_motion(scene_from_text(never))
+    assert caught.value.table == "links"
+
+
+def test_files_that_cannot_be_read(tmp_path: Path):
+    with pytest.raises(SceneError, match="there is no such file"):
+        read_scene(tmp_path / "none.toml")
+    with pytest.raises(SceneError, match="not readable"):
+        read_scene(tmp_path)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(b'title = "M\xfcller"')
+    with pytest.raises(SceneError, match=r"latin.toml: not a text in UTF-8, byte 11"):
+        read_scene(latin)
+
+
+def test_the_error_survives_the_way_from_a_worker():
+    import pickle
+
+    error = pickle.loads(pickle.dumps(SceneError("a.toml", "links", "crank", "wrong")))
+    assert (str(error), error.key) == ("a.toml: [links] crank: wrong", "crank")
