@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Extreme, extremes
+from elastic import FIELDS, Deflection, Extreme, displacement_of, extremes
 from kinelast.scene import Scene
 from rigid import SINGULAR, Mechanism, Motion, PinDrive, Reals, drive_efforts
 
@@ -50,6 +50,15 @@ class Results:
     def extremes(self) -> dict[str, Extreme]:
         """Value of largest magnitude along every beam, per field, shape (beams, positions)."""
         return extremes(self.deflection, EXTREME_FIELDS)
+
+    @cached_property
+    def displacements(self) -> dict[str, Any]:
+        """Of every named point that moves [m], complex, shape (positions,)."""
+        columns = self.motion.columns
+        return {
+            point: np.broadcast_to(displacement_of(self.deflection, link, point), columns)
+            for point, link in points_of(self.mechanism)
+        }
 
     @cached_property
     def efforts(self) -> Reals:

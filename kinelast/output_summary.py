@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, displacement_of
-from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words, points_of
+from elastic import FIELDS
+from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words
 from kinelast.report_trust import findings, lowest_frequency, slendernesses
 
 
@@ -42,8 +42,8 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "peaks": _peaks(results, found),
         "largest_deflection": _largest_deflection(results, found),
         "points": {
-            point: {"displacement": _largest(results, np.abs(displacement_of(results.deflection, link, point)), "m")}
-            for point, link in points_of(scene.mechanism)
+            point: {"displacement": _largest(results, np.abs(moved), "m")}
+            for point, moved in results.displacements.items()
         },
         "joints": [
             {"joint": joint, "on": link, "force": _largest(results, np.abs(force), "N")}

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, displacement_of, sample
-from kinelast.output_results import UNITS, Results, drive_words, joint_words, points_of
+from elastic import FIELDS, sample
+from kinelast.output_results import UNITS, Results, drive_words, joint_words
 from rigid import Reals
 
 
@@ -22,8 +22,8 @@ def position_columns(results: Results) -> dict[str, Reals]:
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
             columns[f"{label}.{field}_max [{UNITS[field]}]"] = extreme.value[beam]
-    for point, at in points_of(results.mechanism):
-        _add_vector(columns, f"{point}.d{{}} [m]", displacement_of(deflection, at, point))
+    for point, moved in results.displacements.items():
+        _add_vector(columns, f"{point}.d{{}} [m]", moved)
     forces = deflection.forces
     for (joint, link), force, moment in zip(joint_words(results), forces.force, forces.moment, strict=True):
         _add_vector(columns, f"{joint}.F{{}}_on_{link} [N]", force)

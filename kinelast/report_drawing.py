@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import displacement_of
+from elastic import sample
 from kinelast.output_results import Results, points_of
 from kinelast.report_numbers import quantity, round_down
 from rigid import beam_direction, position_of
@@ -101,7 +101,8 @@ def _courses(results: Results, view: View) -> Iterator[str]:
 def _skeleton(results: Results, position: int, factor: float) -> Iterator[tuple[Any, str]]:
     """Lines of all links at a position, displaced by a factor: beams as they bend, other links as they are carried."""
     motion, deflection = results.motion, results.deflection
-    powers = np.power.outer(STATIONS, np.arange(len(deflection.w)))
+    along, across = (sample(deflection, field, STATIONS)[:, position] for field in ("u", "w")) if factor else (0, 0)
+    bent = factor * (np.asarray(along) + 1j * np.asarray(across)) + np.zeros((len(deflection.length), 1))
     beam_number = 0
     for number, link in enumerate(results.mechanism.links[1:], 1):
         if not np.isfinite(motion.origin[number, position]):
@@ -109,11 +110,9 @@ def _skeleton(results: Results, position: int, factor: float) -> Iterator[tuple[
             continue
         for own, beam in enumerate(link.beams):
             start = complex(position_of(motion, number, beam.start)[position])
-            along = complex(beam_direction(motion, number, own)[position])
-            bent = powers[:, : len(deflection.u)] @ deflection.u[:, beam_number, position]
-            bent = bent + 1j * (powers @ deflection.w[:, beam_number, position])
+            way = complex(beam_direction(motion, number, own)[position])
             length = deflection.length[beam_number].item()
-            yield start + along * (length * STATIONS + (factor * bent if factor else 0.0)), "polyline"
+            yield start + way * (length * STATIONS + bent[beam_number]), "polyline"
             beam_number += 1
         if not link.beams and len(link.points) > 1:
             corners = [_place(results, number, point, position, factor) for point in link.points]
@@ -123,11 +122,8 @@ def _skeleton(results: Results, position: int, factor: float) -> Iterator[tuple[
 def _place(results: Results, link: int, point: str, position: int, factor: float) -> complex:
     """Where a point is drawn."""
     place = complex(position_of(results.motion, link, point)[position])
-    if factor and link:
-        moved = complex(
-            np.broadcast_to(displacement_of(results.deflection, link, point), results.motion.columns)[position]
-        )
-        place += factor * moved
+    if factor and point in results.displacements:
+        place += factor * complex(results.displacements[point][position])
     return place
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from elastic import Deflection, deflection, displacement_of, sample
 from kinelast.output_results import Peak, Results
 from kinelast.report_numbers import number
-from rigid import PinDrive, Reals, motion
+from rigid import PinDrive, Reals, beam_directions, dot, motion
 
 GOOD, CAUTION, POOR = "good", "caution", "poor"
 TRIALS = 60  # positions looked at for the natural frequency
@@ -150,7 +150,7 @@ def slendernesses(results: Results) -> list[float]:
 def lowest_frequency(results: Results) -> float:
     """An upper bound of the lowest natural frequency of the mechanism with its drives held [rad/s].
 
-    Rayleigh's quotient, twice the strain energy over the integral of m' (u^2 + w^2) and the lumps' share, of the shapes
+    Rayleigh's quotient, twice the strain energy over the integral of the mass times displacement squared, of the shapes
     that the mechanism takes at rest under its own weight along x and along y; the least over some of the positions.
     nan where nothing bends.
     """
@@ -158,32 +158,34 @@ def lowest_frequency(results: Results) -> float:
     if not results.mechanism.beams or not len(good):
         return math.nan
     drive = results.motion.drive[:, good[:: math.ceil(len(good) / TRIALS)]]
+    unstrained = [replace(section, strain=0.0) for section in results.deflection.sections]
     squares = []
-    for weight in (1.0, 1.0j):
+    for weight in (1.0 + 0.0j, 1.0j):
         resting = replace(results.mechanism, gravity=weight, loads=())
-        energy, mass = _energies(deflection(motion(resting, drive), results.deflection.sections))
-        moves = np.isfinite(energy) & (energy > 0) & (mass > 0)
-        squares.append((energy[moves] / mass[moves]).min(initial=math.inf))
+        work, mass = _work_and_mass(deflection(motion(resting, drive), unstrained), weight)
+        moves = np.isfinite(work) & (work > 0) & (mass > 0)
+        squares.append((work[moves] / mass[moves]).min(initial=math.inf))
     lowest = math.sqrt(min(squares))
     return lowest if math.isfinite(lowest) else math.nan
 
 
-def _energies(shape: Deflection) -> tuple[Reals, Reals]:
-    """Twice the strain energy [J], and the mass times the square of its displacement [kg m^2], shape (positions,).
+def _work_and_mass(shape: Deflection, weight: complex) -> tuple[Reals, Reals]:
+    """Work of the weight on the shape [J], and mass times displacement squared [kg m^2], shape (positions,).
 
-    Gauss' rule with six points is exact for these polynomials.
+    The work is twice the strain energy. Gauss' rule with six points is exact for prismatic beams.
     """
     mechanism = shape.motion.mechanism
     nodes, weights = np.polynomial.legendre.leggauss(6)
-    fields = {field: sample(shape, field, (nodes + 1) / 2) for field in ("N", "M", "u", "w")}
-    energy, mass = np.zeros(shape.motion.columns), np.zeros(shape.motion.columns)
+    along, across = (sample(shape, field, (nodes + 1) / 2) for field in ("u", "w"))
+    moved = beam_directions(shape.motion)[..., None] * (along + 1j * across)
+    work, mass = np.zeros(shape.motion.columns), np.zeros(shape.motion.columns)
     for k, (_, beam) in enumerate(mechanism.beams):
-        half = shape.length[k].item() / 2
-        squares = {field: half * np.square(values[k]) @ weights for field, values in fields.items()}
-        energy += squares["N"] / shape.sections[k].EA + squares["M"] / shape.sections[k].EI
-        mass += beam.mass_per_length * (squares["u"] + squares["w"])
+        share = beam.mass_per_length * shape.length[k].item() / 2
+        work += share * dot(weight, moved[k]) @ weights
+        mass += share * np.square(np.abs(moved[k])) @ weights
     for at, link in enumerate(mechanism.links[1:], 1):
         for lump in link.lumps:
-            mass += lump.mass * np.square(np.abs(displacement_of(shape, at, lump.point)))
-            mass += lump.inertia * np.square(shape.angle[at])
-    return energy, mass
+            lifted = displacement_of(shape, at, lump.point)
+            work += lump.mass * dot(weight, lifted)
+            mass += lump.mass * np.square(np.abs(lifted)) + lump.inertia * np.square(shape.angle[at])
+    return work, mass
