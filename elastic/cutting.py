@@ -53,17 +53,23 @@ class Stance:
         return self.link[at] * (self.frame.points[at, end] - self.frame.points[at, start])
 
 
-def node_loads(motion: Motion, frame: Frame, forces: JointForces) -> Nodes:
-    """Sum of the concentrated loads and joint forces at every point of every link with beams."""
+def node_loads(motion: Motion, frame: Frame) -> Nodes:
+    """Sum of the concentrated loads at every point of every link with beams."""
     nodes: Nodes = {}
+    for at, point, force, moment in point_loads(motion):
+        if at in frame.trees:
+            put(nodes, (at, point), force, moment)
+    return nodes
+
+
+def with_joints(nodes: Nodes, motion: Motion, frame: Frame, forces: JointForces) -> Nodes:
+    """The same with the joint forces."""
+    nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         if joint.child in frame.trees and joint.child_point:
             put(nodes, (joint.child, joint.child_point), force, moment)
         if joint.parent in frame.trees and joint.parent_point:
             put(nodes, (joint.parent, joint.parent_point), -force, -moment)
-    for at, point, force, moment in point_loads(motion):
-        if at in frame.trees:
-            put(nodes, (at, point), force, moment)
     return nodes
 
 

@@ -8,20 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from elastic.cutting import Contact, Stance, contacts, node_loads
+from elastic.cutting import Contact, Stance, node_loads
 from elastic.frame import frame
 from elastic.line import Compliance, compliance
-from elastic.response import Response, beyond_contact, respond
+from elastic.opening import brought_together, opening, require_joints
+from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
 from rigid import (
     JointForces,
     Motion,
     Reals,
+    balancing_forces,
     beam_directions,
     beam_loads,
     beam_table,
     displacements,
-    reactions,
+    self_stresses,
     stacked,
 )
 
@@ -104,7 +106,8 @@ def deflection(
 
     Returns
     -------
-    Deflection, nan at singular positions.
+    Deflection, nan at singular positions. Where statics alone does not tell the joint forces, those that bring the bent
+    links together; nan where these are all rigid.
 
     Examples
     --------
@@ -119,20 +122,25 @@ def deflection(
     mechanism = motion.mechanism
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
-    forces = forces or reactions(motion)
     table = beam_table(mechanism, len(motion.columns))
     stance = Stance(
         frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns
     )
     soft = compliance(tuple(sections), len(motion.columns))
+    joints = joints or {}
+    require_joints(motion, joints)
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
-        moving = contacts(motion, stance, forces)
-        found = respond(stance, soft, node_loads(motion, stance.frame, forces), q, moving)
-        gaps, turns = _openings(motion, stance, found, soft, moving)
-        _give_way(motion, forces, joints or {}, gaps, turns)
-        shift, turning = displacements(motion.closures, gaps, turns, [0.0] * len(mechanism.links))
+        states = self_stresses(motion.closures) if forces is None else []
+        forces = forces or balancing_forces(motion)
+        nodes = node_loads(motion, stance.frame)
+        opened = opening(motion, stance, soft, joints, forces, nodes, q)
+        if states:
+            forces = brought_together(motion, stance, soft, joints, forces, opened, states)
+            opened = opening(motion, stance, soft, joints, forces, nodes, q)
+        shift, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
         angle = [np.imag(value) for value in turning]
+        found = opened.response
         _carry(stance, found, shift, angle)
     line, shape = found.line, motion.columns
     return Deflection(
@@ -150,72 +158,9 @@ def deflection(
         shear=line.shear,
         shift=stacked(shift, shape, complex),
         angle=stacked(angle, shape, float),
-        contacts=moving,
+        contacts=opened.contacts,
         soft=soft,
     )
-
-
-def _openings(
-    motion: Motion, stance: Stance, found: Response, soft: Compliance, moving: tuple[Contact, ...]
-) -> tuple[list[Any], list[Any]]:
-    """What the joints must close because the links bend: displacements, complex, and rotations per joint."""
-    gaps: list[Any] = []
-    turns: list[Any] = []
-    nothing = (0.0, 0.0)
-    on_rails = dict(zip(stance.frame.rails, moving, strict=True))
-    for number, joint in enumerate(motion.structure.joints):
-        child = found.bent.get((joint.child, joint.child_point or ""), nothing)
-        parent = found.bent.get((joint.parent, joint.parent_point or ""), nothing)
-        if number in on_rails:
-            owner = joint.parent if joint.sense > 0 else joint.child
-            at_block = _at_contact(motion, stance, found, soft, owner, on_rails[number], moving)
-            child, parent = (child, at_block) if joint.sense > 0 else (at_block, parent)
-        gaps.append(parent[0] - child[0])
-        turns.append(parent[1] - child[1])
-    return gaps, turns
-
-
-def _at_contact(
-    motion: Motion,
-    stance: Stance,
-    found: Response,
-    soft: Compliance,
-    owner: int,
-    contact: Contact,
-    moving: tuple[Contact, ...],
-) -> tuple[Any, Any]:
-    """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
-    k = contact.beam
-    start = motion.mechanism.beams[k][1].start
-    before, turned = found.bent[owner, start]
-    powers = contact.xi ** np.arange(len(found.line.w)).reshape(-1, *[1] * np.ndim(contact.xi))
-    u, w, phi = (
-        (values[:, k] * powers[: len(values)]).sum(0) for values in (found.line.u, found.line.w, found.line.phi)
-    )
-    for other in moving:
-        if other.beam == k:
-            way = np.maximum(contact.xi - other.xi, 0.0)
-            more = beyond_contact(other, stance.length[k], soft)
-            u, w, phi = (
-                value + sum(part * way**power for power, part in enumerate(more[field]))
-                for value, field in ((u, "u"), (w, "w"), (phi, "phi"))
-            )
-    arm = stance.beam[k] * (contact.xi * stance.length[k])
-    return before + 1j * turned * arm + stance.beam[k] * (u + 1j * w), turned + phi
-
-
-def _give_way(
-    motion: Motion, forces: JointForces, joints: Mapping[str, JointCompliance], gaps: list[Any], turns: list[Any]
-) -> None:
-    """Add what soft and ill-fitting joints open: one more term each on the right-hand side of compatibility."""
-    unknown = set(joints) - {joint.name for joint in motion.structure.joints}
-    if unknown:
-        raise ValueError(f'there is no joint "{min(unknown)}" to be soft')
-    for number, joint in enumerate(motion.structure.joints):
-        if joint.name in joints:
-            soft = joints[joint.name]
-            gaps[number] = gaps[number] - forces.force[number] * soft.translation + soft.gap
-            turns[number] = turns[number] - forces.moment[number] * soft.rotation + soft.turn
 
 
 def _carry(stance: Stance, found: Response, shift: list[Any], angle: list[Any]) -> None:

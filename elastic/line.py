@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -63,6 +63,11 @@ class Compliance:
     strain: Any
     tapered: Any
     ends: tuple[Any, Any, Any, Any] | None
+
+    @property
+    def unstrained(self) -> Compliance:
+        """The same beams without free strain."""
+        return replace(self, strain=np.zeros_like(self.strain))
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,7 @@ Needs numpy only.
 import rigid.memory  # noqa: F401  before any array is made
 from rigid.assur import AssurGroup, assur_groups
 from rigid.displacements import displacements
-from rigid.forces import JointForces
+from rigid.forces import JointForces, self_stresses
 from rigid.graph import (
     Branch,
     Graph,
@@ -22,7 +22,15 @@ from rigid.graph import (
 )
 from rigid.input_output import Action, force_law, joint_rates, velocity_law
 from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
-from rigid.loads import beam_direction, beam_directions, beam_loads, drive_efforts, point_loads, reactions
+from rigid.loads import (
+    beam_direction,
+    beam_directions,
+    balancing_forces,
+    beam_loads,
+    drive_efforts,
+    point_loads,
+    reactions,
+)
 from rigid.mechanism import (
     GROUND,
     Beam,
@@ -99,6 +107,7 @@ __all__ = [
     "assembled",
     "assur_groups",
     "bar_graph",
+    "balancing_forces",
     "beam_direction",
     "beam_directions",
     "beam_loads",
@@ -139,6 +148,7 @@ __all__ = [
     "self_stress_forces",
     "spanning_tree",
     "spatial_chain",
+    "self_stresses",
     "stacked",
     "static_matrix",
     "static_torsor",

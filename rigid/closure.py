@@ -57,12 +57,16 @@ class Closure:
     duals
         duals[k][c], complex, (..., positions): to open the cut joints by r_c, free tree joint k takes the coordinate
         Im(sum over c of duals[k][c] r_c).
+    tensions
+        tensions[s][c]: multipliers of the cut joints that balance one another, for every condition that the group has
+        beyond its freedoms.
     """
 
     group: Group
     tree: tuple[JointPlace, ...]
     cut: tuple[JointPlace, ...]
     duals: tuple[tuple[Columns, ...], ...]
+    tensions: tuple[tuple[Columns, ...], ...] = ()
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:
@@ -73,6 +77,8 @@ class Closure:
 def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...]) -> Closure:
     """Solve a placed group once for all right-hand sides."""
     effects = columns(group, tree, cut)
+    if 2 * len(cut) > len(effects):
+        return Closure(group, tree, cut, *_surplus(effects, len(cut)))
     return Closure(group, tree, cut, _duals(effects))
 
 
@@ -107,12 +113,35 @@ def _duals(effects: list[list[Columns]]) -> tuple[tuple[Columns, ...], ...]:
         across = np.conj(other)
         scale = 1.0 / (across * one).imag
         return ((times(scale, across),), (times(-scale, np.conj(one)),))
-    n = len(effects)
+    return _paired(np.moveaxis(_inverse(_matrix(effects)), (-2, -1), (0, 1)))
+
+
+def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
+    """Dual vectors by least squares, and multipliers that balance one another, of a group with surplus conditions."""
+    if not effects:
+        unit = np.eye(2 * cuts)
+        return (), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
+    matrix = _matrix(effects)
+    good = np.isfinite(matrix).all(axis=(-2, -1))
+    inverse = np.full(np.swapaxes(matrix, -2, -1).shape, np.nan)
+    inverse[good] = np.linalg.pinv(matrix[good])
+    basis = np.full((*matrix.shape[:-2], 2 * cuts, 2 * cuts), np.nan)
+    basis[good] = np.linalg.svd(matrix[good])[0]
+    rest = np.moveaxis(basis[..., len(effects) :], (-1, -2), (0, 1))
+    tensions = tuple(tuple(row[0::2][c] + 1j * row[1::2][c] for c in range(cuts)) for row in rest)
+    return _paired(np.moveaxis(inverse, (-2, -1), (0, 1))), tensions
+
+
+def _matrix(effects: list[list[Columns]]) -> Any:
+    """Real and imaginary parts of the columns as a matrix per position, shape (..., positions, 2 cuts, free)."""
     entries = np.array(np.broadcast_arrays(*(entry for column in effects for entry in column)), complex)
-    entries = np.moveaxis(entries.reshape(n, n // 2, *entries.shape[1:]), (1, 0), (-2, -1))
-    matrix = np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], n, n)
-    rows = np.moveaxis(_inverse(matrix), (-2, -1), (0, 1))
-    return tuple(tuple(row[1::2][c] + 1j * row[0::2][c] for c in range(n // 2)) for row in rows)
+    entries = np.moveaxis(entries.reshape(len(effects), -1, *entries.shape[1:]), (1, 0), (-2, -1))
+    return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
+
+
+def _paired(rows: Any) -> tuple[tuple[Columns, ...], ...]:
+    """Dual vectors from the rows of an inverse, shape (free, 2 cuts, ..., positions)."""
+    return tuple(tuple(row[1::2][c] + 1j * row[0::2][c] for c in range(len(row) // 2)) for row in rows)
 
 
 def _inverse(matrix: Any) -> Any:

@@ -54,7 +54,12 @@ class JointForces:
         return [place for closed in self.closures for place in closed.joints]
 
 
-def joint_forces(closures: tuple[Closure, ...], force: Sequence[Columns], moment: Sequence[Columns]) -> JointForces:
+def joint_forces(
+    closures: tuple[Closure, ...],
+    force: Sequence[Columns],
+    moment: Sequence[Columns],
+    tension: tuple[int, int] | None = None,
+) -> JointForces:
     """Joint forces that balance a given force and moment about its origin on every link.
 
     Parameters
@@ -63,10 +68,12 @@ def joint_forces(closures: tuple[Closure, ...], force: Sequence[Columns], moment
         The placed groups, in the order of solution; the forces go through them backwards.
     force, moment
         Per link, complex [N] and real [N m], shape (..., positions).
+    tension
+        Number of a group, and of one of its `Closure.tensions`, that is in force besides.
     """
     force, moment = list(force), list(moment)
     results: list[tuple[Columns, Columns]] = []
-    for closed in reversed(closures):
+    for number, closed in reversed(list(enumerate(closures))):
         held = [_held(closed, k, force, moment) for k in range(len(closed.group.free))]
         cuts = []
         for c, closing in enumerate(closed.cut):
@@ -74,6 +81,8 @@ def joint_forces(closures: tuple[Closure, ...], force: Sequence[Columns], moment
             for k, load in enumerate(held):
                 needed = plus(needed, times(load, closed.duals[k][c]))
             multiplier = np.conj(1j * needed)
+            if tension is not None and tension[0] == number:
+                multiplier = multiplier + closed.tensions[tension[1]][c]
             pull, twist = multiplier, 0.0
             if closing.along is not None:
                 pull, twist = times(multiplier.imag, 1j * closing.along), multiplier.real
@@ -121,3 +130,13 @@ def _push(link: int, arm: Columns, pull: Columns, twist: Columns, force: list[Co
     if link:
         force[link] = plus(force[link], pull)
         moment[link] = plus(moment[link], plus(_about(arm, pull), twist))
+
+
+def self_stresses(closures: tuple[Closure, ...]) -> list[JointForces]:
+    """Joint forces that balance without any load, one set for every surplus condition of the mechanism."""
+    nothing = [0.0] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
+    return [
+        joint_forces(closures, nothing, nothing, (number, which))
+        for number, closed in enumerate(closures)
+        for which in range(len(closed.tensions))
+    ]

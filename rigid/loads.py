@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Columns
-from rigid.forces import JointForces, joint_forces
+from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
 from rigid.motion import SINGULAR, Motion
 from rigid.plane import cross, dot
 from rigid.tables import beam_table, mass_table
+
+UNSTRESSED = 1e-9
 
 
 def beam_loads(motion: Motion) -> Any:
@@ -135,10 +137,21 @@ def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
 
 
 def reactions(motion: Motion) -> JointForces:
-    """Forces in all joints and on the ground, nan at singular positions.
+    """Forces in all joints and on the ground; nan at singular positions, and where statics alone does not tell them.
 
     In the order of `motion.structure.joints`; each acts on the joint's child link, its opposite on the parent.
     """
+    found = balancing_forces(motion)
+    for state in self_stresses(motion.closures):
+        for values, parts in ((found.force, state.force), (found.moment, state.moment)):
+            for number, part in enumerate(parts):
+                if np.nanmax(np.abs(part), initial=0.0) > UNSTRESSED:
+                    values[number] = values[number] + np.where(np.abs(part) > UNSTRESSED, np.nan, 0.0)
+    return found
+
+
+def balancing_forces(motion: Motion) -> JointForces:
+    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
     with np.errstate(invalid="ignore", over="ignore"):
         force, moment = link_loads(motion)
         singular = ~(motion.condition <= SINGULAR)

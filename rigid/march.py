@@ -19,6 +19,7 @@ STEPS = 40
 TOLERANCE = 1e-14
 COARSE = 72
 NEAR = 0.1
+FITS = 1e-10
 
 
 def follow(placed: Placement, group: Group, drawing: Drawing) -> None:
@@ -133,7 +134,11 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             gaps = [_gap(placed, place.joint) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
-            done = done | np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
+            settled = np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
+            if closed.tensions:
+                size = np.abs([np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column])
+                settled &= np.abs(gaps).max(axis=0) <= FITS * size.max(axis=0)
+            done = done | settled
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
                 break
     return np.where(done, coordinates, np.nan)

@@ -40,7 +40,7 @@ def place(
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, drive[joint.drive])
-        elif len(group.links) == 2 and len(group.free) == 2:
+        elif len(group.links) == len(group.free) == 2 and len(group.cut) == 1:
             _place_dyad(placed, group, drawing)
         elif near is not None:
             correct(placed, group, near)

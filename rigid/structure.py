@@ -89,7 +89,7 @@ def structure(mechanism: Mechanism) -> Structure:
     known, groups = {0}, []
     unknown = set(range(1, len(mechanism.links)))
     while unknown:
-        found = next(net.determined(known, unknown), None)
+        found = next(net.determined(known, unknown), None) or next(net.surplus(known, unknown), None)
         if found is None:
             raise MechanismError(net.undetermined(known, unknown))
         group = net.group(found, known)
@@ -194,6 +194,14 @@ class _Net:
                 joints = self.joints(links, known)
                 drives = sum(joint.drive is not None for joint in joints)
                 if 2 * len(joints) + drives == 3 * size and not _hopeless(joints, links):
+                    yield links
+
+    def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Smallest sets of unknown links with more conditions than freedoms, which move all the same if they fit."""
+        for size in range(1, len(unknown) + 1):
+            for links in self._connected(size, known, unknown):
+                joints = self.joints(links, known)
+                if 2 * len(joints) > 3 * size and not any(joint.drive is not None for joint in joints):
                     yield links
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
