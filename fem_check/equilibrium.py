@@ -17,7 +17,7 @@ from rigid import SINGULAR, Motion, cross, stacked
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Of all beams: length [m], unit vector of x', 1/EA and 1/EI, each of shape (beams, ..., positions).
+    """Of all beams: length [m], unit vector of x', 1/EA, 1/EI and free strain, each of shape (beams, ..., positions).
 
     `load` q_x + i q_y [N/m] at `STATIONS`, shape (stations, beams, ..., positions); `unit` what all are multiples of.
     """
@@ -26,6 +26,7 @@ class Beams:
     axis: Any
     stretch: Any
     bend: Any
+    strain: Any
     load: Any
     unit: UnitBeam
 
@@ -52,7 +53,8 @@ def beams_of(frame: Frame, sections: Sequence[Section], unit: UnitBeam) -> Beams
     axis = frame.motion.direction[[body.link for body in bodies]] * (way / length)
     stretch = stacked([1.0 / np.asarray(section.EA, float) for section in sections], columns, float)
     bend = stacked([1.0 / np.asarray(section.EI, float) for section in sections], columns, float)
-    return Beams(length, axis, stretch, bend, distributed(frame, STATIONS), unit)
+    strain = stacked([section.strain for section in sections], columns, float)
+    return Beams(length, axis, stretch, bend, strain, distributed(frame, STATIONS), unit)
 
 
 def wrenches_of(frame: Frame, ties: Sequence[Tie], beams: Beams) -> Wrenches:
@@ -127,11 +129,11 @@ def balanced(motion: Motion, beams: Beams, wrenches: Wrenches) -> tuple[Any, Any
 
 
 def _tips(beams: Beams, size: float) -> tuple[Any, Any]:
-    """Compliance of the beams' ends (rotations times `size`, moments over it) and what the distributed loads do there.
+    """Compliance of the beams' ends and what their distributed loads and free strain do there.
 
     Returns
     -------
-    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m].
+    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m]; rotations times `size`, moments over it.
     """
     unit, length = beams.unit, beams.length
     matrix = np.zeros((3, 3, *length.shape))
@@ -140,7 +142,7 @@ def _tips(beams: Beams, size: float) -> tuple[Any, Any]:
         matrix[1, 1 + k] = length**2 * reach * beams.bend * unit.w[k - 2, -1]
         matrix[2, 1 + k] = length * size * reach * beams.bend * unit.phi[k - 2, -1]
     bent = np.empty((3, *length.shape))
-    bent[0] = length**2 * beams.stretch * np.tensordot(unit.u[:-1, -1], beams.load.real, 1)
+    bent[0] = length**2 * beams.stretch * np.tensordot(unit.u[:-1, -1], beams.load.real, 1) + length * beams.strain
     bent[1] = length**4 * beams.bend * np.tensordot(unit.w[:-2, -1], beams.load.imag, 1)
     bent[2] = length**3 * size * beams.bend * np.tensordot(unit.phi[:-2, -1], beams.load.imag, 1)
     return np.moveaxis(matrix, (2, 0, 1), (-3, -2, -1)), np.moveaxis(bent, (1, 0), (-2, -1))

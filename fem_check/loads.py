@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fem_check.frame import Frame, Place
-from rigid import LineLoad, PointLoad, cross
+from rigid import LineLoad, cross
 
 
 def distributed(frame: Frame, stations: Any) -> Any:
@@ -57,12 +57,11 @@ def concentrated(frame: Frame) -> Iterator[tuple[Place, Any, Any]]:
                 about_center = -lump.inertia * motion.angular_acceleration[at]
                 yield place, force, about_center + cross(motion.direction[at] * lump.offset, force)
     for load in mechanism.loads:
-        if isinstance(load, PointLoad):
-            at = mechanism.index[load.link]
-            place = frame.place(at, load.point)
-            if place is not None:
-                factor = 1.0 if load.law is None else load.law(motion)
-                yield place, load.force * factor * (motion.direction[at] if load.turning else 1.0), load.moment * factor
+        if not isinstance(load, LineLoad):
+            for name, point, force, moment in load.forces(motion):
+                place = frame.place(mechanism.index[name], point)
+                if place is not None:
+                    yield place, force, moment
 
 
 def _acceleration(frame: Frame, at: int, local: Any) -> Any:

@@ -12,7 +12,7 @@ from elastic import Section
 from fem_check.equilibrium import Beams, balanced, beams_of, wrenches_of
 from fem_check.frame import Frame, Tie
 from fem_check.unit_beam import unit_beam
-from rigid import Motion, Reals
+from rigid import GROUND, Mechanism, MechanismError, Motion, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
     ValueError
         The sections are not one per beam, or there is no element.
     MechanismError
-        The beams of a link do not hang together.
+        The beams of a link do not hang together; or what there are no elements for: shear, taper, a slider on beams.
 
     Examples
     --------
@@ -99,8 +99,7 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
     >>> solve(motion(held, [0.0]), [Section(EA=1e6, EI=1e3)]).w[0, 0, -1].round(12)
     np.float64(0.032)
     """
-    if len(sections) != len(motion.mechanism.beams):
-        raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
+    _refuse(motion.mechanism, sections)
     unit = unit_beam(elements)
     frame = Frame(motion)
     ties = list(frame.ties())
@@ -113,6 +112,24 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
         N, V, M, u, w, phi = _fields(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (tip, carried)))
     forces, efforts = _tie_forces(motion, ties, np.moveaxis(multipliers, -1, 0), wrenches.size)
     return Solution(motion, tuple(sections), elements, unit.xi, N, V, M, u, w, phi, forces, efforts)
+
+
+def _refuse(mechanism: Mechanism, sections: Sequence[Section]) -> None:
+    """Raise rather than answer another question than was asked."""
+    if len(sections) != len(mechanism.beams):
+        raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
+    for (at, beam), section in zip(mechanism.beams, sections, strict=True):
+        where = f'beam "{beam.start}"-"{beam.end}" of "{mechanism.links[at].name}"'
+        if np.any(np.isfinite(section.kGA)):
+            raise MechanismError(f"{where}: the finite element check has no elements with shear")
+        if section.taper is not None:
+            raise MechanismError(f"{where}: the finite element check has no tapered elements")
+    for slider in mechanism.sliders:
+        if slider.on != GROUND and mechanism.links[mechanism.index[slider.on]].beams:
+            raise MechanismError(
+                f'slider "{slider.name}": the finite element check has no contact that moves along the beams of '
+                f'"{slider.on}"'
+            )
 
 
 def _fields(beams: Beams, tip: Any, carried: Any) -> tuple[Reals, ...]:
@@ -132,7 +149,7 @@ def _fields(beams: Beams, tip: Any, carried: Any) -> tuple[Reals, ...]:
     turn = carried[2, : len(length)]
     N, V, M = along @ unit.N, (across / length[..., None]) @ unit.V, across @ unit.M
     u = (along * (length * beams.stretch)[..., None]) @ unit.u
-    u += move.real[..., None]
+    u += move.real[..., None] + (length * beams.strain)[..., None] * unit.xi
     w = (across * (length**2 * beams.bend)[..., None]) @ unit.w
     w += move.imag[..., None] + (length * turn)[..., None] * unit.xi
     phi = (across * (length * beams.bend)[..., None]) @ unit.phi

@@ -28,7 +28,7 @@ def pushed(v, given):
 
 
 class Direct:
-    """Displacements of one position in `found`, `lines` and `elastic_lines` the bases that read them."""
+    """Solved at one position; `found` holds Hermite and Lagrange dofs beam by beam, then those of links without beams."""
 
     def __init__(self, motion, sections, position, elements):
         self.motion, self.mechanism, self.position = motion, motion.mechanism, position
@@ -70,10 +70,12 @@ class Direct:
         axis, way = self.axis(at, beam), points[beam.end] - points[beam.start]
         q = beam.mass_per_length * self.felt(at, points[beam.start] + way / abs(way) * x) / axis
         for load in self.mechanism.loads:
-            if isinstance(load, LineLoad) and self.mechanism.index[load.link] == at:
-                if self.first[at] + load.beam == number:
-                    value = load.start + (load.end - load.start) * x / abs(way)
-                    q = q + (value if load.turning else value / axis)
+            if isinstance(load, LineLoad) and (self.mechanism.index[load.link], load.beam) == (
+                at,
+                number - self.first[at],
+            ):
+                value = load.start + (load.end - load.start) * x / abs(way)
+                q = q + (value if load.turning else value / axis)
         return q
 
     def _assemble(self):

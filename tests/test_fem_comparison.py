@@ -10,8 +10,8 @@ from mechanisms import four_bar
 
 from elastic import FIELDS, Section, deflection, sample
 from fem_check import compare, solve, write_vtu_series
-from rigid import position_of
 from rigid import motion as motion_of
+from rigid import position_of
 
 
 @pytest.fixture(scope="module")

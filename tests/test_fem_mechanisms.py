@@ -19,9 +19,20 @@ from mechanisms import (
     triad,
 )
 
-from elastic import FIELDS, Section, deflection, sample
+from elastic import FIELDS, Section, Taper, deflection, sample
 from fem_check import compare, solve
-from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, PinDrive, drive_efforts, motion
+from rigid import (
+    Beam,
+    LineLoad,
+    Link,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    PointLoad,
+    drive_efforts,
+    motion,
+    position_of,
+)
 
 MECHANISMS = {
     "four-bar": four_bar,
@@ -44,9 +55,9 @@ def moving(case):
 
 def test_displacements_at_the_joints_of_a_published_four_bar():
     """Utenov et al.'s case with its errata put right, printed to eleven digits."""
-    O, B, C, D = 0.0, 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j
+    B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j
     links = (
-        Link("ground", {"O": O, "D": D}),
+        Link("ground", {"O": 0.0, "D": D}),
         Link("one", {"O": 0.0, "B": abs(B)}, (Beam("O", "B"),)),
         Link("two", {"B": 0.0, "C": abs(C - B)}, (Beam("B", "C"),)),
         Link("three", {"C": 0.0, "D": abs(D - C)}, (Beam("C", "D"),)),
@@ -56,7 +67,7 @@ def test_displacements_at_the_joints_of_a_published_four_bar():
         LineLoad("two", 0, 600 - 500j, -100 + 800j, turning=True),
         LineLoad("three", 0, 150 + 250j, 700 + 90j, turning=True),
     )
-    mechanism = Mechanism(links, (PinDrive("one", "O"),), {"O": O, "B": B, "C": C, "D": D}, loads=loads)
+    mechanism = Mechanism(links, (PinDrive("one", "O"),), {"O": 0.0, "B": B, "C": C, "D": D}, loads=loads)
     sections = [Section(8e7, 2600.0), Section(4e7, 1200.0), Section(6e7, 1800.0)]
     found = solve(motion(mechanism, [np.angle(B)]), sections)
     values = {
@@ -186,6 +197,8 @@ def turned(mechanism, angle, shift):
             else replace(load, start=e * load.start, end=e * load.end)
             if isinstance(load, LineLoad)
             else replace(load, force=e * load.force)
+            if isinstance(load, PointLoad)
+            else load
             for load in mechanism.loads
         ),
     )
@@ -218,6 +231,52 @@ def test_many_designs_go_through_their_positions_together():
         alone = four_bar(coupler=length)
         one = solve(moving(alone), (sections[0], Section(1e5, rigidity), sections[2]), 4)
         np.testing.assert_allclose(found.w[:, k], one.w, rtol=0, atol=1e-12 * np.abs(one.w).max())
+
+
+class Rope:
+    """A pull between the crank's and the rocker's ends that grows with their distance."""
+
+    def forces(self, motion):
+        pull = 4e3 * (position_of(motion, "rocker", "B") - position_of(motion, "crank", "A"))
+        return ("crank", "A", pull, 0.0), ("rocker", "B", -pull, 2.0), ("ground", "O", 1.0, 0.0)
+
+
+def test_loads_of_ones_own_are_felt():
+    case = four_bar(loads=(Rope(),))
+    turning = moving(case)
+    found = solve(turning, case.sections)
+    assert compare(deflection(turning, case.sections), found).passed
+    slack = solve(moving(case.with_(loads=())), case.sections)
+    assert np.abs(found.w - slack.w).max() > 0.01 * np.abs(slack.w).max()
+
+
+def test_a_link_made_too_long_turns_the_others():
+    case = four_bar()
+    warm = [replace(section, strain=2e-4 * k) for k, section in enumerate(case.sections)]
+    turning = moving(case)
+    found = solve(turning, warm, 4)
+    assert compare(deflection(turning, warm), found).passed
+    cold = solve(turning, case.sections, 4)
+    np.testing.assert_allclose(found.N, cold.N, rtol=0, atol=1e-12 * np.abs(cold.N).max())
+    stretch = (found.u - cold.u)[1, :, -1] - (found.u - cold.u)[1, :, 0]
+    np.testing.assert_allclose(stretch, 2e-4 * 0.31, rtol=1e-9)
+
+
+def test_what_there_are_no_elements_for_is_refused():
+    case = four_bar()
+    thick = [*case.sections[:2], replace(case.sections[2], kGA=1e6)]
+    with pytest.raises(
+        MechanismError, match='"D"-"B" of "rocker": the finite element check has no elements with shear'
+    ):
+        solve(moving(case), thick)
+    wedge = [replace(case.sections[0], taper=Taper(EI=(1.0, -0.5))), *case.sections[1:]]
+    with pytest.raises(MechanismError, match='"O"-"A" of "crank": the finite element check has no tapered elements'):
+        solve(moving(case), wedge)
+    rail = inverted_slider_crank()
+    *others, rocker = rail.mechanism.links
+    on_beam = rail.with_(links=(*others, replace(rocker, points={"D": 0.0, "R": 1.0}, beams=(Beam("D", "R"),))))
+    with pytest.raises(MechanismError, match=r'slider "guide".*moves along the beams of "rocker"'):
+        solve(moving(on_beam), [*rail.sections, Section(1.0, 1.0)])
 
 
 def test_a_position_out_of_reach_is_lost_alone():
