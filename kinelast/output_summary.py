@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic import FIELDS
 from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words
-from kinelast.report_trust import findings, lowest_frequency, slendernesses
+from kinelast.report_trust import findings, left_out, lowest_frequency, slendernesses
 
 
 def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
@@ -63,6 +63,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             {"level": finding.level, "heading": finding.heading, "text": finding.text}
             for finding in findings(results, found)
         ],
+        "not_computed": left_out(results),
     }
 
 

@@ -196,7 +196,9 @@ def _pins(results: Results, position: int, factor: float, view: View) -> Iterato
         else:
             yield f'<circle class="point" cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
         dx, dy = _aside(results, point, owners, position, factor)
-        yield f'<text class="name" text-anchor="middle" x="{x + 14 * dx:.1f}" y="{y + 4 - 14 * dy:.1f}">{point}</text>'
+        off = 21 if any(slider.point == point for slider in mechanism.sliders) else 14
+        at = f'x="{x + off * dx:.1f}" y="{y + 4 - off * dy:.1f}"'
+        yield f'<text class="name" text-anchor="middle" {at}>{point}</text>'
 
 
 def _aside(results: Results, point: str, owners: list[int], position: int, factor: float) -> tuple[float, float]:

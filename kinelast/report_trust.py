@@ -97,8 +97,8 @@ def _displacements(results: Results, found: dict[str, list[Peak]]) -> Finding:
 
 def _shear(results: Results) -> list[Finding]:
     """Shear deformation and rotary inertia are left out: right for slender links."""
-    values = [(slender, label) for slender, label in zip(slendernesses(results), results.scene.labels, strict=True)]
-    known = [(slender, label) for slender, label in values if math.isfinite(slender)]
+    rows = zip(slendernesses(results), results.scene.labels, results.deflection.sections, strict=True)
+    known = [(slender, label) for slender, label, section in rows if math.isfinite(slender) and np.isinf(section.kGA)]
     if not known:
         return []
     least, label = min(known)
@@ -125,7 +125,7 @@ def _vibration(results: Results) -> list[Finding]:
             Finding(CAUTION, "Quasi-static answer", text + ". Loads that change as fast will make the links vibrate.")
         ]
     ratio = lowest / speed
-    level = GOOD if ratio > 30 else CAUTION if ratio > 8 else POOR
+    level = GOOD if ratio > 20 else CAUTION if ratio > 8 else POOR
     verdict = {
         GOOD: "the links follow their loads",
         CAUTION: "vibration, left out, will change the deflection noticeably",
@@ -136,6 +136,13 @@ def _vibration(results: Results) -> list[Finding]:
 
 def _drives(results: Results) -> list[tuple[Any, Reals]]:
     return list(zip(results.mechanism.drives, results.motion.drive_rate, strict=True))
+
+
+def left_out(results: Results) -> list[str]:
+    """What the figures do not hold, in words."""
+    stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
+    others = ["large displacements", "buckling", "play and friction in the joints", "stress and fatigue"]
+    return ["vibration of the links", *(["shear deformation"] if stiff else []), *others]
 
 
 def slendernesses(results: Results) -> list[float]:

@@ -5,6 +5,7 @@ import json
 import math
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import imageio.v3 as iio
@@ -94,6 +95,15 @@ def test_the_page_shows_the_figures_of_the_summary(name, reports):
         assert quantity(drive["effort"]["value"], drive["effort"]["unit"]) in text
     for finding in summary["trust"]:
         assert finding["text"] in text
+
+
+def test_the_lines_of_the_documentation_run(capsys):
+    """They print how far the coupler of the steel four-bar deflects."""
+    page = (Path(__file__).parents[1] / "docs" / "report.md").read_text()
+    for lines in re.findall(r"```python\n(.*?)```", page, re.S):
+        exec(lines, {})
+    maxima = json.loads((Path(__file__).parent / "data" / "steel_four_bar.json").read_text())["maxima"]
+    assert float(capsys.readouterr().out.split()[0]) == pytest.approx(1000 * maxima["coupler"]["w"], abs=5e-4)
 
 
 def test_words_of_a_scene_are_not_taken_for_markup(tmp_path):
