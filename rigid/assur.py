@@ -19,16 +19,19 @@ class AssurGroup:
     Attributes
     ----------
     links
-        Their names.
+        Their names, in the order of the mechanism.
     drives
         Numbers of the drives that move joints inside it or to what was placed before.
     group_class
         1 for links that drives alone place, 2 for a dyad, else the order of the greatest contour: links in a loop of
-        the group, or joints within the group on one link.
+        the group, or joints within the group on one link. 0 for links held by more conditions than they have
+        freedoms, which are no Assur group.
     order
         Number of joints to what was placed before.
     signature
         Of a dyad the pairs outer, inner, outer, such as "RRP"; empty for others.
+    surplus
+        Number of conditions beyond the freedoms.
     """
 
     links: tuple[str, ...]
@@ -36,10 +39,13 @@ class AssurGroup:
     group_class: int
     order: int
     signature: str = ""
+    surplus: int = 0
 
     @property
     def name(self) -> str:
         """In words: "dyad RRR, class II"."""
+        if self.surplus:
+            return f"redundant {'link' if len(self.links) == 1 else 'links'}, {self.surplus} condition(s) too many"
         if self.group_class == 1:
             return "driven link" if len(self.links) == 1 else "driven chain"
         what = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"
@@ -69,13 +75,16 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     joints = group.tree + group.cut
-    names = tuple(mechanism.links[link].name for link in group.links)
+    names = tuple(mechanism.links[link].name for link in sorted(group.links))
     drives = tuple(sorted(joint.drive for joint in joints if joint.drive is not None))
     body = _bodies(group.links, joints)
     free = [joint for joint in joints if joint.drive is None]
     inner = [joint for joint in free if -1 not in (body.get(joint.parent, -1), body.get(joint.child, -1))]
     outer = [joint for joint in free if joint not in inner]
     bodies = set(body.values()) - {-1}
+    surplus = 2 * len(joints) + len(drives) - 3 * len(names)
+    if surplus:
+        return AssurGroup(names, drives, 0, len(outer), surplus=surplus)
     if not free:
         return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints))
     if len(bodies) == 2 and len(inner) == 1:

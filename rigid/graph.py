@@ -195,24 +195,31 @@ def bar_graph(mechanism: Mechanism) -> Graph:
     """Joints as nodes and bars as branches, after Vlase.
 
     A link of two joints is one bar; of more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars through
-    its joints. A slider is a branch of changing length from its line's origin, a node named like the slider, to its
-    point. Points in one link alone are left out, unless the link has fewer than two joints.
+    its joints. A slider is a branch of changing length from its line's origin to its point; the origin is a node named
+    like the slider, or the owner's joint that is there. Points in one link alone are left out, unless the link has
+    fewer than two joints.
     """
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
     shared |= {slider.point for slider in mechanism.sliders}
     bars: list[Branch] = []
+    slides: list[Branch] = []
     for link in mechanism.links:
-        origins = [slider.name for slider in mechanism.sliders if slider.on == link.name]
-        bars += _bars(link, shared, origins)
-    slides = (Branch(slider.name, slider.name, slider.point) for slider in mechanism.sliders)
+        joints = [point for point in link.points if point in shared]
+        for slider in mechanism.sliders:
+            if slider.on == link.name:
+                here = [point for point in joints if np.all(link.points[point] == slider.origin)]
+                start = here[0] if here and here[0] != slider.point else slider.name
+                joints += [] if start in joints else [start]
+                slides.append(Branch(slider.name, start, slider.point))
+        bars += _bars(link, joints)
     return Graph((*bars, *slides))
 
 
-def _bars(link: Link, shared: set[str], origins: list[str]) -> list[Branch]:
+def _bars(link: Link, joints: list[str]) -> list[Branch]:
     """Bars that make one link rigid."""
-    nodes = [point for point in link.points if point in shared] + origins
+    nodes = joints
     if len(nodes) < 2 and link.name != GROUND:
-        nodes = list(link.points) + origins
+        nodes = list(dict.fromkeys((*link.points, *joints)))
     path = list(pairwise(nodes))
     if link.name == GROUND:
         return [Branch(f"{link.name} {start}-{end}", start, end) for start, end in path]

@@ -211,7 +211,9 @@ def _basis(chain: Chain, twist: Reals) -> tuple[Reals, Reals]:
 def _assembled(pattern: Any, blocks: Sequence[Reals]) -> Reals:
     """The matrix of blocks pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
     columns = [
-        (pattern[:, j, None, None] * block[..., None, :, :]).reshape(*block.shape[:-2], -1, block.shape[-1])
+        (pattern[:, j, None, None] * block[..., None, :, :]).reshape(
+            *block.shape[:-2], len(pattern) * block.shape[-2], block.shape[-1]
+        )
         for j, block in enumerate(blocks)
     ]
     return np.concatenate(columns, axis=-1)

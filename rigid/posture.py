@@ -16,6 +16,7 @@ from rigid.pairs import Pair, pairs
 from rigid.plane import cross
 
 CLOSED = 1e-9
+LITTLE = 1e-3
 STEPS = 200
 
 
@@ -76,10 +77,11 @@ def assembled(mechanism: Mechanism) -> Posture:
             damping *= 8
     worst = np.abs(gap).reshape(-1, 2).max(axis=1)
     if worst.size and worst.max() > CLOSED:
-        name = joints[int(worst.argmax())]
+        pair = joints[int(worst.argmax())]
+        little = ": if dimensions are rounded, give more digits" if worst.max() < LITTLE else ""
         raise MechanismError(
-            f'the mechanism does not close near its drawing: {name.kind} "{name.name}" of "{name.start}" and '
-            f'"{name.end}" stays open by {worst.max() * size:.3g} m'
+            f'the mechanism does not close near its drawing: {pair.kind} "{pair.name}" of "{pair.start}" and '
+            f'"{pair.end}" stays open by {worst.max() * size:.3g} m{little}'
         )
     return here
 

@@ -209,7 +209,7 @@ class TestKnownLinkages:
     def test_sarrus_linkage_moves_straight(self):
         def half(name, axis, out):
             out = np.array(out, float)
-            low, mid, top = out, out * 1.7 + (0, 0, 0.5), out + (0, 0, 1)
+            low, mid, top = out, 1.7 * out + np.array([0, 0, 0.5]), out + np.array([0, 0, 1])
             return [
                 SpatialJoint(f"{name}1", ("ground", f"{name}low"), "revolute", tuple(low), axis),
                 SpatialJoint(f"{name}2", (f"{name}low", f"{name}high"), "revolute", tuple(mid), axis),

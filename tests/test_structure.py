@@ -42,6 +42,7 @@ from rigid import (
     redundant_joints,
     self_stress,
     self_stress_forces,
+    self_stresses,
     spanning_tree,
     static_matrix,
 )
@@ -499,6 +500,21 @@ class TestThirdCrank:
         pulls = (np.conj(along) * held).real
         np.testing.assert_allclose((np.conj(along) * held).imag, 0, atol=1e-12)
         np.testing.assert_allclose(pulls / pulls[2], [(b - a) / a, -b / a, 1], rtol=1e-11)
+
+    def test_forces_found_group_by_group_stress_the_same_joints_alike(self):
+        mechanism = three_cranks(extra=True)
+        still = motion(mechanism, [np.angle(0.05 + 0.09j)])
+        (held,) = self_stresses(still.closures)
+        by_group = {}
+        for joint, force in zip(still.structure.joints, held.force, strict=True):
+            by_group[joint.name, mechanism.links[joint.child].name] = complex(np.ravel(force)[0])
+        ours = {
+            (pair.name, pair.end): force
+            for pair, force in zip(pairs(mechanism), self_stress_forces(mechanism)[0], strict=True)
+        }
+        scale = by_group["G", "third"] / ours["G", "third"]
+        for point, link in (("O", "first"), ("D", "second"), ("G", "third"), ("E", "arm")):
+            assert by_group[point, link] == pytest.approx(scale * ours[point, link], abs=1e-12)
 
     def test_drawn_nearly_it_is_assembled_and_found_redundant(self):
         exact = three_cranks()
