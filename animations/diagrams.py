@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +89,19 @@ def round_below(value: float) -> float:
     return lead * 10.0**power if power >= 0 else lead / 10.0**-power
 
 
+def steady(greatest: float, unit: str) -> Callable[[float], str]:
+    """How to write values up to a greatest one, all with the same prefix and decimals, so that films stay calm.
+
+    >>> written = steady(0.0627, "s")
+    >>> written(0.0005), written(0.0627)
+    ('0.5 ms', '62.7 ms')
+    """
+    exponent = _exponent(float(f"{greatest:.2e}"))
+    size = greatest / 10.0**exponent
+    decimals = 2 - (len(str(int(size))) - 1) if size else 0
+    return lambda value: f"{value / 10.0**exponent:.{decimals}f} {PREFIXES[exponent]}{unit}"
+
+
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A value with its unit, the prefix such that one to three figures stand before the point.
 
@@ -95,5 +109,10 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     ('250 µm', '0 N', '-1.5 kN/m')
     """
     size = float(f"{abs(value):.{digits - 1}e}")
-    exponent = min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0
+    exponent = _exponent(size)
     return f"{value / 10.0**exponent:.{digits}g} {PREFIXES[exponent]}{unit}"
+
+
+def _exponent(size: float) -> int:
+    """The power of ten, a multiple of three, that a value's prefix stands for."""
+    return min(max(3 * math.floor(math.log10(size) / 3 + 1e-12), -12), 9) if size else 0

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
+from itertools import combinations
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from animations.diagrams import diagram_named
 from animations.layout import Style, drawable
 from animations.picture import Picture
 from animations.rendering import off_screen
+from animations.shapes import PAINTS
 from elastic import Deflection
 
 MOVIES = (".mp4", ".gif", ".png")
@@ -175,10 +179,30 @@ def _write_mp4(path: Path, images: Iterator[Any], rate: int) -> None:
 
 
 def _write_gif(path: Path, images: Iterator[Any], rate: int) -> None:
-    """All frames in the colours of the first: few colours are drawn, and equal ones compress well."""
+    frames = _indexed(images)
+    first = next(frames)
+    with path.open("wb") as file:
+        first.save(file, "GIF", save_all=True, append_images=frames, duration=1000 / rate, loop=0, optimize=False)
+
+
+def _indexed(images: Iterator[Any]) -> Iterator[Any]:
+    """Images in the colours that pictures are painted with and blends of any two: what smoothed edges are made of.
+
+    Pillow's own search for the nearest colour is coarse and tints the white.
+    """
     from PIL import Image
 
-    first = Image.fromarray(next(images)).quantize(48, dither=Image.Dither.NONE)
-    rest = (Image.fromarray(image).quantize(palette=first, dither=Image.Dither.NONE) for image in images)
-    with path.open("wb") as file:
-        first.save(file, "GIF", save_all=True, append_images=rest, duration=1000 / rate, loop=0, optimize=False)
+    paints = np.array([[int(paint[k : k + 2], 16) for k in (1, 3, 5)] for paint in PAINTS])
+    pairs = np.array(list(combinations(paints, 2)))[:, None]
+    shares = np.arange(1, 7)[:, None] / 7
+    blends = pairs[:, :, 0] + (pairs[:, :, 1] - pairs[:, :, 0]) * shares
+    palette = np.concatenate([paints, np.rint(blends).astype(int).reshape(-1, 3)])
+    known = np.full(1 << 24, -1, np.int16)  # number in the palette of every colour met so far
+    for image in images:
+        colours = image.astype(np.int32) @ [1 << 16, 1 << 8, 1]
+        new = np.unique(colours[known[colours] < 0])
+        parts = np.stack([new >> 16, new >> 8 & 255, new & 255], -1)
+        known[new] = np.square(parts[:, None] - palette).sum(-1).argmin(-1)
+        frame = Image.fromarray(known[colours].astype(np.uint8))
+        frame.putpalette(palette.astype(np.uint8).tobytes())
+        yield frame

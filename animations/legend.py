@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from animations.diagrams import TIMES, Diagram, quantity, round_below
+from animations.diagrams import TIMES, Diagram, quantity, round_below, steady
 from animations.layout import FOOT, HEAD, MARGIN, Layout, Style
-from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, Complexes, Shape
+from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SOFT, Complexes, Shape
 from elastic import Deflection
 from rigid import PinDrive
 
@@ -35,7 +35,7 @@ def headings(diagram: Diagram, scales: Layout, style: Style) -> list[Words]:
     kind += f" {TIMES} {scales.exaggeration:g}, displacement" if diagram.field is None else ","
     kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
     lines = []
-    for text, y, size, ink in ((style.title, 0.42, 0.036, INK), (kind, 0.80, 0.028, "#4a515c")):
+    for text, y, size, ink in ((style.title, 0.42, 0.036, INK), (kind, 0.80, 0.028, SOFT)):
         fitting = (0.66 if y < 0.5 else 0.9) * width / (LETTER * max(len(text), 1))
         lines.append(Words(text, left + 1j * (1 - y * HEAD) * height, min(size * height, fitting), ink=ink))
     return [line for line in lines if line.text]
@@ -45,16 +45,18 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
     """Text that tells where the drives stand and the time of a position."""
     motion = deflection.motion
     counted = np.array_equal(motion.time, np.arange(len(motion.time)))
+    time = steady(np.abs(motion.time).max(), "s")
+    slides = [steady(np.abs(values).max(), "m") for values in motion.drive]
 
     def text(position: int) -> str:
         parts = []
-        for drive, value in zip(motion.mechanism.drives, motion.drive[:, position], strict=True):
+        for drive, value, slide in zip(motion.mechanism.drives, motion.drive[:, position], slides, strict=True):
             if isinstance(drive, PinDrive):
                 parts.append(f"{drive.link} {np.degrees(value):.1f}°")
             else:
-                parts.append(f"{drive.slider} {quantity(value, 'm')}")
+                parts.append(f"{drive.slider} {slide(value)}")
         if not counted:
-            parts.append(f"t = {quantity(motion.time[position], 's')}")
+            parts.append(f"t = {time(motion.time[position])}")
         return "   ".join(parts)
 
     return text

@@ -20,7 +20,9 @@ Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
 
 INK, QUIET, BODY = "#22262e", "#9aa1ab", "#eceef1"
+FINE, SOFT = "#5d6675", "#4a515c"
 POSITIVE, NEGATIVE, BENT = "#9fc5e8", "#f4a58a", "#0f6b4f"
+PAINTS = ("#ffffff", INK, QUIET, BODY, FINE, SOFT, POSITIVE, NEGATIVE, BENT)
 LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin")
 
 
@@ -114,7 +116,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
     return [
         Shape("fill", lambda position: ends(position, lambda v: np.maximum(v, 0.0)), tuple(corners), fill=POSITIVE),
         Shape("fill", lambda position: ends(position, lambda v: np.minimum(v, 0.0)), tuple(corners), fill=NEGATIVE),
-        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink="#5d6675", width=0.8),
+        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink=FINE, width=0.8),
         Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(outlines), width=1.3),
     ]
 

@@ -24,10 +24,11 @@ from animations import (
 )
 from animations.diagrams import STATIONS, diagram_named, quantity, round_below
 from animations.layout import drawable, layout
+from animations.legend import drive_words, legend
 from animations.picture import font_file, shapes_of
 from animations.shapes import NEGATIVE, POSITIVE, diagram_shapes
 from elastic import RIGID, Section, deflection
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 STEEL = Section(EA=210e9 * 60e-6, EI=210e9 * 1.8e-10)
 SMALL = Style(title="Small", size=(320, 192))
@@ -257,6 +258,10 @@ class TestFiles:
         with Image.open(path) as film:
             assert (film.n_frames, film.size) == (5, (320, 192))
             assert film.info["duration"] == 40
+            colours = {colour for _, colour in film.convert("RGB").getcolors(320 * 192)}
+        assert {
+            tuple(int(paint[k : k + 2], 16) for k in (1, 3, 5)) for paint in (POSITIVE, NEGATIVE, "#ffffff")
+        } <= colours
 
     def test_numbered_stills(self, slider_crank, tmp_path):
         from PIL import Image
@@ -335,6 +340,34 @@ class TestFiles:
     def test_styles_that_cannot_be(self, change, message):
         with pytest.raises(ValueError, match=message):
             Style(**change)
+
+
+class TestWords:
+    """What stands around the drawing."""
+
+    def test_angle_and_time_keep_their_units(self, four_bar):
+        words = drive_words(four_bar)
+        assert words(1) == "crank 30.0°   t = 5.2 ms"
+        assert words(0) == "crank 0.0°   t = 0.0 ms"
+
+    def test_a_driven_slider_without_times(self):
+        block = Link("block", {"P": 0.0, "Q": 0.2}, (Beam("P", "Q", 1.0),))
+        guide = Slider("lift", "block", "ground", "P", 0.0, 1j, -1j)
+        links = (Link("ground", {"O": 0.0}), block)
+        mechanism = Mechanism(links, (SliderDrive("lift"),), {"O": 0, "P": 0, "Q": 0.2}, sliders=(guide,))
+        bent = deflection(motion(mechanism, np.array([-0.05, 0.0, 0.125]), 1.0), [STEEL])
+        words = drive_words(bent)
+        assert [words(position) for position in range(3)] == ["lift -50 mm", "lift 0 mm", "lift 125 mm"]
+
+    def test_the_legend_tells_both_scales(self, four_bar):
+        scales = layout(four_bar, diagram_named("bending-moment"), Style())
+        shapes, words = legend(diagram_named("bending-moment"), scales, Style())
+        texts = [line.text for line in words]
+        assert texts[0].endswith(" mm")
+        assert texts[1].endswith("N·m")
+        long, tall = (np.ptp(shape.place(0)[:2]) for shape in shapes[:2])
+        assert abs(long) == pytest.approx(float(texts[0].split()[0]) / 1000 * scales.pixels)
+        assert abs(tall) == pytest.approx(float(texts[1].split()[0]) * scales.scale * scales.pixels)
 
 
 class TestMachine:
