@@ -60,7 +60,7 @@ def build_slider(name: str, table: SliderTable, links: Mapping[str, Link], place
     origin = places[table.through]
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
-        origin = (origin - places[anchor]) * axes.conjugate() + owner.points[anchor]
+        origin = (origin - places[anchor]) * axes.conjugate() + complex(owner.points[anchor])
     turn = 1 + 0j if own is None else own * axes.conjugate()
     return Slider(name, table.link, table.on, table.through, origin, table.direction * axes.conjugate(), turn)
 

@@ -123,7 +123,7 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
     return held
 
 
-def known_point(table: str, key: str, point: str, points: Points, link: str) -> None:
+def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
     """Raise where a link has no such point."""
     if point not in points:
         raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')

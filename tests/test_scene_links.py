@@ -1,0 +1,212 @@
+"""What a scene says of quantities, links and sliders."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
+
+from kinelast.scene import scene_from_text, scene_motion
+from kinelast.scene_quantities import (
+    Coordinate,
+    Density,
+    Direction,
+    ForcePerLength,
+    Inertia,
+    Length,
+    MassPerLength,
+    Moment,
+    Speed,
+    Stress,
+)
+from rigid import position_of
+
+BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12
+
+
+def link(scene, name):
+    return scene.mechanism.links[scene.mechanism.index[name]]
+
+
+class TestUnits:
+    """A string with a unit is the number in SI units; a bare number is in them already."""
+
+    @pytest.mark.parametrize(
+        ("kind", "text", "value"),
+        [
+            (Length, "12 mm", 0.012),
+            (Length, "-3.5e1cm", -0.35),
+            (Length, "5 µm", 5e-6),
+            (Length, "2 in", 0.0508),
+            (Stress, "210 GPa", 210e9),
+            (Stress, "210e3 N/mm^2", 210e9),
+            (Stress, "10 ksi", 68.94757293168e6),
+            (Density, "7.85 g/cm^3", 7850.0),
+            (Density, "7850 kg/m³", 7850.0),
+            (Speed, "3000 rpm", 100 * pi),
+            (Speed, "90 deg/s", pi / 2),
+            (Speed, "30 mm/s", 0.03),
+            (Coordinate, "30°", pi / 6),
+            (Coordinate, "-0.25 turn", -pi / 2),
+            (Inertia, "3e-4 kg m^2", 3e-4),
+            (Inertia, "2 g*mm**2", 2e-9),
+            (Moment, "3 N·m", 3.0),
+            (ForcePerLength, "4 N/mm", 4000.0),
+            (MassPerLength, "3 g/mm", 3.0),
+        ],
+    )
+    def test_units(self, kind, text, value):
+        assert kind.read(text) == pytest.approx(value, rel=1e-13)
+
+    def test_numbers_are_si(self):
+        assert Length.read(0.25) == 0.25
+        assert Stress.read(210_000_000_000) == 210e9
+
+    def test_quarter_turns_are_exact(self):
+        assert [Direction.read(text) for text in ("0 deg", "90 deg", "180 deg", "-90 deg")] == [1, 1j, -1, -1j]
+        assert Direction.read([3, 4]) == 0.6 + 0.8j
+
+    def test_a_speed_of_rotation_is_told_from_one_of_sliding(self):
+        assert (Speed.read("1 rad/s").unit, Speed.read("1 m/s").unit, Speed.read(1).unit) == ("rad/s", "m/s", "")
+
+
+class TestLinks:
+    """Links take their shape from the drawing, from a length, or from coordinates."""
+
+    def test_own_axes_run_from_the_first_point_to_the_second(self):
+        scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"]]')))
+        points = link(scene, "coupler").points
+        assert points["A"] == 0
+        assert points["B"] == pytest.approx(0.3)
+        assert points["B"].imag == 0
+        # A-B is (0.18, 0.24) = 0.3 (0.6, 0.8) and A-P (0.1, 0.25): along 0.26, across 0.07.
+        assert points["P"] == pytest.approx(0.26 + 0.07j)
+
+    def test_a_length_overrides_the_drawn_one(self):
+        scene = scene_from_text(edited(FOUR_BAR, ('["D", "B"]', '["D", "B"]\nlength = "260 mm"')))
+        assert link(scene, "rocker").points == {"D": 0, "B": 0.26}
+
+    def test_coordinates_are_taken_as_they_are(self):
+        own = '{B = [0.01, 0], A = ["-29 cm", 0], P = [0, 0.1]}\nbeams = [["A", "B"]]'
+        scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', own)))
+        assert link(scene, "coupler").points == {"B": 0.01, "A": pytest.approx(-0.29), "P": 0.1j}
+        assert np.isfinite(scene_motion(scene).origin).all()
+
+    def test_drawn_points_of_the_ground_may_be_given_as_coordinates(self):
+        spelt = edited(FOUR_BAR, ("O = [0.0, 0.0]\n", ""), ('["O", "D"]', "{O = [0, 0], D = [0.35, 0]}"))
+        assert link(scene_from_text(spelt), "ground").points == link(scene_from_text(FOUR_BAR), "ground").points
+
+    def test_sections_have_the_properties_of_the_handbook(self):
+        scene = scene_from_text(FOUR_BAR)
+        section = scene.cross_sections[0]
+        assert (section.A, section.I, section.c) == (
+            pytest.approx(BAR_AREA),
+            pytest.approx(BAR_I),
+            pytest.approx(0.003),
+        )
+        assert (pytest.approx(210e9 * BAR_AREA), pytest.approx(210e9 * BAR_I)) == (section.EA, section.EI)
+        assert section.mass_per_length == pytest.approx(7850 * BAR_AREA)
+        assert pytest.approx(210e9 / 2.6) == section.G
+        assert (scene.sections[0].EA, scene.sections[0].EI) == (section.EA, section.EI)
+
+    @pytest.mark.parametrize(
+        ("shape", "A", "I", "c"),
+        [
+            ('shape = "circle"\ndiameter = "8 mm"', pi * 16e-6, pi * 0.008**4 / 64, 0.004),
+            ('shape = "tube"\nouter = 0.012\ninner = 0.008', pi * 20e-6, pi * (0.012**4 - 0.008**4) / 64, 0.006),
+            ('shape = "properties"\nA = "60 mm^2"\nI = "180 mm^4"\nc = "3 mm"', 6e-5, 1.8e-10, 0.003),
+        ],
+    )
+    def test_shapes(self, shape, A, I, c):  # noqa: E741
+        drawn = 'shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"'
+        section = scene_from_text(edited(FOUR_BAR, (drawn, shape))).cross_sections[0]
+        assert (section.A, section.I, section.c) == (pytest.approx(A), pytest.approx(I), pytest.approx(c))
+
+    def test_several_beams_are_labelled_and_numbered_as_in_the_mechanism(self):
+        text = edited(
+            FOUR_BAR,
+            ('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"], {from = "B", to = "P", section = "thin"}]'),
+            ("[points]", '[sections.thin]\nshape = "rigidities"\nEA = 1e6\nEI = 2\nmass_per_length = 0.1\n[points]'),
+        )
+        with pytest.raises(ValueError, match="leave material out"):
+            scene_from_text(text)
+        scene = scene_from_text(
+            edited(
+                text,
+                ('shape = "rigidities"\nEA = 1e6\nEI = 2\nmass_per_length = 0.1', 'shape = "circle"\ndiameter = 0.004'),
+            )
+        )
+        assert scene.labels == ("crank", "coupler.1", "coupler.2", "rocker")
+        assert [section.A for section in scene.cross_sections] == pytest.approx([6e-5, 6e-5, pi * 4e-6, 6e-5])
+        names = [scene.mechanism.links[number].name for number, _ in scene.mechanism.beams]
+        assert names == [label.split(".")[0] for label in scene.labels]
+
+    def test_rigid_links_keep_the_beams_that_their_section_gives(self):
+        scene = scene_from_text(edited(FOUR_BAR, ('["O", "A"]', '["O", "A"]\nrigid = true')))
+        assert np.isinf([scene.sections[0].EA, scene.sections[0].EI]).all()
+        assert pytest.approx(210e9 * BAR_I) == scene.cross_sections[0].EI
+        assert link(scene, "crank").lumps == ()
+
+    def test_rigid_links_have_the_mass_given_and_the_rest_from_their_section(self):
+        scene = scene_from_text(edited(FOUR_BAR, ('["O", "A"]', '["O", "A"]\nrigid = true\nmass = 2')))
+        (lump,) = link(scene, "crank").lumps
+        assert (lump.point, lump.mass, lump.offset) == ("O", 2.0, pytest.approx(0.05))
+        assert lump.inertia == pytest.approx(7850 * BAR_AREA * 0.1 * 0.1**2 / 12)
+        assert scene.labels == ("coupler", "rocker")
+
+    def test_the_mass_of_a_guide_is_that_of_its_beams(self):
+        # Two beams of 0.3 and 0.4 kg at right angles, 0.3 m and 0.4 m long, by hand about their common centre.
+        text = edited(
+            QUICK_RETURN,
+            ("D = [0.0, 0.5]", "D = [0.0, 0.3]\nT = [0.4, 0.3]"),
+            ('["C", "D"]\nrigid = true\nmass = 0.4\ncenter = [0.25, 0]\ninertia = "8e-3 kg m^2"',
+             '["C", "D", "T"]\nrigid = true\nsection = "s"'),
+            ("[points]", '[sections.s]\nshape = "rigidities"\nEA = 1e7\nEI = 30\nmass_per_length = 1\n[points]'),
+        )  # fmt: skip
+        (lump,) = link(scene_from_text(text), "rocker").lumps
+        assert lump.mass == pytest.approx(0.7)
+        center = (0.3 * 0.15 + 0.4 * (0.3 - 0.2j)) / 0.7
+        assert lump.offset == pytest.approx(center)
+        own = 0.3 * 0.3**2 / 12 + 0.4 * 0.4**2 / 12
+        assert lump.inertia == pytest.approx(own + 0.3 * abs(0.15 - center) ** 2 + 0.4 * abs(0.3 - 0.2j - center) ** 2)
+
+    def test_point_masses_belong_to_the_first_moving_link_with_the_point(self):
+        scene = scene_from_text(
+            edited(
+                FOUR_BAR,
+                ('["D", "B"]', '["D", "B"]\nmasses = {B = "50 g"}'),
+                ("[run]", "[masses]\nA = 0.1\nB = 0.2\n[run]"),
+            )
+        )
+        held = {
+            name: [(lump.point, lump.mass) for lump in link(scene, name).lumps]
+            for name in ("crank", "coupler", "rocker")
+        }
+        assert held == {"crank": [("A", 0.1)], "coupler": [("B", 0.2)], "rocker": [("B", pytest.approx(0.05))]}
+
+    def test_outlines_are_in_the_axes_of_the_link(self):
+        scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B"]\noutline = ["A", ["15 cm", 0.02], "B"]')))
+        assert scene.outlines == {"coupler": (0, pytest.approx(0.15 + 0.02j), pytest.approx(0.3))}
+
+
+class TestSliders:
+    """A slider's line passes the drawn place of its point and is fixed in its owner."""
+
+    def test_on_the_ground(self):
+        (slider,) = scene_from_text(SLIDER_CRANK).mechanism.sliders
+        assert (slider.on, slider.origin, slider.direction, slider.turn) == ("ground", 0.4, 1, 1)
+
+    def test_on_a_moving_link_in_its_axes(self):
+        # The rocker points up from C; A is drawn 0.4 m along it.
+        (slider,) = scene_from_text(QUICK_RETURN).mechanism.sliders
+        assert slider.origin == pytest.approx(0.4)
+        assert slider.direction == pytest.approx(1)
+
+    def test_the_block_stays_on_the_rocker(self):
+        course = scene_motion(scene_from_text(QUICK_RETURN))
+        A, C = position_of(course, "crank", "A"), position_of(course, "rocker", "C")
+        along = course.direction[course.mechanism.index["rocker"]]
+        assert np.imag(np.conj(along) * (A - C)) == pytest.approx(np.zeros(36), abs=1e-15)
+        # Quick return: the crank (0.1 m) at right angles to the rocker, sin = 0.1/0.3.
+        lean = np.abs(np.angle(along / 1j)).max()
+        assert lean == pytest.approx(np.arcsin(1 / 3), abs=2e-3)
