@@ -133,7 +133,8 @@ def _tips(beams: Beams, size: float) -> tuple[Any, Any]:
 
     Returns
     -------
-    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m]; rotations times `size`, moments over it.
+    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m]; rotations are times `size` and
+    moments over it.
     """
     unit, length = beams.unit, beams.length
     matrix = np.zeros((3, 3, *length.shape))

@@ -55,7 +55,7 @@ class Frame:
     Raises
     ------
     MechanismError
-        The beams of a link do not hang together.
+        The beams of a link do not hang together; asked for the place of a point that none of them reaches.
     """
 
     def __init__(self, motion: Motion) -> None:
@@ -77,19 +77,19 @@ class Frame:
             _refuse_pieces(link)
 
     def place(self, at: int, point: str) -> Place | None:
-        """A link's point: an end of a beam, or else carried by the link's root, the start of its first beam."""
+        """A link's point that carries something: an end of a beam, or any point of a link without beams."""
         if (at, point) in self.ends:
             return self.ends[at, point][0]
-        return (
-            self.carried(at, self.motion.direction[at] * self.motion.mechanism.links[at].points[point]) if at else None
-        )
+        link = self.motion.mechanism.links[at]
+        if at and link.beams:
+            raise MechanismError(
+                f'link "{link.name}": no beam reaches the point "{point}", which carries a joint or a load'
+            )
+        return self.carried(at, self.motion.direction[at] * link.points[point])
 
     def carried(self, at: int, arm: Any) -> Place | None:
-        """What moves with a link's root; `arm` from the origin of the link's axes, in the ground's."""
-        if not at:
-            return None
-        body = self.root[at]
-        return Place(body, arm=arm - self.motion.direction[at] * self.bodies[body].start)
+        """What moves with a link without beams; `arm` from the origin of the link's axes, in the ground's."""
+        return Place(self.root[at], arm=arm) if at else None
 
     def ties(self) -> Iterator[Tie]:
         """Welds of the beams, pins, sliders and locked drives."""
@@ -119,7 +119,7 @@ class Frame:
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
     def _sides(self, slider: Slider) -> tuple[Place | None, Place | None]:
-        """Where the point is now: on the owner of the line, whose root carries it, and on the link that slides."""
+        """Where the point is now: on the owner of the line, and on the link that slides."""
         owner, link = (self.motion.mechanism.index[name] for name in (slider.on, slider.link))
         arm = position_of(self.motion, link, slider.point) - self.motion.origin[owner]
         return self.carried(owner, arm), self.place(link, slider.point)

@@ -86,7 +86,8 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
     ValueError
         The sections are not one per beam, or there is no element.
     MechanismError
-        The beams of a link do not hang together; or what there are no elements for: shear, taper, a slider on beams.
+        The beams of a link do not hang together or do not reach a point that carries something; or what there are no
+        elements for: shear, taper, a slider on beams.
 
     Examples
     --------

@@ -28,7 +28,7 @@ def pushed(v, given):
 
 
 class Direct:
-    """Solved at one position; `found` holds Hermite and Lagrange dofs beam by beam, then those of links without beams."""
+    """Solved at one position; `found` holds the dofs beam by beam, Hermite before Lagrange, then of links without."""
 
     def __init__(self, motion, sections, position, elements):
         self.motion, self.mechanism, self.position = motion, motion.mechanism, position

@@ -173,3 +173,6 @@ def test_misuse_is_refused():
     pieces = Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0, "C": 3.0}, (Beam("O", "A"), Beam("B", "C")))
     with pytest.raises(MechanismError, match='"arm": its beams do not hang together'):
         solve(held(pieces), [Section(), Section()])
+    beside = Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0}, (Beam("O", "A"),), (Lump("B", 1.0),))
+    with pytest.raises(MechanismError, match='"arm": no beam reaches the point "B"'):
+        solve(held(beside), [Section()])

@@ -291,6 +291,16 @@ def test_a_position_out_of_reach_is_lost_alone():
     assert comparison.compared == 12 - lost.sum()
 
 
+def test_a_position_next_to_singular_has_no_answer():
+    """A parallelogram but 1e-8 rad from flat: the forces there would be round-off."""
+    case = four_bar(0.1, 0.3, 0.1, 0.3)
+    turning = motion(case.mechanism, [0.4, 1e-8], 7.0)
+    assert np.isfinite(turning.condition).all()
+    found = solve(turning, case.sections)
+    assert np.isfinite(found.w[:, 0]).all()
+    assert np.isnan(found.w[:, 1]).all()
+
+
 def test_what_joints_carry_is_what_the_links_feel():
     """The pin between crank and coupler carries the force at the coupler's first point."""
     case = slider_crank(loads=())
