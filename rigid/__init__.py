@@ -10,22 +10,20 @@ from rigid.forces import JointForces, self_stresses
 from rigid.graph import (
     Branch,
     Graph,
-    bar_graph,
     components,
     cyclomatic_number,
     fundamental_loops,
     graph_from_incidence,
     incidence,
-    link_graph,
     loop_walk,
     spanning_tree,
 )
 from rigid.input_output import Action, force_law, joint_rates, velocity_law
 from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
 from rigid.loads import (
+    balancing_forces,
     beam_direction,
     beam_directions,
-    balancing_forces,
     beam_loads,
     drive_efforts,
     point_loads,
@@ -45,6 +43,7 @@ from rigid.mechanism import (
     Slider,
     SliderDrive,
 )
+from rigid.mechanism_graphs import bar_graph, link_graph
 from rigid.mobility import (
     RANK_TOLERANCE,
     Chain,
@@ -106,8 +105,8 @@ __all__ = [
     "acceleration_of",
     "assembled",
     "assur_groups",
-    "bar_graph",
     "balancing_forces",
+    "bar_graph",
     "beam_direction",
     "beam_directions",
     "beam_loads",
@@ -146,9 +145,9 @@ __all__ = [
     "require_reach",
     "self_stress",
     "self_stress_forces",
+    "self_stresses",
     "spanning_tree",
     "spatial_chain",
-    "self_stresses",
     "stacked",
     "static_matrix",
     "static_torsor",

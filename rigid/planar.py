@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rigid.graph import Graph, link_graph
 from rigid.mechanism import Complexes, Mechanism, Reals, Slider
+from rigid.mechanism_graphs import link_graph
 from rigid.mobility import Chain, Mobility, mobility, self_stress, stressed_joints
 from rigid.pairs import Contact, Pair, pairs
 from rigid.posture import Posture, assembled, slide_line
@@ -36,7 +36,7 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
     center = complex(everywhere.mean())
     length = float(np.sqrt((np.abs(everywhere - center) ** 2).mean())) or 1.0
     twists = [_twists(here, pair, place - center) for pair, place in zip(joints, places, strict=True)]
-    graph: Graph = link_graph(here.mechanism, contacts)
+    graph = link_graph(here.mechanism, contacts)
     return Chain(
         graph,
         tuple(twist for twist, _ in twists),

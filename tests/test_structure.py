@@ -1,17 +1,15 @@
-"""What the structure of a mechanism is: graphs, counts, mobility, redundancy, groups."""
+"""What the structure of a mechanism is: mobility, redundancy, groups."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linkages import bar, four_bar, linkage, slider_crank, three_cranks
 
 from rigid import (
-    Branch,
     Contact,
-    Graph,
     Link,
     Mechanism,
     MechanismError,
@@ -21,17 +19,8 @@ from rigid import (
     SliderDrive,
     assembled,
     assur_groups,
-    bar_graph,
-    components,
-    cyclomatic_number,
     flat_triangles,
-    fundamental_loops,
-    graph_from_incidence,
-    incidence,
-    kutzbach,
-    link_graph,
     link_motions,
-    loop_walk,
     mechanism_mobility,
     mobility,
     mobility_count,
@@ -43,282 +32,8 @@ from rigid import (
     self_stress,
     self_stress_forces,
     self_stresses,
-    spanning_tree,
     static_matrix,
 )
-
-
-def bar(name, start, end, places):
-    """A link of two points, as long as drawn."""
-    return Link(name, {start: 0.0, end: abs(complex(places[end]) - complex(places[start]))})
-
-
-def plate(name, points, places):
-    """A link of several points, shaped as drawn, in axes of its own."""
-    turn = np.exp(0.7j)
-    return Link(name, {point: (complex(places[point]) - complex(places[points[0]])) * turn for point in points})
-
-
-def linkage(places, ground, bars=(), plates=(), drives=(), sliders=()):
-    links = [Link("ground", {point: complex(places[point]) for point in ground})]
-    links += [bar(name, *ends, places) for name, *ends in bars]
-    links += [plate(name, points, places) for name, points in plates]
-    return Mechanism(tuple(links), tuple(drives), places, tuple(sliders))
-
-
-FOUR_BAR = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
-
-
-def four_bar(**changes):
-    bars = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))
-    return replace(linkage(FOUR_BAR, "OD", bars, drives=[PinDrive("crank", "O")]), **changes)
-
-
-def slider_crank():
-    places = {"O": 0, "A": 0.1j, "B": 0.3 + 0.02j}
-    links = linkage(places, "O", (("crank", "O", "A"), ("rod", "A", "B"))).links
-    guide = Slider("guide", "piston", "ground", "B", 0.02j, 1.0)
-    return Mechanism((*links, Link("piston", {"B": 0.0})), (PinDrive("crank", "O"),), places, (guide,))
-
-
-def three_cranks(a=0.13, b=0.37, extra=False):
-    """A parallelogram with a third crank, and on request a dyad on its second coupler joint."""
-    lean = 0.05 + 0.09j
-    places = {"O": 0, "D": a, "G": b, "A": lean, "B": a + lean, "C": b + lean, "P": 0.1 + 0.3j, "E": 0.5 + 0.1j}
-    bars = [("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C")]
-    if extra:
-        bars += [("rod", "B", "P"), ("arm", "E", "P")]
-    ground = "ODGE" if extra else "ODG"
-    return linkage(places, ground, bars, [("coupler", "ABC")], [PinDrive("first", "O")])
-
-
-# The graph after Scutaru, Vlase and Marin ------------------------------------------------------------------
-
-BARS = [(4, 1), (1, 2), (2, 3), (3, 4), (3, 5), (5, 4), (3, 6), (9, 10), (10, 4), (5, 6), (6, 7), (7, 8), (8, 9)]
-BARS += [(8, 10), (5, 9)]
-FLAP_TREE = [number - 1 for number in (2, 3, 4, 5, 8, 10, 11, 12, 13)]
-FLAP_LOOPS = [
-    (2, 3, 4, 1),
-    (-4, 5, 6),
-    (-5, -10, 7),
-    (-4, 5, 8, 10, 11, 12, 13, 9),
-    (-8, -13, 14),
-    (-10, -11, -12, -13, 15),
-]
-
-
-def numbered(bars, nodes):
-    branches = tuple(Branch(str(n), str(start), str(end)) for n, (start, end) in enumerate(bars, 1))
-    return Graph(branches, tuple(str(node) for node in range(1, nodes + 1)))
-
-
-def signed(loops, branches):
-    matrix = np.zeros((len(loops), branches), int)
-    for row, loop in zip(matrix, loops, strict=True):
-        for number in loop:
-            row[abs(number) - 1] = math.copysign(1, number)
-    return matrix
-
-
-def flap_columns():
-    """Equation (3) as printed: the entries of every column, (node, sign)."""
-    columns = [[(start, 1), (end, -1)] for start, end in BARS]
-    columns[8] = [(4, 1), (10, 1)]
-    return columns
-
-
-def as_matrix(columns, nodes):
-    matrix = np.zeros((nodes, len(columns)), int)
-    for number, column in enumerate(columns):
-        for node, sign in column:
-            matrix[node - 1, number] = sign
-    return matrix
-
-
-class TestFlapMechanismOfSource:
-    def test_incidence_matrix_with_branch_9_from_10_to_4(self):
-        columns = flap_columns()
-        columns[8] = [(4, -1), (10, 1)]
-        np.testing.assert_array_equal(incidence(numbered(BARS, 10)), as_matrix(columns, 10))
-        assert np.linalg.matrix_rank(incidence(numbered(BARS, 10))) == 9
-
-    def test_incidence_matrix_as_printed_is_no_graph(self):
-        printed = as_matrix(flap_columns(), 10)
-        assert np.linalg.matrix_rank(printed) == 10
-        with pytest.raises(MechanismError, match='branch "9" leaves 2'):
-            graph_from_incidence(printed)
-
-    def test_fundamental_loops(self):
-        graph = numbered(BARS, 10)
-        assert cyclomatic_number(graph) == 6
-        np.testing.assert_array_equal(fundamental_loops(graph, FLAP_TREE), signed(FLAP_LOOPS, 15))
-
-    def test_printed_loops_fit_only_without_their_tenth_entry(self):
-        headings = [2, 3, 4, 5, 8, 10, 11, 12, 13, 1, 6, 7, 9, 14, 15]
-        ours = fundamental_loops(numbered(BARS, 10), FLAP_TREE)[:, [number - 1 for number in headings]]
-        printed = np.array(
-            [
-                [1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0],
-                [0, 0, -1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0],
-                [0, 0, 0, -1, 0, -1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0],
-                [0, 0, -1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0],
-                [0, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0],
-                [0, 0, 0, 0, 0, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 1],
-            ]
-        )
-        np.testing.assert_array_equal(np.delete(printed, 9, axis=1), ours)
-        assert all((np.delete(printed, lost, axis=1) != ours).any() for lost in range(9))
-
-    def test_graph_from_its_incidence_matrix(self):
-        graph = numbered(BARS, 10)
-        assert graph_from_incidence(incidence(graph)) == graph
-
-    def test_as_plates_it_has_the_same_bars(self):
-        places = dict(
-            zip("1234567890", (0, 1j, 2 + 2j, 2, 4 + 1j, 4 + 2.4j, 5 + 4j, 7 + 3j, 6 + 1j, 7 + 0.2j), strict=True)
-        )
-        bars = (("crank", "1", "2"), ("rod", "2", "3"), ("link", "5", "9"), ("flap", "6", "7"), ("arm", "7", "8"))
-        plates = (("front", "4356"), ("rear", "089"))
-        mechanism = linkage(places, "140", bars, plates)
-        graph = bar_graph(mechanism)
-        wanted = sorted(tuple(sorted((str(start % 10), str(end % 10)))) for start, end in BARS)
-        assert sorted(tuple(sorted((branch.start, branch.end))) for branch in graph.branches) == wanted
-        assert cyclomatic_number(graph) == 6
-        found = mechanism_mobility(mechanism)
-        assert (int(found.mobility), int(found.hyperstaticity)) == (1, 0)
-
-
-class TestExamplesOfSource:
-    def test_four_bar(self):
-        graph = numbered([(1, 2), (2, 3), (3, 4), (4, 1)], 4)
-        np.testing.assert_array_equal(incidence(graph), [[1, 0, 0, -1], [-1, 1, 0, 0], [0, -1, 1, 0], [0, 0, -1, 1]])
-        np.testing.assert_array_equal(fundamental_loops(graph), [[1, 1, 1, 1]])
-
-    def test_three_loops(self):
-        matrix = np.array(
-            [
-                [1, 0, 0, -1, 0, 0, 0, 0, 0],
-                [-1, 1, 0, 0, 0, -1, 0, 0, 0],
-                [0, -1, 1, 0, 1, 0, 0, 0, 0],
-                [0, 0, -1, 1, 0, 0, 0, 0, -1],
-                [0, 0, 0, 0, -1, 1, 1, 0, 0],
-                [0, 0, 0, 0, 0, 0, -1, 1, 0],
-                [0, 0, 0, 0, 0, 0, 0, -1, 1],
-            ]
-        )
-        graph = graph_from_incidence(matrix)
-        np.testing.assert_array_equal(incidence(graph), matrix)
-        printed = np.array(
-            [[1, 1, 1, 1, 0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 1, 1, 0, 0, 0, 0], [0, 0, -1, 0, 1, 0, 1, 1, 1, 1]]
-        )
-        tree = [number - 1 for number in (2, 3, 4, 5, 8, 9)]
-        np.testing.assert_array_equal(fundamental_loops(graph, tree), printed[:, :9])
-        assert (printed[:, 1:] != fundamental_loops(graph, tree)).any()
-
-
-@st.composite
-def graphs(draw):
-    nodes = draw(st.integers(2, 8))
-    ends = st.tuples(st.integers(1, nodes), st.integers(1, nodes)).filter(lambda pair: pair[0] != pair[1])
-    return numbered(draw(st.lists(ends, min_size=1, max_size=14)), nodes)
-
-
-class TestAnyGraph:
-    @given(graphs(), st.randoms(use_true_random=False))
-    def test_loops_are_closed_independent_and_complete(self, graph, random):
-        order = list(range(len(graph.branches)))
-        random.shuffle(order)
-        tree = spanning_tree(graph, order)
-        loops = fundamental_loops(graph, tree)
-        assert not (incidence(graph) @ loops.T).any()
-        assert set(np.unique(loops)) <= {-1, 0, 1}
-        chords = [number for number in range(len(graph.branches)) if number not in tree]
-        np.testing.assert_array_equal(loops[:, chords], np.eye(len(chords)))
-        rank = np.linalg.matrix_rank(incidence(graph)) if graph.branches else 0
-        assert len(tree) == rank == len(graph.nodes) - len(components(graph))
-        assert len(loops) == cyclomatic_number(graph) == len(graph.branches) - rank
-
-    @given(graphs())
-    def test_walk_round_a_loop_meets_every_branch_end_to_end(self, graph):
-        for loop in fundamental_loops(graph):
-            walk = loop_walk(graph, loop)
-            assert sorted(number for number, _ in walk) == list(np.flatnonzero(loop))
-            ways = [(branch.start, branch.end)[::sign] for branch, sign in ((graph.branches[n], s) for n, s in walk)]
-            assert all(one[1] == other[0] for one, other in zip(ways, ways[1:] + ways[:1], strict=True))
-
-    def test_what_is_no_graph_is_refused(self):
-        with pytest.raises(MechanismError, match='branch "1": there is no node "B"'):
-            Graph((Branch("1", "A", "B"),), ("A",))
-        with pytest.raises(MechanismError, match='branch "1" begins and ends at "A"'):
-            Graph((Branch("1", "A", "A"),))
-        with pytest.raises(MechanismError, match="1, 2, 3 are no spanning tree"):
-            fundamental_loops(numbered([(1, 2), (2, 3), (3, 1), (3, 4)], 4), [0, 1, 2])
-        with pytest.raises(MechanismError, match="1, 2 are no spanning tree of 4 nodes"):
-            fundamental_loops(numbered([(1, 2), (2, 3), (3, 1), (3, 4)], 4), [0, 1])
-
-
-class TestGraphsOfMechanism:
-    def test_slider_is_a_branch_of_both_graphs(self):
-        links, bars = link_graph(slider_crank()), bar_graph(slider_crank())
-        assert [(b.name, b.start, b.end) for b in links.branches] == [
-            ("O", "ground", "crank"),
-            ("A", "crank", "rod"),
-            ("B", "rod", "piston"),
-            ("guide", "ground", "piston"),
-        ]
-        assert [(b.name, b.start, b.end) for b in bars.branches] == [
-            ("ground O-guide", "O", "guide"),
-            ("crank", "O", "A"),
-            ("rod", "A", "B"),
-            ("guide", "guide", "B"),
-        ]
-        assert cyclomatic_number(links) == cyclomatic_number(bars) == 1
-
-    def test_three_links_on_a_pin_are_two_pairs_and_keep_a_driven_one(self):
-        places = {"O": 0, "A": 1, "B": 1 + 1j, "C": 2}
-        bars = (("one", "O", "A"), ("two", "A", "B"), ("three", "A", "C"))
-        mechanism = linkage(places, "O", bars, drives=[PinDrive("three", "A", "two")])
-        found = [(pair.start, pair.end, pair.drive) for pair in pairs(mechanism) if pair.name == "A"]
-        assert found == [("two", "three", 0), ("one", "two", None)]
-
-    def test_open_chain_has_no_loop_and_all_its_bars(self):
-        arm = linkage({"O": 0, "A": 1, "P": 1 + 1j}, "O", (("upper", "O", "A"), ("lower", "A", "P")))
-        assert cyclomatic_number(link_graph(arm)) == 0
-        assert [branch.name for branch in bar_graph(arm).branches] == ["upper", "lower"]
-
-
-# Counts of the course chapter --------------------------------------------------------------------------------
-
-
-class TestCounts:
-    @pytest.mark.parametrize(("joints", "links", "loops"), [(8, 6, 3), (13, 11, 3), (6, 5, 2)])
-    def test_cyclomatic_number(self, joints, links, loops):
-        ring = [(number, number % links + 1) for number in range(1, links + 1)]
-        chords = [(1, 3), (2, 4), (3, 5)][: joints - links]
-        assert cyclomatic_number(numbered(ring + chords, links)) == loops
-
-    def test_hood_has_two_independent_loops_of_its_three(self):
-        hood = numbered([(1, 2), (2, 6), (6, 5), (5, 1), (2, 3), (3, 4), (4, 5)], 6)
-        assert cyclomatic_number(hood) == 2
-        three = signed([(1, 2, 3, 4), (1, 5, 6, 7, 4), (5, 6, 7, -3, -2)], 7)
-        assert not (incidence(hood) @ three.T).any()
-        assert np.linalg.matrix_rank(three) == 2
-
-    @pytest.mark.parametrize(
-        ("count", "links", "one", "two"),
-        [(1, 4, 4, 0), (1, 6, 7, 0), (-1, 4, 5, 0), (0, 3, 3, 0), (1, 3, 2, 1)],
-    )
-    def test_kutzbach(self, count, links, one, two):
-        assert kutzbach(links, one, two) == count
-
-    def test_count_of_a_mechanism_takes_multiple_pins_sliders_and_contacts(self):
-        assert mobility_count(slider_crank()) == 1
-        assert mobility_count(three_cranks()) == 0
-        wheels = Mechanism((Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {})
-        assert mobility_count(wheels) == 2
-        assert mobility_count(wheels, [Contact("mesh", "a", "b", 1.0)]) == 0
-        assert mobility_count(wheels, [Contact("cam", "a", "b", 1.0, 1.0)]) == 1
-
 
 # Ranks -------------------------------------------------------------------------------------------------------
 

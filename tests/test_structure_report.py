@@ -6,10 +6,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from test_structure import four_bar, linkage, slider_crank, three_cranks
+from linkages import four_bar, linkage, slider_crank, three_cranks
 
 from kinelast.skeleton import skeleton, skeleton_svg
-from kinelast.structure_report import spatial_text, structure_text
+from kinelast.spatial_report import spatial_text
+from kinelast.structure_report import structure_text
 from rigid import Contact, Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive, SpatialJoint
 
 

@@ -1,0 +1,51 @@
+"""Linkages as drawn, for the tests of structure."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rigid import Link, Mechanism, PinDrive, Slider
+
+
+def bar(name, start, end, places):
+    """A link of two points, as long as drawn."""
+    return Link(name, {start: 0.0, end: abs(complex(places[end]) - complex(places[start]))})
+
+
+def plate(name, points, places):
+    """A link of several points, shaped as drawn, in axes of its own."""
+    turn = np.exp(0.7j)
+    return Link(name, {point: (complex(places[point]) - complex(places[points[0]])) * turn for point in points})
+
+
+def linkage(places, ground, bars=(), plates=(), drives=(), sliders=()):
+    links = [Link("ground", {point: complex(places[point]) for point in ground})]
+    links += [bar(name, *ends, places) for name, *ends in bars]
+    links += [plate(name, points, places) for name, points in plates]
+    return Mechanism(tuple(links), tuple(drives), places, tuple(sliders))
+
+
+FOUR_BAR = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
+
+
+def four_bar(**changes):
+    bars = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))
+    return replace(linkage(FOUR_BAR, "OD", bars, drives=[PinDrive("crank", "O")]), **changes)
+
+
+def slider_crank():
+    places = {"O": 0, "A": 0.1j, "B": 0.3 + 0.02j}
+    links = linkage(places, "O", (("crank", "O", "A"), ("rod", "A", "B"))).links
+    guide = Slider("guide", "piston", "ground", "B", 0.02j, 1.0)
+    return Mechanism((*links, Link("piston", {"B": 0.0})), (PinDrive("crank", "O"),), places, (guide,))
+
+
+def three_cranks(a=0.13, b=0.37, extra=False):
+    """A parallelogram with a third crank, and on request a dyad on its second coupler joint."""
+    lean = 0.05 + 0.09j
+    places = {"O": 0, "D": a, "G": b, "A": lean, "B": a + lean, "C": b + lean, "P": 0.1 + 0.3j, "E": 0.5 + 0.1j}
+    bars = [("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C")]
+    if extra:
+        bars += [("rod", "B", "P"), ("arm", "E", "P")]
+    ground = "ODGE" if extra else "ODG"
+    return linkage(places, ground, bars, [("coupler", "ABC")], [PinDrive("first", "O")])
