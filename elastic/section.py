@@ -12,12 +12,15 @@ from rigid import Reals
 class Taper:
     """How a beam's rigidities change along it: polynomials in xi by which those at its start are multiplied.
 
-    `(1.0, -0.5)` halves a rigidity linearly. None is zero anywhere on the beam.
+    `(1.0, -0.5)` halves a rigidity linearly. None is zero anywhere on the beam. Area and second moment change as EA and
+    EI do, one material given; `fibre` and `peak_shear` count for stresses only.
     """
 
     EA: tuple[float, ...] = (1.0,)
     EI: tuple[float, ...] = (1.0,)
     kGA: tuple[float, ...] = (1.0,)
+    fibre: tuple[float, ...] = (1.0,)
+    peak_shear: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +37,11 @@ class Section:
         What the beam is longer by than its length when nothing pulls, per length: thermal, or an error.
     taper
         How the rigidities change along the beam; None where they do not.
+    area, inertia, fibre, peak_shear
+        Area [m^2], second moment of area [m^4], distance of the outermost fibres from the axis [m], and largest shear
+        stress over V/A: for stresses; nan where they are not known.
+    yield_stress
+        [Pa]; nan where it is not known.
     """
 
     EA: float | Reals = math.inf
@@ -41,6 +49,11 @@ class Section:
     kGA: float | Reals = math.inf
     strain: float | Reals = 0.0
     taper: Taper | None = None
+    area: float | Reals = math.nan
+    inertia: float | Reals = math.nan
+    fibre: float | Reals = math.nan
+    peak_shear: float | Reals = math.nan
+    yield_stress: float | Reals = math.nan
 
 
 RIGID = Section()

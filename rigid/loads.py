@@ -24,7 +24,8 @@ def beam_loads(motion: Motion) -> Any:
 
     Returns
     -------
-    q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), beams in the order of `Mechanism.beams`.
+    q_x + i q_y [N/m], complex, shape (2, beams, ..., positions), beams in the order of `Mechanism.beams`; more
+    coefficients where the mass per length is not constant.
     """
     mechanism = motion.mechanism
     table = beam_table(mechanism, len(motion.columns))
@@ -32,10 +33,17 @@ def beam_loads(motion: Motion) -> Any:
     felt = motion.acceleration[table.link] - mechanism.gravity
     if table.start.any():
         felt += turning * motion.direction[table.link] * table.start
-    loads = np.empty((2, *felt.shape), complex)
+    loads = np.empty((1 + len(table.mass_taper), *felt.shape), complex)
     np.multiply(felt, np.conj(beam_directions(motion)), out=felt)
-    np.multiply(felt, -table.mass_per_length, out=loads[0])
-    np.multiply(turning, -table.mass_per_length * table.length, out=loads[1])
+    mass = -table.mass_per_length * table.mass_taper[0]
+    np.multiply(felt, mass, out=loads[0])
+    np.multiply(turning, mass * table.length, out=loads[1])
+    if len(loads) > 2:
+        loads[2:] = 0.0
+        for power, taper in enumerate(table.mass_taper[1:], 1):
+            mass = -table.mass_per_length * taper
+            loads[power] += mass * felt
+            loads[power + 1] += mass * table.length * turning
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
             number = mechanism.beam_number(load.link, load.beam)

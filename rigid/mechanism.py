@@ -37,12 +37,14 @@ class MechanismError(ValueError):
 class Beam:
     """A straight piece of a link, from one of the link's points to another.
 
-    Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is constant along it.
+    Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is that at its start, `mass_taper` the
+    polynomial in xi = x'/l by which it is multiplied along the beam.
     """
 
     start: str
     end: str
     mass_per_length: Real = 0.0
+    mass_taper: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import Complex, Link, Mechanism, Real
+from rigid.mechanism import Beam, Complex, Link, Mechanism, Real
+from rigid.plane import dot
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,9 @@ class BeamTable:
     unit
         Unit vector of x' in the link's axes, complex.
     length, mass_per_length
-        [m], [kg/m].
+        [m], [kg/m], at the start.
+    mass_taper
+        Coefficients of the mass per length relative to that at the start, shape (n, beams, ..., 1).
     """
 
     link: Any
@@ -32,6 +35,7 @@ class BeamTable:
     unit: Any
     length: Any
     mass_per_length: Any
+    mass_taper: Any
 
 
 @lru_cache(maxsize=64)
@@ -48,7 +52,17 @@ def beam_table(mechanism: Mechanism, ndim: int) -> BeamTable:
     length = np.abs(way)
     first = links[0] if links else 0
     row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
-    return BeamTable(row, per_row(starts, ndim, complex), way / length, length, per_row(masses, ndim, float))
+    mass = per_row(masses, ndim, float)
+    return BeamTable(row, per_row(starts, ndim, complex), way / length, length, mass, _tapers(mechanism, ndim))
+
+
+def _tapers(mechanism: Mechanism, ndim: int) -> Any:
+    """Polynomials of the masses per length, filled up with zeros to one degree."""
+    tapers = [beam.mass_taper for _, beam in mechanism.beams]
+    table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
+    for number, taper in enumerate(tapers):
+        table[: len(taper), number] = np.reshape(taper, (-1, *(1,) * ndim))
+    return table
 
 
 @lru_cache(maxsize=64)
@@ -65,17 +79,25 @@ def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
     first: Any = 0.0
     second: Any = 0.0
     for beam in link.beams:
-        start, end = link.points[beam.start], link.points[beam.end]
-        part = beam.mass_per_length * np.abs(end - start)
-        mass = mass + part
-        first = first + part * (start + end) / 2
-        second = second + part * (np.abs(start) ** 2 + np.abs(end) ** 2 + np.abs(start + end) ** 2) / 6
+        parts = _beam_moments(beam, link.points[beam.start], link.points[beam.end])
+        mass, first, second = (total + part for total, part in zip((mass, first, second), parts, strict=True))
     for lump in link.lumps:
         center = link.points[lump.point] + lump.offset
         mass = mass + lump.mass
         first = first + lump.mass * center
         second = second + lump.inertia + lump.mass * np.abs(center) ** 2
     return mass, first, second
+
+
+def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Complex, Real]:
+    """Mass, first and second moment of a beam about the origin of its link's axes."""
+    way = end - start
+    mass, once, twice = (
+        beam.mass_per_length * np.abs(way) * sum(part / (k + more) for k, part in enumerate(beam.mass_taper))
+        for more in (1, 2, 3)
+    )
+    second = mass * np.abs(start) ** 2 + 2 * once * dot(start, way) + twice * np.abs(way) ** 2
+    return mass, mass * start + once * way, second
 
 
 def per_row(values: Any, ndim: int, kind: type) -> Any:
