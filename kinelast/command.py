@@ -10,21 +10,15 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
+
+from kinelast.command_options import parsed
 
 if TYPE_CHECKING:
-    from kinelast.output import Outcome, Request
+    from kinelast.output import Outcome
+    from kinelast.output_folder import Request
 
-FINE, CHECK_FAILED, BAD_INPUT, BUG, INTERRUPTED = 0, 1, 2, 3, 130
-ELEMENTS = 16
-EPILOG = """\
-exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed)
-
-examples:
-  deflection-report steel_four_bar
-  deflection-report mine.toml --check --animate deflection --frames 120 -o results
-  deflection-report designs/*.toml --jobs 4 --resume --quiet
-"""
+FINE, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -40,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself.
     """
     try:
-        options = _parser().parse_args(_with_elements(sys.argv[1:] if argv is None else argv))
+        options = parsed(sys.argv[1:] if argv is None else argv)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     try:
@@ -56,89 +50,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="deflection-report",
-        description="How much the links of a moving planar mechanism bend, turn and stretch under their own inertia.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    add = parser.add_argument
-    add("scenes", nargs="*", metavar="SCENE", help="a scene file (.toml) or the name of a shipped scene")
-    add(
-        "-o",
-        "--out",
-        type=Path,
-        default=Path("deflection-report"),
-        metavar="OUT",
-        help="folder for the results [%(default)s]",
-    )
-    add("--list", action="store_true", help="list the shipped scenes and stop")
-    add("--positions", type=_at_least(2), metavar="N", help="positions over the cycle, instead of the scene's own")
-    add("--fields", action="store_true", help="also write all fields along all links (fields.npz)")
-    add(
-        "--stations",
-        type=_at_least(2),
-        default=101,
-        metavar="N",
-        help="stations along a link for --fields [%(default)s]",
-    )
-    add(
-        "--check",
-        nargs="?",
-        type=_at_least(1),
-        const=ELEMENTS,
-        metavar="ELEMENTS",
-        help=f"compare with finite elements, so many to a beam [{ELEMENTS}] (check.json)",
-    )
-    add(
-        "--animate",
-        type=_names,
-        default=(),
-        metavar="DIAGRAM,...",
-        help="movies: deflection, slope, moment, ... (see docs)",
-    )
-    add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
-    add("--format", choices=("mp4", "gif", "png"), default="mp4", help="of the movies; png: stills [%(default)s]")
-    add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
-    add("--refine", action="store_true", help="search the largest values between the positions too")
-    add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
-    add("--jobs", type=_at_least(1), default=1, metavar="N", help="scenes computed side by side [%(default)s]")
-    add("--resume", action="store_true", help="skip scenes whose results are there, from the same file and options")
-    add("--quiet", action="store_true", help="print nothing but errors")
-    add("--version", action="store_true", help="print the version and stop")
-    return parser
-
-
-def _with_elements(argv: Sequence[str]) -> list[str]:
-    """The arguments, with the number of elements filled in where a scene follows a bare --check."""
-    following = [*argv[1:], ""]
-    return [
-        f"--check={ELEMENTS}" if word == "--check" and not after.isdecimal() else word
-        for word, after in zip(argv, following, strict=True)
-    ]
-
-
-def _at_least(least: int) -> Callable[[str], int]:
-    def count(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if value < least:
-            raise argparse.ArgumentTypeError(f"expected a whole number from {least} up, not {text!r}")
-        return value
-
-    return count
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
-
-
 def _refuse(message: str) -> int:
-    print(f"deflection-report: {message}", file=sys.stderr)
+    _say(f"deflection-report: {message}", sys.stderr)
     return BAD_INPUT
+
+
+def _say(line: str, stream: TextIO) -> None:
+    """Print a line, with a question mark for what the terminal has no letter for."""
+    encoding = stream.encoding or "utf-8"
+    print(line.encode(encoding, "replace").decode(encoding), file=stream, flush=True)
 
 
 def _version() -> int:
@@ -156,7 +76,7 @@ def _list() -> int:
     scenes = shipped_scenes()
     width = max(map(len, scenes), default=0)
     for name, path in scenes.items():
-        print(f"{name:{width}}  {tomllib.loads(path.read_text(encoding='utf-8')).get('title', '')}")
+        _say(f"{name:{width}}  {tomllib.loads(path.read_text(encoding='utf-8')).get('title', '')}", sys.stdout)
     return FINE
 
 
@@ -178,9 +98,9 @@ def _run(options: argparse.Namespace) -> int:
         for outcome in _outcomes(paths, options, request, report):
             status = max(status, outcome.status)
             if outcome.status >= BAD_INPUT:
-                print(outcome.line, file=sys.stderr)
+                _say(outcome.line, sys.stderr)
             elif not options.quiet:
-                print(outcome.line, flush=True)
+                _say(outcome.line, sys.stdout)
     return status
 
 
@@ -208,7 +128,8 @@ def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
 
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.output import Request, RequestError, require_pictures
+    from kinelast.output import require_pictures
+    from kinelast.output_folder import Request, RequestError
 
     request = Request(
         fields=options.fields,
@@ -276,7 +197,8 @@ def _progress(options: argparse.Namespace, scenes: int) -> Iterator[Report]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn
 
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    both = sys.stdout.isatty()  # lines that go to a file must not be caught for the terminal
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=both) as bar:
         task = bar.add_task("", total=None)
 
         def report(stage: str, done: int, total: int) -> None:

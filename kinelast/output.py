@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import shutil
 import traceback
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from elastic import deflection
+from kinelast.output_folder import Request, RequestError, complete, finished, made_from, write_json
 from kinelast.output_results import Peak, Results, peaks
 from kinelast.scene import Scene, SceneError, read_scene, scene_motion
 from rigid import MechanismError, Motion, motion, reachable
@@ -23,31 +21,11 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
-class Request:
-    """What is asked of a scene; the fields are the options of the command."""
-
-    fields: bool = False
-    stations: int = 101
-    check: int | None = None
-    animate: tuple[str, ...] = ()
-    frames: int | None = None
-    picture: str = "mp4"
-    mesh: bool = False
-    positions: int | None = None
-    refine: bool = False
-    reachable: bool = False
-
-
-@dataclass(frozen=True)
 class Outcome:
     """How a scene went: the exit status it calls for, and one line about it."""
 
     status: int
     line: str
-
-
-class RequestError(ValueError):
-    """Something is asked for that cannot be given."""
 
 
 def _nothing(stage: str, done: int, total: int) -> None:
@@ -93,7 +71,7 @@ def try_scene(path: Path, out: Path, request: Request, resume: bool = False, pro
 
 def _scene(path: Path, out: Path, request: Request, resume: bool, progress: Progress) -> Outcome:
     folder = out / path.stem
-    if resume and (before := _finished(folder, made_from(path, request))):
+    if resume and (before := finished(folder, made_from(path, request))):
         return Outcome(CHECK_FAILED if _differs(before) else FINE, f"{path.stem}: finished before -> {folder}")
     scene = read_scene(path)
     made = made_from(path, request)
@@ -105,26 +83,9 @@ def _scene(path: Path, out: Path, request: Request, resume: bool, progress: Prog
     if request.refine:
         found = refined_peaks(results, found)
     figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
-    part = out / f".{path.stem}.part"
-    _foreign(folder)
-    shutil.rmtree(part, ignore_errors=True)
-    try:
-        part.mkdir(parents=True)
+    with complete(folder) as part:
         _write(part, results, found, figures, request, progress)
-        _exchange(part, folder)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
     return Outcome(CHECK_FAILED if _differs(figures) else FINE, f"{path.stem}: {_line(figures)} -> {folder}")
-
-
-def made_from(path: Path, request: Request) -> dict[str, Any]:
-    """What a folder was made from: where this is the same, so are the results."""
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        digest = ""
-    options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
-    return {"sha256": digest, "options": options}
 
 
 def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> Results:
@@ -182,7 +143,7 @@ def _write(
     if request.fields:
         write_fields(part / "fields.npz", results, request.stations)
     if figures["check"]:
-        _write_json(part / "check.json", figures["check"])
+        write_json(part / "check.json", figures["check"])
     if request.mesh:
         from fem_check import write_vtu_series
 
@@ -198,53 +159,12 @@ def _write(
         except ValueError as error:
             raise RequestError(f"--animate {diagram}: {error}") from None
     figures["files"] = sorted({entry.name for entry in part.iterdir()} | {"summary.json"})
-    _write_json(part / "summary.json", figures)
-
-
-def _write_json(path: Path, data: Any) -> None:
-    path.write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def _summary_in(folder: Path) -> dict[str, Any]:
-    """The summary that a folder holds; empty where there is none that can be read."""
-    try:
-        found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}
-
-
-def _finished(folder: Path, made: dict[str, Any]) -> dict[str, Any] | None:
-    before = _summary_in(folder)
-    same = before.get("made_from") == made and before.get("kinelast") == metadata.version("kinelast")
-    return before if same else None
+    write_json(part / "summary.json", figures)
 
 
 def _differs(figures: dict[str, Any]) -> bool:
     check = figures.get("check")
     return check is not None and not check["passed"]
-
-
-def _foreign(folder: Path) -> None:
-    """Raise where the folder holds what this program did not write: replacing it would lose that."""
-    if not folder.exists():
-        return
-    known = set(_summary_in(folder).get("files", ()))
-    others = sorted({entry.name for entry in folder.iterdir()} - known) if folder.is_dir() else [folder.name]
-    if others:
-        raise RequestError(
-            f'"{folder}" holds what this program did not write ({", ".join(others[:3])}): choose another -o'
-        )
-
-
-def _exchange(part: Path, folder: Path) -> None:
-    """Put a complete folder in the place of an older one."""
-    old = folder.with_name(f".{folder.name}.old")
-    shutil.rmtree(old, ignore_errors=True)
-    if folder.exists():
-        folder.rename(old)
-    part.rename(folder)
-    shutil.rmtree(old, ignore_errors=True)
 
 
 def _or_nan(value: float | None) -> float:

@@ -26,6 +26,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
     found
         The peaks per field, see `output_results.peaks`.
     """
+    lowest = lowest_frequency(results)
     scene, motion, forces = results.scene, results.motion, results.deflection.forces
     return {
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
@@ -57,11 +58,11 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             "force": _largest(results, np.abs(forces.ground_force), "N"),
             "moment": _largest(results, forces.ground_moment, "N m"),
         },
-        "lowest_frequency_at_most": figure(lowest_frequency(results), "rad/s"),
+        "lowest_frequency_at_most": figure(lowest, "rad/s"),
         "check": check_summary(results),
         "trust": [
             {"level": finding.level, "heading": finding.heading, "text": finding.text}
-            for finding in findings(results, found)
+            for finding in findings(results, found, lowest)
         ],
         "not_computed": left_out(results),
     }

@@ -21,6 +21,7 @@ from rigid import Reals
 WIDTH, HEIGHT = 640, 236
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 12, 40
 COLOURS = ("#0b5fa5", "#c8501e", "#2a8a5c", "#8a4f9e", "#b58900", "#4a6572", "#c2417c", "#5a9bd4")
+PIXELS = 560  # that a curve is wide
 DASHES = ("", "7 3", "2 3", "9 3 2 3")
 
 
@@ -110,12 +111,24 @@ def _curve(plot: _Plot, index: int, name: str, across: Reals, values: Reals, uni
     heights = plot.y(np.where(good, values, 0.0))
     parts = []
     for start, stop in edges.reshape(-1, 2):
-        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across[start:stop], heights[start:stop], strict=True))
+        at = start + _telling(heights[start:stop])
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across[at].tolist(), heights[at].tolist(), strict=True))
         parts.append(f'<polyline fill="none" stroke="{colour}" stroke-dasharray="{dash}" points="{points}"/>')
     peak = int(np.argmax(np.where(good, np.abs(values), -1.0)))
     title = f"{name}{quantity(float(values[peak]), unit)}"
     dot = f'<circle cx="{across[peak]:.1f}" cy="{heights[peak]:.1f}" r="3" fill="{colour}">'
     return [*parts, f"{dot}<title>{escape(title)}</title></circle>"]
+
+
+def _telling(heights: Reals) -> Any:
+    """Numbers of the points that a curve needs to look the same: of many, the lowest and highest of every pixel."""
+    if len(heights) <= 4 * PIXELS:
+        return np.arange(len(heights))
+    length = len(heights) // PIXELS
+    rows = heights[: PIXELS * length].reshape(PIXELS, length)
+    starts = np.arange(PIXELS) * length
+    kept = [starts, starts + rows.argmin(axis=1), starts + rows.argmax(axis=1)]
+    return np.unique(np.concatenate([*kept, np.arange(PIXELS * length, len(heights)), [len(heights) - 1]]))
 
 
 def map_image(values: Reals) -> str:

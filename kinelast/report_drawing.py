@@ -95,7 +95,7 @@ def _courses(results: Results, view: View) -> Iterator[str]:
     for point, number in points_of(results.mechanism):
         path = position_of(results.motion, number, point)
         if np.isfinite(path).all():
-            yield view.line(path, "course")
+            yield view.line(path[:: max(1, len(path) // 360)], "course")
 
 
 def _skeleton(results: Results, position: int, factor: float) -> Iterator[tuple[Any, str]]:

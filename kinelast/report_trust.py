@@ -30,14 +30,14 @@ class Finding:
     text: str
 
 
-def findings(results: Results, found: dict[str, list[Peak]]) -> list[Finding]:
-    """All that can be said about a scene's figures."""
+def findings(results: Results, found: dict[str, list[Peak]], lowest: float) -> list[Finding]:
+    """All that can be said about a scene's figures; `lowest` as `lowest_frequency` gives it."""
     return [
         _positions(results),
         *_check(results),
         _displacements(results, found),
         *_shear(results),
-        *_vibration(results),
+        *_vibration(results, lowest),
     ]
 
 
@@ -111,9 +111,8 @@ def _shear(results: Results) -> list[Finding]:
     return [Finding(level, "Slender links", text)]
 
 
-def _vibration(results: Results) -> list[Finding]:
+def _vibration(results: Results, lowest: float) -> list[Finding]:
     """Inertia of the elastic motion itself is left out: right where the links are quick to follow."""
-    lowest = lowest_frequency(results)
     speeds = [np.abs(rate).max() for drive, rate in _drives(results) if isinstance(drive, PinDrive)]
     speed = float(max(speeds, default=0.0))
     if not math.isfinite(lowest):

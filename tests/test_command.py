@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
@@ -317,6 +318,15 @@ def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_p
 def test_quiet_says_nothing(arm, tmp_path, capsys):
     assert main([str(arm), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
+
+
+def test_terminals_without_the_letters_are_answered_all_the_same(arm, tmp_path):
+    code = (
+        f"import sys; from kinelast.command import main; sys.exit(main([{str(arm)!r}, '-o', {str(tmp_path / 'o')!r}]))"
+    )
+    plain = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, env=plain, check=True)
+    assert done.stdout.startswith(b"arm: largest deflection ")
 
 
 def test_scenes_side_by_side_give_the_same_files(arm, tmp_path, capsys):

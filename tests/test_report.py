@@ -176,6 +176,20 @@ def test_curves_are_drawn_to_scale_and_broken_where_there_is_no_number():
     assert (float(dot.get("cx")), float(dot.get("cy"))) == pytest.approx((x4, y4), abs=0.1)
 
 
+def test_long_curves_keep_their_peaks():
+    heights = np.sin(np.linspace(0.0, 9.0, 30000))
+    heights[[777, 20001]] = 3.0, -2.0
+    svg = ElementTree.fromstring(line_chart(np.arange(30000.0), {"one": heights}, "m", "x", []))
+    (line,) = svg.iter("polyline")
+    points = np.array([pair.split(",") for pair in line.get("points").split()], float)
+    assert len(points) < 2500
+    assert np.all(np.diff(points[:, 0]) >= 0)
+    plain = ElementTree.fromstring(line_chart(np.arange(2.0), {"one": np.array([3.0, -2.0])}, "m", "x", []))
+    (ends,) = plain.iter("polyline")
+    top, bottom = (float(pair.split(",")[1]) for pair in ends.get("points").split())
+    assert (points[:, 1].min(), points[:, 1].max()) == (top, bottom)
+
+
 def test_maps_show_the_sign_of_every_value():
     """Positions go across, stations up; positive is red, negative blue, nan grey."""
     values = np.array([[1.0, -1.0], [0.0, 0.5], [np.nan, np.nan]])
@@ -217,5 +231,5 @@ def test_natural_frequency_of_a_cantilever_by_rayleigh():
 def test_trust_follows_the_scene(changes, heading, level):
     """Slenderness 115, 35, 9; deflection m' g l^4/(8 EI)/l = 4e-5 to 0.08; first frequency about 790 rad/s."""
     results = results_of(**changes)
-    found = {finding.heading: finding.level for finding in findings(results, peaks(results))}
+    found = {finding.heading: finding.level for finding in findings(results, peaks(results), lowest_frequency(results))}
     assert found[heading] == level

@@ -1,0 +1,108 @@
+"""The options of the deflection-report command."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+ELEMENTS = 16
+EPILOG = """\
+exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed)
+
+examples:
+  deflection-report steel_four_bar
+  deflection-report mine.toml --check --animate deflection --frames 120 -o results
+  deflection-report designs/*.toml --jobs 4 --resume --quiet
+"""
+
+
+def parsed(argv: Sequence[str]) -> argparse.Namespace:
+    """The options in some arguments.
+
+    Raises
+    ------
+    SystemExit
+        Help was asked for and printed, or the arguments are wrong and that was said.
+    """
+    return _parser().parse_args(_with_elements(argv))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="deflection-report",
+        description="How much the links of a moving planar mechanism bend, turn and stretch under their own inertia.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("scenes", nargs="*", metavar="SCENE", help="a scene file (.toml) or the name of a shipped scene")
+    add(
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("deflection-report"),
+        metavar="OUT",
+        help="folder for the results [%(default)s]",
+    )
+    add("--list", action="store_true", help="list the shipped scenes and stop")
+    add("--positions", type=_at_least(2), metavar="N", help="positions over the cycle, instead of the scene's own")
+    add("--fields", action="store_true", help="also write all fields along all links (fields.npz)")
+    add(
+        "--stations",
+        type=_at_least(2),
+        default=101,
+        metavar="N",
+        help="stations along a link for --fields [%(default)s]",
+    )
+    add(
+        "--check",
+        nargs="?",
+        type=_at_least(1),
+        const=ELEMENTS,
+        metavar="ELEMENTS",
+        help=f"compare with finite elements, so many to a beam [{ELEMENTS}] (check.json)",
+    )
+    add(
+        "--animate",
+        type=_names,
+        default=(),
+        metavar="DIAGRAM,...",
+        help="movies: deflection, slope, moment, ... (see docs)",
+    )
+    add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
+    add("--format", choices=("mp4", "gif", "png"), default="mp4", help="of the movies; png: stills [%(default)s]")
+    add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
+    add("--refine", action="store_true", help="search the largest values between the positions too")
+    add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
+    add("--jobs", type=_at_least(1), default=1, metavar="N", help="scenes computed side by side [%(default)s]")
+    add("--resume", action="store_true", help="skip scenes whose results are there, from the same file and options")
+    add("--quiet", action="store_true", help="print nothing but errors")
+    add("--version", action="store_true", help="print the version and stop")
+    return parser
+
+
+def _with_elements(argv: Sequence[str]) -> list[str]:
+    """The arguments, with the number of elements filled in where a scene follows a bare --check."""
+    following = [*argv[1:], ""]
+    return [
+        f"--check={ELEMENTS}" if word == "--check" and not after.isdecimal() else word
+        for word, after in zip(argv, following, strict=True)
+    ]
+
+
+def _at_least(least: int) -> Callable[[str], int]:
+    def count(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"expected a whole number from {least} up, not {text!r}")
+        return value
+
+    return count
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(word.strip() for word in text.split(",") if word.strip()))
