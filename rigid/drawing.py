@@ -64,15 +64,15 @@ class Drawing:
         owner = joint.parent if joint.sense > 0 else joint.child
         return self.direction(owner) * _one(joint.slider.direction)
 
-    def side(self, product: float, joints: Sequence[Joint]) -> float:
-        """Sign of a scalar or vector product of the drawing, the branch of a dyad."""
+    def side(self, distance: float, joints: Sequence[Joint]) -> float:
+        """Sign of a distance in the drawing [m], the branch of a dyad."""
         size = sum(abs(self.at(joint.name) - self.at(joints[0].name)) for joint in joints) or 1.0
-        if abs(product) <= FLAT * size:
+        if abs(distance) <= FLAT * size:
             names = ", ".join(f'"{joint.name}"' for joint in joints)
             raise MechanismError(
                 f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing"
             )
-        return 1.0 if product > 0 else -1.0
+        return 1.0 if distance > 0 else -1.0
 
     def coordinate(self, joint: Joint) -> float:
         """Coordinate of a joint as drawn: angle of the child from the parent [rad], or slide [m]."""

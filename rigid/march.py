@@ -22,18 +22,24 @@ NEAR = 0.1
 FITS = 1e-10
 
 
-def follow(placed: Placement, group: Group, drawing: Drawing) -> None:
+def follow(placed: Placement, group: Group, drawing: Drawing, start: Any = None) -> None:
     """Place the links of any group.
 
     A coarse selection of the positions is walked one after the other from the drawing, every one corrected by Newton's
     method over all designs at once. All positions then start between their coarse neighbours and are corrected in one
     batch. Where that does not converge or strays from its start, every position is walked. Positions that cannot be
     reached are nan.
+
+    Parameters
+    ----------
+    start
+        Coordinates of the free joints near the first position, shape (free, ..., 1), in place of those of the drawing.
     """
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
     shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
-    start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
+    if start is None:
+        start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
     count = shape[-1]
     coarse = np.unique(np.linspace(0, count - 1, min(COARSE, count)).round().astype(int))
     walked = _walk(placed, group, start, coarse, shape)
@@ -44,17 +50,17 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> None:
             strayed = ~(np.abs(found - between) < NEAR * (1 + np.abs(between)))
         walked = found if not strayed.any() else _walk(placed, group, start, np.arange(count), shape)
     _hang_all(placed, group, walked)
-    placed.sine.append(_sine(_close(placed, group)))
+    return _sine(_close(placed, group))
 
 
-def correct(placed: Placement, group: Group, near: Posture) -> None:
+def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
     shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
     start = np.stack([np.broadcast_to(_coordinate(near, joint), shape) for joint in free])
     _hang_all(placed, group, _newton(placed, group, start))
-    placed.sine.append(_sine(_close(placed, group)))
+    return _sine(_close(placed, group))
 
 
 def _coordinate(near: Posture, joint: Joint) -> Any:
@@ -147,18 +153,19 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
 def _sine(closed: Closure) -> Columns:
     """Smallest singular value of the loop equations, every free joint scaled to unit effect.
 
-    For a dyad it lies between |s| and |s|/sqrt(2), s the sine at which the links meet.
+    For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), s the sine at which the links meet. Rotations
+    at closing sliders count as the displacement they make at the longest arm, so that no unit of length comes in.
     """
     table = columns(closed.group, closed.tree, closed.cut)
-    effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)))
+    effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)), complex)
     effect = effect.reshape(len(table), -1, *effect.shape[1:])
-    length = np.abs(effect).max(axis=(0, 1))
-    scale = [1 / length if place.along is None else 1.0 for place in closed.cut]
-    parts = []
-    for c, place in enumerate(closed.cut):
-        across = effect[:, c].imag / length
-        parts += [effect[:, c].real * scale[c], across if place.along is not None else effect[:, c].imag * scale[c]]
-    matrix = np.stack(parts)
+    turning = [closed.tree[number].along is None for number in closed.group.free]
+    sliding = np.array([place.along is not None for place in closed.cut])
+    if sliding.any() and any(turning):
+        moved = np.where(sliding.reshape(-1, *[1] * (effect.ndim - 2)), np.abs(effect.imag), np.abs(effect))
+        effect.real[:, sliding] *= moved[turning].max(axis=(0, 1))
+    matrix = np.moveaxis(np.stack([effect.real, effect.imag], axis=2), 0, 2)
+    matrix = matrix.reshape(-1, *matrix.shape[2:])
     matrix = matrix / np.sqrt((matrix**2).sum(axis=0))
     flat = np.moveaxis(matrix, (0, 1), (-2, -1))
     good = np.isfinite(flat).all(axis=(-2, -1))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns
+from rigid.closure import SINGULAR, Closure, Columns
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.plane import dot, plus, product, times
@@ -17,8 +17,6 @@ from rigid.structure import Structure
 
 if TYPE_CHECKING:
     from rigid.posture import Posture
-
-SINGULAR = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +43,8 @@ class Motion:
         acceleration of its end from its root.
     condition
         Greatest 1/s^2 of the groups, s the sine at which a dyad meets: 1 at best, infinite at a singular position,
-        nan where the mechanism does not close, shape (..., positions).
+        nan where the mechanism does not close, shape (..., positions). Beyond SINGULAR, velocities and accelerations of
+        the links behind are nan.
     closures
         Per group, what answers for any small displacement or force.
     """
@@ -118,15 +117,16 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    count = len(mechanism.drives)
+    order, count = mechanism.structure, len(mechanism.drives)
     coordinates = np.atleast_1d(np.asarray(drive, float))
-    coordinates = coordinates.reshape(count, -1) if coordinates.ndim == 1 else coordinates
+    if coordinates.ndim == 1:
+        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
     if len(coordinates) != count:
         raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
     rate, rate2 = (_per_position(value, coordinates) for value in (drive_rate, drive_acceleration))
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, mechanism.structure, coordinates, near)
+        placed, closures = place(mechanism, order, coordinates, near)
         velocity, spin = _velocities(mechanism, closures, rate)
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
