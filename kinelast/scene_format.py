@@ -163,7 +163,7 @@ class LoadTable(Table, frozen=True, kw_only=True):
 class RunTable(Table, frozen=True, kw_only=True):
     """Which positions are computed, and gravity."""
 
-    positions: Annotated[int, Meta(ge=1)] = 360
+    positions: Annotated[int, Meta(ge=1, le=10_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from math import inf, isfinite
+from math import inf
 from typing import Any, ClassVar, Self
 
 # A registry of what mechanisms need: pint's own takes thirty times as long to load, counts an angle as no dimension
@@ -42,6 +42,7 @@ watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N/m", "kg/m", "kg/m^3", "kg m^2")  # fmt: skip
+LARGEST = 1e50  # whose fourth power, as in a second moment of area, is still a number
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
 TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
 
@@ -97,8 +98,9 @@ class Quantity(float):
             number, unit = _float(value), cls.units[0] if len(cls.units) == 1 else ""
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        if not (isfinite(number) and number > cls.above and number >= cls.least):
-            bound = "finite" if not isfinite(number) else "greater than zero" if cls.above == 0 else "not below zero"
+        if not (abs(number) < LARGEST and number > cls.above and number >= cls.least):
+            bound = "greater than zero" if cls.above == 0 else "not below zero"
+            bound = bound if abs(number) < LARGEST else "a number of a size that occurs"
             raise ValueError(f"expected {cls.expected}, {bound}, got {shown(value)}")
         quantity = cls(number)
         quantity.unit = unit

@@ -58,12 +58,12 @@ def test_accelerations_begin_and_end_at_zero_but_not_the_harmonic(curve):
 
 def test_segments_follow_one_another():
     law = SegmentedLaw(0.1, (Segment("cycloidal", 1.0, 2.0), Segment("dwell", 0.5), Segment("harmonic", 2.0, -1.0)))
-    value, rate, acceleration = law([0.0, 1.0, 1.3, 2.5, 3.5, 9.0])
+    value, rate, acceleration = law([0.0, 1.0, 1.3, 2.5, 3.5, 9.0, 1.5])
     assert law.duration == 3.5
-    assert value == pytest.approx([0.1, 2.1, 2.1, 1.6, 1.1, 1.1])
-    assert rate == pytest.approx([0.0, 0.0, 0.0, -pi / 4, 0.0, 0.0], abs=1e-12)
-    # At 3.5 s the harmonic still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
-    assert acceleration[[2, 4, 5]] == pytest.approx([0.0, pi**2 / 8, 0.0])
+    assert value == pytest.approx([0.1, 2.1, 2.1, 1.6, 1.1, 1.1, 2.1])
+    assert rate == pytest.approx([0.0, 0.0, 0.0, -pi / 4, 0.0, 0.0, 0.0], abs=1e-12)
+    # At 1.5 s the dwell is over and the harmonic begins with -pi^2/2 h/T^2. At 3.5 s the harmonic still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
+    assert acceleration[[2, 4, 5, 6]] == pytest.approx([0.0, pi**2 / 8, 0.0, -(pi**2) / 8])
 
 
 def test_polynomial_takes_over_a_constant_speed():

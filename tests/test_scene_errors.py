@@ -2,9 +2,14 @@
 # ruff: noqa: E501 - a mistake a row reads best
 
 import re
+import tomllib
+from contextlib import suppress
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
 from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
@@ -55,8 +60,8 @@ MISTAKES = [
     ("unreadable unit", FOUR_BAR, [('"6 mm"', '"6 mm)"')], "sections.bar", "depth", r'got "6 mm\)"'),
     ("zero length", FOUR_BAR, [('"6 mm"', "0")], "sections.bar", "depth", "greater than zero, got 0"),
     ("negative mass", SLIDER_CRANK, [('"200 g"', "-0.2")], "links.block", "mass", "not below zero, got -0.2"),
-    ("infinite", FOUR_BAR, [('"210 GPa"', "inf")], "materials.steel", "E", "finite, got inf"),
-    ("huge whole number", FOUR_BAR, [('"210 GPa"', "1" + 400 * "0")], "materials.steel", "E", "finite, got 1000"),
+    ("infinite", FOUR_BAR, [('"210 GPa"', "inf")], "materials.steel", "E", "of a size that occurs, got inf"),
+    ("huge whole number", FOUR_BAR, [('"210 GPa"', "1" + 400 * "0")], "materials.steel", "E", "of a size that occurs, got 1000"),
     ("true", FOUR_BAR, [('"210 GPa"', "true")], "materials.steel", "E", 'as in "210 GPa".* got true'),
     ("a list", FOUR_BAR, [('"210 GPa"', "[1]")], "materials.steel", "E", r"got \[1\]"),
     ("a table", FOUR_BAR, [('"210 GPa"', "{value = 1}")], "materials.steel", "E", "got a table"),
@@ -241,6 +246,31 @@ def test_lengths_that_never_assemble_are_told():
     with pytest.raises(SceneError, match='cannot be assembled: the joint "B"') as caught:
         scene_motion(scene_from_text(never))
     assert caught.value.table == "links"
+
+
+JUNK = [0, -1, 1e300, float("inf"), float("nan"), "", "A", "ground", "rocker", "3 mm", "2 kg", [], {}, [1, 2], ["A", "B"], ["O"],
+        [["A", "B"]], True, None, 10**40, {"A": [0, 0], "B": [1, 0]}, {"A": 1}, [{"a": 1}]]  # fmt: skip
+BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN)]
+
+
+def branches(tree, path=()):
+    """Paths of all that stands in a tree of tables and lists."""
+    entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, entry in entries:
+        yield (*path, key)
+        yield from branches(entry, (*path, key))
+
+
+@given(st.sampled_from([(base, path) for base in BASES for path in branches(base)]), st.sampled_from(JUNK))
+def test_whatever_stands_in_a_file_is_a_scene_or_a_scene_error(place, junk):
+    base, path = place
+    spoilt = deepcopy(base)
+    table = spoilt
+    for key in path[:-1]:
+        table = table[key]
+    table[path[-1]] = deepcopy(junk)
+    with suppress(SceneError):
+        scene_motion(scene_from_dict(spoilt), 3)
 
 
 def test_files_that_cannot_be_read(tmp_path: Path):

@@ -175,14 +175,18 @@ class TestLinks:
             edited(
                 FOUR_BAR,
                 ('["D", "B"]', '["D", "B"]\nmasses = {B = "50 g"}'),
-                ("[run]", "[masses]\nA = 0.1\nB = 0.2\n[run]"),
+                ("[run]", "[masses]\nO = 0.3\nA = 0.1\nB = 0.2\n[run]"),
             )
         )
         held = {
             name: [(lump.point, lump.mass) for lump in link(scene, name).lumps]
             for name in ("crank", "coupler", "rocker")
         }
-        assert held == {"crank": [("A", 0.1)], "coupler": [("B", 0.2)], "rocker": [("B", pytest.approx(0.05))]}
+        assert held == {
+            "crank": [("O", 0.3), ("A", 0.1)],
+            "coupler": [("B", 0.2)],
+            "rocker": [("B", pytest.approx(0.05))],
+        }
 
     def test_outlines_are_in_the_axes_of_the_link(self):
         scene = scene_from_text(edited(FOUR_BAR, ('["A", "B"]', '["A", "B"]\noutline = ["A", ["15 cm", 0.02], "B"]')))

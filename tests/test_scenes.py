@@ -34,14 +34,15 @@ class TestDrives:
         text = edited(
             FOUR_BAR,
             ('["A", "B"]', '["A", "P"]'),
+            ("A = [0.1, 0.0]", "A = [0.0, 0.1]"),
             ("[links.rocker]\npoints = [\"D\", \"B\"]\nsection = \"bar\"\nmaterial = \"steel\"\n", ""),
             ("[run]", '[[drives]]\nlink = "coupler"\non = "crank"\nspeed = "-50 rad/s"\n[run]'),
         )  # fmt: skip
         scene = scene_from_text(text)
         course = scene_motion(scene)
         assert scene.mechanism.drives == (PinDrive("crank", "O"), PinDrive("coupler", "A", "crank"))
-        # Drawn: the crank along x, A-P = (0.1, 0.25).
-        assert course.drive[1, 0] == pytest.approx(np.arctan2(0.25, 0.1))
+        # Drawn: the crank along y, A-P = (0.2, 0.15), that is (0.15, -0.2) in the crank's axes.
+        assert course.drive[1, 0] == pytest.approx(np.arctan2(-0.2, 0.15))
         assert course.angular_velocity[2] == pytest.approx(np.full(36, 50.0))
 
     def test_one_turn_without_its_end(self):
