@@ -89,6 +89,7 @@ class Quantity(float):
 
         Examples
         --------
+        >>> from kinelast.scene_quantities import Length
         >>> Length.read("12 mm")
         0.012
         """
