@@ -62,7 +62,8 @@ def test_segments_follow_one_another():
     assert law.duration == 3.5
     assert value == pytest.approx([0.1, 2.1, 2.1, 1.6, 1.1, 1.1, 2.1])
     assert rate == pytest.approx([0.0, 0.0, 0.0, -pi / 4, 0.0, 0.0, 0.0], abs=1e-12)
-    # At 1.5 s the dwell is over and the harmonic begins with -pi^2/2 h/T^2. At 3.5 s the harmonic still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
+    # At 1.5 s the dwell is over and the harmonic begins with -pi^2/2 h/T^2.
+    # At 3.5 s it still decelerates, with pi^2/2 h/T^2; afterwards nothing moves.
     assert acceleration[[2, 4, 5, 6]] == pytest.approx([0.0, pi**2 / 8, 0.0, -(pi**2) / 8])
 
 
