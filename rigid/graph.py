@@ -147,7 +147,7 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
     """
     chosen = sorted(spanning_tree(graph) if tree is None else tree)
     kept = [node not in {part[-1] for part in components(graph)} for node in graph.nodes]
-    if len(spanning_tree(graph, chosen)) != len(chosen) or set(spanning_tree(graph, chosen)) != set(chosen):
+    if set(spanning_tree(graph, chosen)) != set(chosen):
         names = ", ".join(graph.branches[number].name for number in chosen)
         raise MechanismError(f"the branches {names} are no spanning tree of {len(graph.nodes)} nodes")
     chords = [number for number in range(len(graph.branches)) if number not in chosen]

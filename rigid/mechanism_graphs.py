@@ -40,7 +40,7 @@ def bar_graph(mechanism: Mechanism) -> Graph:
         for slider in mechanism.sliders:
             if slider.on == link.name:
                 here = [point for point in joints if np.all(link.points[point] == slider.origin)]
-                start = here[0] if here and here[0] != slider.point else slider.name
+                start = here[0] if here else slider.name
                 joints += [] if start in joints else [start]
                 slides.append(Branch(slider.name, start, slider.point))
         bars += _bars(link, joints)

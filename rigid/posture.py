@@ -17,7 +17,7 @@ from rigid.plane import cross
 
 CLOSED = 1e-9
 LITTLE = 1e-3
-STEPS = 200
+STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)

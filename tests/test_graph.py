@@ -16,6 +16,7 @@ from rigid import (
     Mechanism,
     MechanismError,
     PinDrive,
+    Slider,
     bar_graph,
     components,
     cyclomatic_number,
@@ -107,6 +108,11 @@ class TestFlapMechanismOfSource:
         )
         np.testing.assert_array_equal(np.delete(printed, 9, axis=1), ours)
         assert all((np.delete(printed, lost, axis=1) != ours).any() for lost in range(9))
+
+    @pytest.mark.parametrize("column", [(1, 1, -1), (1, 0, 0), (0, -1, 0), (2, -2, 0), (1, -1, 2)])
+    def test_a_column_leaves_one_node_and_enters_one(self, column):
+        with pytest.raises(MechanismError, match='branch "1" leaves'):
+            graph_from_incidence(np.array([column]).T)
 
     def test_graph_from_its_incidence_matrix(self):
         graph = numbered(BARS, 10)
@@ -212,6 +218,12 @@ class TestGraphsOfMechanism:
             ("guide", "guide", "B"),
         ]
         assert cyclomatic_number(links) == cyclomatic_number(bars) == 1
+
+    def test_a_line_through_a_joint_begins_there(self):
+        links = (*slider_crank().links[:3], Link("piston", {"B": 0.0}))
+        centred = Mechanism(links, (), {}, (Slider("guide", "piston", "ground", "B", 0.0, 1.0),))
+        assert [(b.name, b.start, b.end) for b in bar_graph(centred).branches][-1] == ("guide", "O", "B")
+        assert cyclomatic_number(bar_graph(centred)) == 1
 
     def test_three_links_on_a_pin_are_two_pairs_and_keep_a_driven_one(self):
         places = {"O": 0, "A": 1, "B": 1 + 1j, "C": 2}

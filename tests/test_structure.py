@@ -33,6 +33,7 @@ from rigid import (
     self_stress_forces,
     self_stresses,
     static_matrix,
+    velocity_law,
 )
 
 # Ranks -------------------------------------------------------------------------------------------------------
@@ -188,6 +189,12 @@ class TestTrusses:
                     pulls = pulls + sign * force[:, joint]
             np.testing.assert_allclose(total, 0, atol=1e-10)
             np.testing.assert_allclose((np.conj(here.direction[number]) * pulls).imag, 0, atol=1e-10)
+        for joint, branch in enumerate(chain.graph.branches):
+            arm = here.point(branch.start, branch.name) - complex(*chain.center)
+            moment = (np.conj(arm) * force[:, joint]).imag
+            np.testing.assert_allclose(states[:, joint, 0], moment, atol=1e-10)
+        size = (np.abs(force) ** 2 + (states[..., 0] / chain.length) ** 2).sum(axis=1)
+        np.testing.assert_allclose(size, 1, rtol=1e-10)
 
 
 # Redundant mechanisms ----------------------------------------------------------------------------------------
@@ -259,6 +266,21 @@ class TestThirdCrank:
         with pytest.raises(MechanismError, match='link "rocker": none of its points is drawn'):
             assembled(replace(four_bar(), drawing={"O": 0, "A": 0.1j}))
 
+    @pytest.mark.parametrize("off", [0.02, -0.03, 0.02j])
+    def test_slider_on_a_moving_link_is_put_together(self, off):
+        links = (
+            Link("ground", {"O": 0, "D": -0.2j}),
+            Link("crank", {"O": 0, "A": 0.1}),
+            Link("block", {"A": 0}),
+            Link("lever", {"D": 0, "T": 0.5}),
+        )
+        slot = Slider("slot", "block", "lever", "A", 0.05 + 0.01j, 1.0)
+        drawing = {"O": 0, "A": 0.1 + off, "D": -0.2j, "T": 0.2 + 0.2j}
+        here = assembled(Mechanism(links, (PinDrive("crank", "O"),), drawing, (slot,)))
+        way = here.point("block", "A") - here.point("lever", "D")
+        assert (np.conj(here.direction[3]) * way).imag == pytest.approx(0.01, abs=1e-15)
+        assert here.direction[2] == pytest.approx(here.direction[3], abs=1e-14)
+
     def test_slider_that_is_not_on_its_line_is_put_there(self):
         drawn = {**slider_crank().drawing, "B": 0.29 - 0.01j}
         here = assembled(replace(slider_crank(), drawing=drawn))
@@ -320,6 +342,24 @@ class TestAssurGroups:
         drives = [PinDrive("upper", "O"), PinDrive("lower", "A", "upper")]
         arm = linkage({"O": 0, "A": 1, "P": 1 + 1j}, "O", (("upper", "O", "A"), ("lower", "A", "P")), drives=drives)
         assert [(g.name, g.drives) for g in assur_groups(arm)] == [("driven link", (0,)), ("driven link", (1,))]
+
+
+class TestVelocityLaw:
+    @given(st.floats(0.1, 3.0))
+    @settings(max_examples=20, deadline=None)
+    def test_of_an_offset_slider_crank(self, angle):
+        r, rod, e = 0.1, abs(0.3 - 0.08j), 0.02
+        mechanism = slider_crank()
+        chain = planar_chain(assembled(replace(mechanism, drawing=drawn_slider_crank(r, rod, e, angle))))
+        height = r * np.sin(angle) - e
+        slope = -r * np.sin(angle) - height * r * np.cos(angle) / np.sqrt(rod**2 - height**2)
+        np.testing.assert_allclose(velocity_law(chain, ["O"], ["guide"]), [[slope]], rtol=1e-10)
+        np.testing.assert_allclose(velocity_law(chain, ["guide"], ["O"]), [[1 / slope]], rtol=1e-10)
+
+
+def drawn_slider_crank(r, rod, e, angle):
+    end = r * np.exp(1j * angle)
+    return {"O": 0, "A": complex(end), "B": complex(end.real + np.sqrt(rod**2 - (end.imag - e) ** 2), e)}
 
 
 class TestStaticSide:
