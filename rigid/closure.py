@@ -16,6 +16,8 @@ import numpy as np
 from rigid.plane import cross, minus, plus, times
 from rigid.structure import Group, Joint
 
+SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
+
 Columns = Any  # an array of shape (..., positions), or 0.0 where it is zero at every position
 
 
@@ -74,12 +76,14 @@ class Closure:
         return self.tree + self.cut
 
 
-def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...]) -> Closure:
-    """Solve a placed group once for all right-hand sides."""
+def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...], sine: Columns = 1.0) -> Closure:
+    """Solve a placed group once for all right-hand sides; `sine` is what its condition 1/s^2 is taken from."""
     effects = columns(group, tree, cut)
-    if 2 * len(cut) > len(effects):
-        return Closure(group, tree, cut, *_surplus(effects, len(cut)))
-    return Closure(group, tree, cut, _duals(effects))
+    duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects), ())
+    singular = ~(np.square(sine) * SINGULAR >= 1.0)
+    if singular.any():
+        duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in duals)
+    return Closure(group, tree, cut, duals, tensions)
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:

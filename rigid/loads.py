@@ -10,7 +10,7 @@ import numpy as np
 from rigid.closure import Columns
 from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
-from rigid.motion import SINGULAR, Motion
+from rigid.motion import Motion
 from rigid.plane import cross, dot
 from rigid.tables import beam_table, mass_table
 
@@ -161,12 +161,7 @@ def reactions(motion: Motion) -> JointForces:
 def balancing_forces(motion: Motion) -> JointForces:
     """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
     with np.errstate(invalid="ignore", over="ignore"):
-        force, moment = link_loads(motion)
-        singular = ~(motion.condition <= SINGULAR)
-        if singular.any():
-            lost = np.where(singular, np.nan, 0.0)
-            force = [value + lost for value in force]
-        return joint_forces(motion.closures, force, moment)
+        return joint_forces(motion.closures, *link_loads(motion))
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:

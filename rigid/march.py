@@ -41,7 +41,9 @@ def follow(placed: Placement, group: Group, drawing: Drawing, start: Any = None)
     if start is None:
         start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
     count = shape[-1]
-    coarse = np.unique(np.linspace(0, count - 1, min(COARSE, count)).round().astype(int))
+    asked = count - placed.approach
+    coarse = placed.approach + np.unique(np.linspace(0, asked - 1, min(COARSE, asked)).round().astype(int))
+    coarse = np.concatenate([np.arange(placed.approach), coarse])
     walked = _walk(placed, group, start, coarse, shape)
     if len(coarse) < count:
         between = _interpolate(coarse, walked, count)
@@ -163,7 +165,8 @@ def _sine(closed: Closure) -> Columns:
     sliding = np.array([place.along is not None for place in closed.cut])
     if sliding.any() and any(turning):
         moved = np.where(sliding.reshape(-1, *[1] * (effect.ndim - 2)), np.abs(effect.imag), np.abs(effect))
-        effect.real[:, sliding] *= moved[turning].max(axis=(0, 1))
+        longest = moved[turning].max(axis=(0, 1))
+        effect.real[:, sliding] *= np.where(longest > 0, longest, 1.0)
     matrix = np.moveaxis(np.stack([effect.real, effect.imag], axis=2), 0, 2)
     matrix = matrix.reshape(-1, *matrix.shape[2:])
     matrix = matrix / np.sqrt((matrix**2).sum(axis=0))

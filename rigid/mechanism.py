@@ -186,6 +186,17 @@ class Mechanism:
         """Every beam of the moving links with its link's number, link by link: the order of all arrays of beams."""
         return tuple((number, beam) for number, link in enumerate(self.links) if number for beam in link.beams)
 
+    @cached_property
+    def designs(self) -> tuple[int, ...]:
+        """Shape of its parameters: () or (designs, 1)."""
+        values: list[object] = []
+        for link in self.links:
+            values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
+            values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
+        for slider in self.sliders:
+            values += [slider.origin, slider.direction, slider.turn]
+        return np.broadcast_shapes(*(np.shape(value) for value in values))
+
     def beam_number(self, link: str, number: int) -> int:
         """Place of a link's beam among all beams."""
         return next(k for k, (at, _) in enumerate(self.beams) if at == self.index[link]) + number

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid.closure import SINGULAR, Closure, Columns
+from rigid.closure import Closure, Columns
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.plane import dot, plus, product, times
@@ -131,7 +131,7 @@ def motion(
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
         condition = 1.0 / np.square(smallest)
-    shape = np.broadcast_shapes(coordinates.shape[1:], *(np.shape(value) for value in placed.origin + placed.direction))
+    shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
     return Motion(
         mechanism,
         instants,

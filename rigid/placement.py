@@ -21,6 +21,17 @@ class Placement:
     origin: list[Columns]
     direction: list[Columns]
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
+    approach: int = 0  # leading positions that only lead there from the drawing
+
+    def arrived(self) -> Placement:
+        """Without the positions that lead there from the drawing."""
+        if not self.approach:
+            return self
+        origin, direction, sine = (
+            [value[..., self.approach :] if np.ndim(value) else value for value in values]
+            for values in (self.origin, self.direction, self.sine)
+        )
+        return Placement(self.mechanism, self.drive[:, self.approach :], origin, direction, sine)
 
     def point(self, link: int, local: Any) -> Columns:
         """Place of a point given in a link's axes."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid import dyads
+from rigid import change_points, dyads
 from rigid.closure import Closure, Columns, closure
 from rigid.drawing import Drawing
 from rigid.march import correct, follow
@@ -18,6 +18,9 @@ from rigid.structure import Group, Joint, Structure
 
 if TYPE_CHECKING:
     from rigid.posture import Posture
+
+STRIDE = 0.1  # of a pin's drive on the way from the drawing [rad]
+SLIDES = 20  # steps of a slider's drive on that way
 
 
 def place(
@@ -32,34 +35,153 @@ def place(
     near
         As for `motion`.
     """
-    links = len(mechanism.links)
-    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
     drawing = Drawing(mechanism)
+    lead = np.empty((len(drive), 0))
+    if near is None and not all(_closed_form(group) for group in structure.groups):
+        lead = _lead(structure, drawing, drive)
+    walk = Walk(mechanism, structure, np.concatenate([lead, drive], axis=1) if lead.size else drive, near)
+    walk.placed.approach = lead.shape[1]
+    for number in range(len(structure.groups)):
+        walk.step(number)
+    placed = walk.placed.arrived()
     closures = []
+    sines = iter(placed.sine)
     for group in structure.groups:
-        if not group.free:
-            for joint in group.tree:
-                placed.hang(joint, drive[joint.drive])
-        elif len(group.links) == len(group.free) == 2 and len(group.cut) == 1:
-            _place_dyad(placed, group, drawing)
-        elif near is not None:
-            correct(placed, group, near)
-        else:
-            follow(placed, group, drawing)
         tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
-        closures.append(closure(group, tree, cut))
+        closures.append(closure(group, tree, cut, next(sines) if group.free else 1.0))
     return placed, tuple(closures)
 
 
-def _place_dyad(placed: Placement, group: Group, drawing: Drawing) -> None:
-    """Find the dyad's type and place its two links."""
+def _closed_form(group: Group) -> bool:
+    """Whether a group is a driven link or a dyad."""
+    return not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
+
+
+def _lead(structure: Structure, drawing: Drawing, drive: Any) -> Any:
+    """Coordinates of the drives on the way from the drawing to the first position, that excluded."""
+    drawn = drawn_coordinates(structure, drawing, drive[:, 0])
+    slides = [joint.slider is not None for joint in structure.joints if joint.drive is not None]
+    turned = np.abs(drive[:, 0] - drawn).max(where=~np.array(slides, bool), initial=0.0)
+    moved = np.abs(drive[:, 0] - drawn).max(where=np.array(slides, bool), initial=0.0)
+    steps = max(int(np.ceil(turned / STRIDE)), SLIDES if moved else 0)
+    return drawn[:, None] + (drive[:, :1] - drawn[:, None]) * (np.arange(steps) / max(steps, 1))
+
+
+def drawn_coordinates(structure: Structure, drawing: Drawing, start: Any) -> Any:
+    """Coordinates of the drives as drawn, by whole turns as near to a position as they can be."""
+    drawn = np.array(start, float)
+    for joint in structure.joints:
+        if joint.drive is not None:
+            value = drawing.coordinate(joint)
+            near = start[joint.drive]
+            drawn[joint.drive] = value if joint.slider else near - np.angle(np.exp(1j * (near - value)))
+    return drawn
+
+
+class Walk:
+    """Placing of the groups one after the other, with the change points met on the way."""
+
+    def __init__(self, mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None) -> None:
+        links = len(mechanism.links)
+        self.placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
+        self.structure, self.near = structure, near
+        self.drawing = Drawing(mechanism)
+        self.changes: dict[int, list[list[float]]] = {}
+        self.places: Any = None
+
+    def step(self, number: int) -> None:
+        """Place the links of one group, those before it being placed."""
+        group, placed = self.structure.groups[number], self.placed
+        if not group.free:
+            for joint in group.tree:
+                placed.hang(joint, placed.drive[joint.drive])
+        elif _closed_form(group):
+            self._dyad(number)
+        elif self.near is not None:
+            placed.sine.append(correct(placed, group, self.near))
+        else:
+            placed.sine.append(follow(placed, group, self.drawing))
+
+    def _dyad(self, number: int) -> None:
+        """Place a dyad, on its smooth branch."""
+        group, placed = self.structure.groups[number], self.placed
+        if number in self.changes:
+            shape = np.shape(self.changes[number])[:-1] if len(self.changes[number]) > 1 else ()
+            signs = change_points.flips(self.changes[number], self.places, shape)
+            placed.sine.append(_place_dyad(placed, group, self.drawing, signs))
+            return
+        sine = _place_dyad(placed, group, self.drawing, 1.0)
+        if self.places is None and np.ndim(sine) and change_points.suspects(sine).any():
+            self._find_changes(number, sine)
+        if self.changes.get(number):
+            places = np.arange(placed.drive.shape[-1], dtype=float)
+            signs = change_points.flips(self.changes[number], places, np.shape(sine)[:-1])
+            sine = _place_dyad(placed, group, self.drawing, signs)
+        placed.sine.append(sine)
+
+    def _find_changes(self, number: int, sine: Any) -> None:
+        """Touches of a dyad's sine with zero, on the way from the drawing to the first position and over all."""
+        rows = change_points.suspects(sine).reshape(-1, sine.shape[-1] - 2)
+        path = _Path(self)
+
+        def sine_at(places: Any) -> Any:
+            return path.sine(places, number)
+
+        found = [change_points.touches(sine_at, np.flatnonzero(row) + 1, at) for at, row in enumerate(rows)]
+        if not any(found):
+            return
+        for at, touched in enumerate(found):
+            before = path.touches_before(sine_at, at)
+            found[at] = before + [touch for touch in touched if path.onward or touch > change_points.SAME]
+        self.changes[number] = found
+
+
+class _Path:
+    """The way of the drives: from the drawing (place -1) to the first position (0) and through the others."""
+
+    def __init__(self, walk: Walk) -> None:
+        self.walk = walk
+        drive = walk.placed.drive
+        drawn = drawn_coordinates(walk.structure, walk.drawing, drive[:, 0])
+        self.way = np.column_stack([drawn, drive])
+        step = drive[:, 1] - drive[:, 0]
+        self.onward = bool(np.dot(drive[:, 0] - drawn, step) > 0)
+
+    def sine(self, places: Any, number: int) -> Any:
+        """s of a dyad anywhere on the way."""
+        grid = np.arange(-1.0, self.way.shape[1] - 1)
+        drive = np.array([np.interp(places, grid, row) for row in self.way])
+        other = Walk(self.walk.placed.mechanism, self.walk.structure, drive, self.walk.near)
+        other.places, other.changes = places, {k: v for k, v in self.walk.changes.items() if k < number}
+        for k in range(number + 1):
+            other.step(k)
+        return np.broadcast_to(
+            other.placed.sine[-1], np.broadcast_shapes(np.shape(other.placed.sine[-1]), (len(places),))
+        )
+
+    def touches_before(self, sine_at: Any, row: int) -> list[float]:
+        """Touches between the drawing and the first position."""
+        places = np.linspace(-1.0, 0.0, change_points.POINTS)
+        size = sine_at(places).reshape(-1, len(places))[row]
+        near = places[1:-1][change_points.suspects(size)]
+        found: list[float] = []
+        for place in near:
+            low, high = place - 1.0 / (len(places) - 1), place + 1.0 / (len(places) - 1)
+            touch = change_points.touch(lambda at: sine_at(at).reshape(-1, len(at))[row], low, high)
+            if touch is not None and touch < -change_points.SAME:
+                found.append(touch)
+        return sorted({round(touch, 4): touch for touch in found}.values())
+
+
+def _place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
+    """Find the dyad's type and place its two links; `flip` is -1 where it folds the other way than drawn."""
     outer: Sequence[Joint] = sorted(group.tree, key=lambda joint: joint.slider is not None)
     inner = group.cut[0]
     if inner.slider is None:
         solve = (_two_pins, _pin_and_slide, _two_slides)[sum(joint.slider is not None for joint in outer)]
     else:
         solve = _slide_between if outer[1].slider is None else _slide_on_slide
-    placed.sine.append(solve(placed, outer[0], outer[1], inner, drawing))
+    return solve(placed, outer[0], outer[1], inner, drawing, flip)
 
 
 def _end(joint: Joint, link: int) -> Any:
@@ -80,10 +202,11 @@ def _carry(placed: Placement, outer: Joint) -> Columns:
     return placed.direction[outer.parent if outer.sense > 0 else outer.child] * (outer.sense * outer.slider.direction)
 
 
-def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing) -> Columns:
+def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
     drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
-    side = drawing.side(cross(drawn[1] - drawn[0], drawn[2] - drawn[0]), (one, other, inner))
+    base = drawn[1] - drawn[0]
+    side = flip * drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
     arms = _end(inner, one.child) - one.at_child, _end(inner, other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side)
     _hold(placed, one, first, direction)
@@ -91,19 +214,19 @@ def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing
     return sine
 
 
-def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing) -> Columns:
+def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     center = placed.point(pin.parent, pin.at_parent)
     along = _carry(placed, slide)
     start = placed.point(slide.child, _end(inner, slide.child))
     ahead = drawing.along(slide) * slide.sense
-    side = drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
+    side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
     direction, way, sine = dyads.circle_line(center, _end(inner, pin.child) - pin.at_child, start, along, side)
     placed.origin[slide.child] = placed.origin[slide.child] + way * along
     _hold(placed, pin, center, direction)
     return sine
 
 
-def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing) -> Columns:
+def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     along, across = _carry(placed, one), _carry(placed, other)
     starts = [placed.point(joint.child, _end(inner, joint.child)) for joint in (one, other)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
@@ -112,7 +235,7 @@ def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawi
     return sine
 
 
-def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing) -> Columns:
+def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     slider = inner.slider
     assert slider is not None
     owner_link = inner.parent if inner.sense > 0 else inner.child
@@ -120,14 +243,14 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
     foot = slider.origin + slider.turn * (block.at_child - _end(inner, block.child)) - owner.at_child
     ahead = drawing.along(inner)
-    side = drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
+    side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
     direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side)
     _hold(placed, owner, pins[0], direction)
     _hold(placed, block, pins[1], direction * slider.turn)
     return sine
 
 
-def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing) -> Columns:
+def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     center = placed.point(pin.parent, pin.at_parent)
     along = _carry(placed, slide)
     assert inner.slider is not None

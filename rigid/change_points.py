@@ -1,0 +1,83 @@
+"""Change points: where a dyad passes through its singular position and the smooth branch goes on folded the other way.
+
+The closed forms know a dyad's branch as the sign of its sine s. Where |s| touches zero between positions that both exist,
+the mechanism could fold either way; the branch on which it moves smoothly changes that sign. (A parallelogram whose
+sign is kept would jump into an antiparallelogram.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+POINTS = 65
+ZOOMS = 12
+TOUCH = 1e-7
+STUCK = 0.9
+SAME = 1e-5
+
+Sine = Callable[[Any], Any]
+
+
+def suspects(sine: Any) -> Any:
+    """Whether |s| falls or rises so steeply that it may touch zero nearby, bool, shape (..., positions - 2)."""
+    size = np.abs(sine)
+    middle = 2 * size[..., 1:-1]
+    with np.errstate(invalid="ignore"):
+        return (middle < size[..., :-2]) | (middle < size[..., 2:])
+
+
+def touches(sine_at: Sine, places: Any, row: int) -> list[float]:
+    """Where |s| touches zero near some positions.
+
+    Parameters
+    ----------
+    sine_at
+        s at any places between the positions, counted in positions: shape (n,) to (..., n).
+    places
+        Suspect positions.
+    row
+        Which of the designs.
+    """
+    found: list[float] = []
+    for place in places:
+        found_at = touch(lambda at: sine_at(at).reshape(-1, len(at))[row], place - 1.0, place + 1.0)
+        if found_at is not None and all(abs(found_at - other) > SAME for other in found):
+            found.append(found_at)
+    return sorted(found)
+
+
+def touch(sine_at: Sine, low: float, high: float) -> float | None:
+    """The place of least |s| in an interval, if it is zero there: zoomed in on until it is, or falls no further."""
+    least = np.inf
+    for _ in range(ZOOMS):
+        grid = np.linspace(low, high, POINTS)
+        size = np.abs(sine_at(grid))
+        if not np.isfinite(size).all():
+            return None
+        best = int(size.argmin())
+        if size[best] <= TOUCH:
+            return float(grid[best])
+        if size[best] > STUCK * least:
+            return None
+        least = size[best]
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, POINTS - 1)]
+    return None
+
+
+def flips(found: list[list[float]], places: Any, shape: tuple[int, ...]) -> Any:
+    """+1 or -1 at some places: the sign after all touches before them.
+
+    Parameters
+    ----------
+    found
+        Touches of every design.
+    places
+        Counted in positions, shape (n,).
+    shape
+        Shape of the columns of the designs: () or (designs,).
+    """
+    signs = [np.where(np.searchsorted(touched, places) % 2, -1.0, 1.0) for touched in found]
+    return np.array(signs).reshape(*shape, -1) if shape else signs[0]
