@@ -1,8 +1,8 @@
 """Change points: where a dyad passes through its singular position and the smooth branch goes on folded the other way.
 
-The closed forms know a dyad's branch as the sign of its sine s. Where |s| touches zero between positions that both exist,
-the mechanism could fold either way; the branch on which it moves smoothly changes that sign. (A parallelogram whose
-sign is kept would jump into an antiparallelogram.)
+The closed forms know a dyad's branch as the sign of its sine s. Where |s| touches zero between positions that both
+exist, the mechanism could fold either way; the branch on which it moves smoothly changes that sign. (A parallelogram
+whose sign is kept would jump into an antiparallelogram.)
 """
 
 from __future__ import annotations

@@ -22,24 +22,18 @@ NEAR = 0.1
 FITS = 1e-10
 
 
-def follow(placed: Placement, group: Group, drawing: Drawing, start: Any = None) -> None:
-    """Place the links of any group.
+def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
+    """Place the links of any group, and the sine that stands for its condition.
 
-    A coarse selection of the positions is walked one after the other from the drawing, every one corrected by Newton's
-    method over all designs at once. All positions then start between their coarse neighbours and are corrected in one
+    All positions that lead there from the drawing, and a coarse selection of the others, are walked one after the
+    other, every one corrected by Newton's method over all designs at once. All positions then start between their coarse neighbours and are corrected in one
     batch. Where that does not converge or strays from its start, every position is walked. Positions that cannot be
     reached are nan.
-
-    Parameters
-    ----------
-    start
-        Coordinates of the free joints near the first position, shape (free, ..., 1), in place of those of the drawing.
     """
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
     shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
-    if start is None:
-        start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
+    start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
     count = shape[-1]
     asked = count - placed.approach
     coarse = placed.approach + np.unique(np.linspace(0, asked - 1, min(COARSE, asked)).round().astype(int))

@@ -189,7 +189,7 @@ class Mechanism:
     @cached_property
     def designs(self) -> tuple[int, ...]:
         """Shape of its parameters: () or (designs, 1)."""
-        values: list[object] = []
+        values: list[Any] = []
         for link in self.links:
             values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
