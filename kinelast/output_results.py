@@ -49,6 +49,9 @@ class Results:
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
         """Value of largest magnitude along every beam, per field, shape (beams, positions)."""
+        if not self.mechanism.beams:
+            none = np.zeros((0, *self.motion.columns))
+            return {field: Extreme(none, none) for field in EXTREME_FIELDS}
         return extremes(self.deflection, EXTREME_FIELDS)
 
     @cached_property

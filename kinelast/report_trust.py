@@ -186,9 +186,10 @@ def _work_and_mass(shape: Deflection, weight: complex) -> tuple[Reals, Reals]:
     moved = beam_directions(shape.motion)[..., None] * (along + 1j * across)
     work, mass = np.zeros(shape.motion.columns), np.zeros(shape.motion.columns)
     for k, (_, beam) in enumerate(mechanism.beams):
-        share = beam.mass_per_length * shape.length[k].item() / 2
-        work += share * dot(weight, moved[k]) @ weights
-        mass += share * np.square(np.abs(moved[k])) @ weights
+        taper = np.polynomial.polynomial.polyval((nodes + 1) / 2, beam.mass_taper)
+        shares = beam.mass_per_length * shape.length[k].item() / 2 * weights * taper
+        work += dot(weight, moved[k]) @ shares
+        mass += np.square(np.abs(moved[k])) @ shares
     for at, link in enumerate(mechanism.links[1:], 1):
         for lump in link.lumps:
             lifted = displacement_of(shape, at, lump.point)

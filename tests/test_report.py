@@ -136,6 +136,25 @@ def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys
     assert summary["trust"][0]["level"] == "poor"
 
 
+def test_a_scene_of_rigid_links_alone_has_a_report(tmp_path, capsys):
+    """A block of 2 kg pushed along by 30 mm in 0.1 s, cycloidally: its drive pushes with 2 pi m h/T^2 at most."""
+    scene = tmp_path / "push.toml"
+    scene.write_text(
+        "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n"
+        "[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n"
+        "[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n"
+        "[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n"
+        "[run]\npositions = 101\n"
+    )
+    assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
+    assert "no link has beams" in capsys.readouterr().out
+    summary = json.loads((tmp_path / "out" / "push" / "summary.json").read_text())
+    effort = summary["drives"]["guide"]["effort"]
+    assert abs(effort["value"]) == pytest.approx(2 * math.pi * 2.0 * 0.03 / 0.1**2)
+    assert effort["unit"] == "N"
+    assert "time [ms]" in (tmp_path / "out" / "push" / "report.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("value", "unit", "words"),
     [
