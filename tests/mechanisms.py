@@ -36,6 +36,17 @@ def replaced(mechanism, **changes):
     return Mechanism(**{name: changes.get(name, getattr(mechanism, name)) for name in names})
 
 
+def scaled(mechanism, size):
+    """The same mechanism `size` times as large, without mass and loads."""
+    links = tuple(
+        replace(link, points={name: place * size for name, place in link.points.items()}, beams=(), lumps=())
+        for link in mechanism.links
+    )
+    sliders = tuple(replace(slider, origin=slider.origin * size) for slider in mechanism.sliders)
+    drawing = {name: place * size for name, place in mechanism.drawing.items()}
+    return replaced(mechanism, links=links, sliders=sliders, drawing=drawing, loads=())
+
+
 def apex(first, second, long, short, side=1.0):
     """Where circles about `first` and `second` meet, left of the way from one to the other."""
     way = second - first
@@ -164,12 +175,14 @@ def scotch_yoke(crank=0.1, slant=1.3, count=24, **more):
     )
     start = 0.5
     A = crank * np.exp(1j * start)
-    guide, slot = np.exp(0.1j), np.exp(1j * slant)
+    guide, slot, axes = np.exp(0.1j), np.exp(1j * slant), np.exp(0.35j)
     sliders = (
-        Slider("rail", "yoke", "ground", "Y", origin=0.03j, direction=guide, turn=np.exp(0.25j)),
+        Slider("rail", "yoke", "ground", "Y", origin=0.03j, direction=guide, turn=axes),
         Slider("slot", "block", "yoke", "A", origin=0.01 + 0.02j, direction=slot, turn=np.exp(0.6j)),
     )
-    drawing = {"O": 0.0, "A": A, "Y": 0.03j + 0.05 * guide, "F": 0.03j + 0.05 * guide + 0.1 * np.exp(0.25j)}
+    foot = A - axes * (0.01 + 0.02j) - 0.03j
+    Y = 0.03j + guide * (foot / (axes * slot)).imag / (guide / (axes * slot)).imag
+    drawing = {"O": 0.0, "A": A, "Y": Y, "F": Y + 0.1 * axes}
     known = {"gravity": GRAVITY, "loads": (PointLoad("yoke", "F", 50 + 3j, 1.0),)} | more
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders, **known)
     return moved(mechanism, sections_of(mechanism), turn(count, start))

@@ -1,0 +1,446 @@
+"""Claim: every link is where its joints put it, on the branch that is drawn, and moves as it must.
+
+References: the drawing, closed forms, and Fourier series of the positions, differentiated.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from mechanisms import (
+    ALL,
+    DYADS,
+    bar,
+    four_bar,
+    inverted_slider_crank,
+    replaced,
+    scaled,
+    scotch_yoke,
+    six_bar,
+    slider_crank,
+    steel_four_bar,
+    turn,
+)
+
+import rigid.positions
+from rigid import (
+    Link,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    ReachError,
+    Slider,
+    SliderDrive,
+    acceleration_of,
+    motion,
+    position_of,
+    reachable,
+    require_reach,
+    stops,
+    velocity_of,
+)
+
+ROUND = {name: make for name, make in ALL.items() if np.ptp(make().drive[0]) > 6 and name != "triad"}
+EPS = np.finfo(float).eps
+
+
+def course(case):
+    return motion(case.mechanism, case.drive, case.rate, case.rate2)
+
+
+def along(slider, going):
+    """Direction of a slider's line and the way from its origin to the sliding point."""
+    on, link = (going.mechanism.index[name] for name in (slider.on, slider.link))
+    line = going.direction[on] * slider.direction
+    return line, position_of(going, link, slider.point) - position_of(going, on, slider.origin)
+
+
+@pytest.mark.parametrize("name", ALL)
+class TestJointsClose:
+    def test_links_that_share_a_point_meet_there(self, name):
+        going = course(ALL[name]())
+        spots = {}
+        for at, link in enumerate(going.mechanism.links):
+            for point in link.points:
+                spots.setdefault(point, []).append(position_of(going, at, point))
+        for places in spots.values():
+            for place in places:
+                np.testing.assert_allclose(place, places[0], rtol=0, atol=1e-14)
+
+    def test_links_keep_their_shape(self, name):
+        np.testing.assert_allclose(abs(course(ALL[name]()).direction), 1, rtol=0, atol=8 * EPS)
+
+    def test_sliders_stay_on_their_line_and_do_not_turn(self, name):
+        going = course(ALL[name]())
+        for slider in going.mechanism.sliders:
+            line, way = along(slider, going)
+            np.testing.assert_allclose((np.conj(line) * way).imag, 0, rtol=0, atol=1e-14)
+            on, link = (going.mechanism.index[end] for end in (slider.on, slider.link))
+            np.testing.assert_allclose(going.direction[link], going.direction[on] * slider.turn, rtol=0, atol=1e-14)
+
+    def test_drives_are_at_their_coordinates(self, name):
+        going = course(ALL[name]())
+        index = going.mechanism.index
+        for coordinate, drive in zip(going.drive, going.mechanism.drives, strict=True):
+            if isinstance(drive, PinDrive):
+                turned = going.direction[index[drive.link]] / going.direction[index[drive.on]]
+                np.testing.assert_allclose(turned, np.exp(1j * coordinate), rtol=0, atol=1e-14)
+            else:
+                line, way = along(next(s for s in going.mechanism.sliders if s.name == drive.slider), going)
+                np.testing.assert_allclose((np.conj(line) * way).real, coordinate, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", [name for name in ALL if name not in ("arm", "arm, motor turned about")])
+def test_the_drawing_is_reproduced_where_it_was_drawn(name):
+    """The branch, and with it every link of a single drawn point, follow the drawing."""
+    mechanism = ALL[name]().mechanism
+    place = mechanism.drawing
+    drive = mechanism.drives[0]
+    if isinstance(drive, SliderDrive):
+        slider = mechanism.sliders[0]
+        coordinate = (np.conj(slider.direction) * (place["B"] - slider.origin)).real
+    elif name == "PRP":
+        # the arm has one drawn point: its slider's line, 0.02i + x e^(0.1i) in its axes, passes P
+        distance, off = abs(place["P"]), (np.exp(-0.1j) * 0.02j).imag
+        coordinate = np.angle(place["P"]) - np.arcsin(off / distance) - 0.1
+    else:
+        coordinate = np.angle(place["A"] - place["O"])
+    going = motion(mechanism, [coordinate])
+    for link in mechanism.links:
+        for point in link.points:
+            if point in place:
+                assert abs(position_of(going, link.name, point)[0] - place[point]) < 1e-14, f"{link.name} {point}"
+
+
+class TestClosedForms:
+    def test_slider_crank(self):
+        """x = r cos + sqrt(l^2 - r^2 sin^2) (Norton, Design of Machinery, 5th ed., section 4.6, offset 0)."""
+        r, L = 0.1, 0.35
+        case = slider_crank(r, L, offset=0.0, slope=0.0)
+        angle = case.drive[0]
+        expected = r * np.cos(angle) + np.sqrt(L**2 - (r * np.sin(angle)) ** 2)
+        np.testing.assert_allclose(position_of(course(case), "block", "B"), expected, rtol=1e-14, atol=1e-15)
+
+    def test_four_bar(self):
+        """Freudenstein: K1 cos t4 - K2 cos t2 + K3 = cos(t2 - t4) (Norton, 5th ed., equation 4.8)."""
+        a, b, c, d = 0.1, 0.3, 0.25, 0.35
+        going = course(steel_four_bar(48))
+        t2, t4 = (np.angle(going.direction[at]) for at in (1, 3))
+        K3 = (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
+        np.testing.assert_allclose(d / a * np.cos(t4) - d / c * np.cos(t2) + K3, np.cos(t2 - t4), rtol=0, atol=1e-13)
+
+    def test_quick_return(self):
+        """A slotted lever about D points at the crank pin: tan = r sin/(d + r cos), d below the crank's centre."""
+        r, base = 0.1, -0.3
+        case = inverted_slider_crank(r, base, lean=0.0, foot=0.0)
+        rocker = course(case).direction[3]
+        angle = case.drive[0]
+        expected = np.arctan2(r * np.sin(angle), -base + r * np.cos(angle))
+        np.testing.assert_allclose(np.angle(rocker), expected, rtol=0, atol=1e-14)
+
+    def test_scotch_yoke(self):
+        """A straight slot makes simple harmonic motion: acceleration -w^2 r cos."""
+        r, w = 0.1, 7.0
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("crank", {"O": 0.0, "A": r}),
+            Link("block", {"A": 0.0}),
+            Link("yoke", {"Y": 0.0}),
+        )
+        sliders = (
+            Slider("rail", "yoke", "ground", "Y", 0.0, 1.0),
+            Slider("slot", "block", "yoke", "A", 0.0, 1j),
+        )
+        mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "A": r, "Y": r}, sliders)
+        going = motion(mechanism, turn(16), w)
+        np.testing.assert_allclose(position_of(going, "yoke", "Y"), r * np.cos(turn(16)), rtol=0, atol=1e-16)
+        expected = -(w**2) * r * np.cos(turn(16))
+        np.testing.assert_allclose(acceleration_of(going, "yoke", "Y"), expected, rtol=0, atol=1e-14)
+
+    def test_parallelogram(self):
+        """The coupler of a parallelogram does not turn."""
+        links = (Link("ground", {"O": 0.0, "D": 0.3}), *(bar(*ends) for ends in [("left", "O", "A", 0.1)]))
+        links += (bar("top", "A", "B", 0.3), bar("right", "D", "B", 0.1))
+        mechanism = Mechanism(links, (PinDrive("left", "O"),), {"O": 0, "A": 0.1j, "B": 0.3 + 0.1j, "D": 0.3})
+        going = motion(mechanism, np.linspace(0.3, 2.8, 9), 5.0)
+        np.testing.assert_allclose(going.direction[2], 1, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(going.angular_velocity[2], 0, rtol=0, atol=1e-14)
+
+
+def derivative(values, rate):
+    """Of periodic values over a turn, by their Fourier series."""
+    n = len(values)
+    order = np.fft.fftfreq(n, 1 / n)
+    return np.fft.ifft(1j * order * rate * np.fft.fft(values))
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_velocities_and_accelerations_are_derivatives_of_the_positions(name):
+    """Over a turn at constant rate the series converges to round-off."""
+    count, rate = 256, 3.0
+    mechanism = ROUND[name]().mechanism
+    drive = np.stack([turn(count)] + [0.4 * np.sin(turn(count))] * (len(mechanism.drives) - 1))
+    rates = np.stack([np.full(count, rate)] + [0.4 * rate * np.cos(turn(count))] * (len(mechanism.drives) - 1))
+    rates2 = np.stack([np.zeros(count)] + [-0.4 * rate**2 * np.sin(turn(count))] * (len(mechanism.drives) - 1))
+    going = motion(mechanism, drive, rates, rates2)
+    for at, link in enumerate(mechanism.links):
+        for point in link.points:
+            place, speed = position_of(going, at, point), velocity_of(going, at, point)
+            near = {"rtol": 0, "atol": 1e-11}
+            np.testing.assert_allclose(speed, derivative(place, rate), **near)
+            np.testing.assert_allclose(acceleration_of(going, at, point), derivative(speed, rate), **near)
+        spin = derivative(going.direction[at], rate) / (1j * going.direction[at])
+        np.testing.assert_allclose(going.angular_velocity[at], spin, rtol=0, atol=1e-10)
+        growth = derivative(going.angular_velocity[at], rate)
+        np.testing.assert_allclose(going.angular_acceleration[at], growth, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", DYADS)
+def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
+    case = DYADS[name](count=90)
+    closed = course(case)
+    monkeypatch.setattr(
+        rigid.positions, "_place_dyad", lambda placed, group, drawing, _: follow(placed, group, drawing)
+    )
+    general = course(case)
+    for field in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
+        expected = getattr(closed, field)
+        np.testing.assert_allclose(getattr(general, field), expected, rtol=0, atol=1e-12 * (1 + abs(expected).max()))
+    assert (general.condition <= closed.condition * 4).all()
+    assert (general.condition >= closed.condition * 0.99).all()
+
+
+@pytest.mark.parametrize("name", DYADS)
+def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
+    case = DYADS[name](count=9)
+    monkeypatch.setattr(
+        rigid.positions, "_place_dyad", lambda placed, group, drawing, _: follow(placed, group, drawing)
+    )
+    metres = course(case)
+    millimetres = motion(scaled(case.mechanism, 1000.0), case.drive)
+    np.testing.assert_allclose(millimetres.condition, metres.condition, rtol=1e-10)
+
+
+class TestBranches:
+    @pytest.mark.parametrize("make", [four_bar, slider_crank])
+    def test_either_side_is_kept_over_the_turn(self, make):
+        left, right = (course(make(side=side)) for side in (1.0, -1.0))
+        link = 2 if make is four_bar else 3
+        assert (
+            abs(left.origin[link] - right.origin[link]) + abs(left.direction[link] - right.direction[link])
+        ).min() > 0.1
+
+    def test_a_group_that_is_no_dyad_keeps_its_branch_however_far_from_the_drawing_it_starts(self):
+        case = ALL["triad"](count=120)
+        whole = course(case)
+        later = motion(case.mechanism, case.drive[:, 60:], 7.0, -3.0)
+        np.testing.assert_allclose(later.origin, whole.origin[:, 60:], rtol=0, atol=1e-13)
+
+    def test_a_flat_drawing_does_not_tell(self):
+        case = four_bar()
+        flat = replaced(case.mechanism, drawing={"O": 0, "A": 0.1, "B": 0.2, "D": 0.4})
+        with pytest.raises(MechanismError, match=r'"D", "A", "B" are drawn in line.*move the drawing'):
+            motion(flat, [0.0])
+
+    def test_how_flat_does_not_depend_on_the_unit(self):
+        """A mechanism of micrometres that folds by a tenth of its size is not flat, one that folds by 1e-10 is."""
+        for size in (1e-6, 1.0, 1e6):
+            links = (
+                Link("ground", {"O": 0.0, "D": 4 * size}),
+                *(bar(*ends) for ends in (("a", "O", "A", size), ("b", "A", "B", 3 * size), ("c", "D", "B", 3 * size))),
+            )
+            drawn = {"O": 0.0, "A": size, "B": (2.5 + 1e-4j) * size, "D": 4 * size}
+            mechanism = Mechanism(links, (PinDrive("a", "O"),), drawn)
+            assert position_of(motion(mechanism, [0.1]), "b", "B")[0].imag > 0
+            with pytest.raises(MechanismError, match="in line"):
+                motion(replaced(mechanism, drawing=drawn | {"B": (2.5 + 1e-10j) * size}), [0.1])
+
+
+class TestCondition:
+    def test_of_a_four_bar_is_the_transmission_angle(self):
+        """cos mu = (b^2 + c^2 - |AD|^2)/(2 b c) (Norton, 5th ed., section 4.10); condition 1/sin^2 mu."""
+        going = course(steel_four_bar(24))
+        square = abs(position_of(going, "crank", "A") - 0.35) ** 2
+        cosine = (0.3**2 + 0.25**2 - square) / (2 * 0.3 * 0.25)
+        np.testing.assert_allclose(going.condition, 1 / (1 - cosine**2), rtol=1e-13)
+
+    def test_of_a_slider_crank_is_the_rod_angle(self):
+        case = slider_crank(0.1, 0.3, 0.0, 0.0)
+        sine = 0.1 * np.sin(case.drive[0]) / 0.3
+        np.testing.assert_allclose(course(case).condition, 1 / (1 - sine**2), rtol=1e-13)
+
+    def test_is_infinite_where_links_align(self):
+        """A crank of the length of the base less coupler and rocker: stretched out at angle pi."""
+        mechanism = four_bar(0.25, 0.5, 0.25, 0.5).mechanism
+        assert motion(mechanism, [np.pi]).condition[0] > 1e12
+
+
+class TestReach:
+    def double_rocker(self):
+        """Links 0.3, 0.2, 0.25 on a base of 0.4: the crank stops where the others stretch."""
+        links = (
+            Link("ground", {"O": 0.0, "D": 0.4}),
+            *(
+                bar(*ends)
+                for ends in (("crank", "O", "A", 0.3), ("coupler", "A", "B", 0.2), ("rocker", "D", "B", 0.25))
+            ),
+        )
+        drawing = {"O": 0, "A": 0.3 * np.exp(0.9j), "B": 0.38 + 0.25j, "D": 0.4}
+        return Mechanism(links, (PinDrive("crank", "O"),), drawing)
+
+    def limit(self):
+        """|AD| = 0.45 there: cosine rule."""
+        return np.arccos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
+
+    def test_where_it_stops(self):
+        going = motion(self.double_rocker(), np.linspace(0.5, 2.5, 41), 1.0)
+        assert reachable(going).sum() == np.count_nonzero(going.drive[0] < self.limit())
+        [(coordinate, joint)] = stops(going)
+        assert coordinate[0] == pytest.approx(self.limit(), rel=1e-14)
+        assert joint == "B"
+
+    def test_positions_in_reach_are_kept(self):
+        going = motion(self.double_rocker(), [0.5, 2.5, 1.0], 1.0)
+        assert np.isfinite(going.origin[:, [0, 2]]).all()
+        assert np.isnan(going.origin[3, 1]) or np.isnan(going.direction[3, 1])
+        assert np.isnan(going.condition[1])
+
+    def test_message(self):
+        words = re.escape(f'"crank" at {np.degrees(self.limit()):.6g} deg, where the joint "B" opens')
+        with pytest.raises(ReachError, match=words):
+            require_reach(motion(self.double_rocker(), np.linspace(0.5, 2.5, 41)))
+
+    def test_never_assembled(self):
+        links = tuple(
+            bar("rocker", "D", "B", 0.05) if link.name == "rocker" else link
+            for link in four_bar(coupler=0.6, rocker=0.5).mechanism.links
+        )
+        mechanism = replaced(four_bar(loads=()).mechanism, links=links)
+        with pytest.raises(ReachError, match=r'cannot be assembled: the joint "B" is out of reach at every position'):
+            require_reach(motion(mechanism, turn(12)))
+
+    def test_within_reach_nothing_is_raised(self):
+        require_reach(course(four_bar()))
+
+
+class TestMistakes:
+    """Every message is raised once, by the mechanism that deserves it."""
+
+    def of(self, *, links=None, drives=None, sliders=(), drawing=None):
+        base = (
+            Link("ground", {"O": 0.0, "D": 0.4}),
+            bar("crank", "O", "A", 0.1),
+            bar("coupler", "A", "B", 0.3),
+            bar("rocker", "D", "B", 0.3),
+        )
+        drawing = drawing or {"O": 0.0, "A": 0.1j, "B": 0.28 + 0.25j, "D": 0.4, "E": 0.3 + 0.1j}
+        drives = (PinDrive("crank", "O"),) if drives is None else drives
+        return motion(Mechanism(links or base, drives, drawing, sliders), [0.3] * len(drives))
+
+    def links(self, **more):
+        base = {"ground": {"O": 0.0, "D": 0.4}, "crank": {"O": 0, "A": 0.1}, "coupler": {"A": 0, "B": 0.3}}
+        base |= {"rocker": {"D": 0, "B": 0.3}}
+        return tuple(Link(name, points) for name, points in (base | more).items() if points is not None)
+
+    @pytest.mark.parametrize(
+        ("words", "change"),
+        [
+            ('no link is named "ground"', {"links": (Link("base", {"O": 0}),)}),
+            ("two links have the same name", {"links": (Link("ground", {"O": 0}), Link("ground", {"O": 0}))}),
+            ('links "crank", "coupler", "rocker" are left with 1 freedom', {"drives": ()}),
+            (
+                'two drives move the joint "O"',
+                {"drives": (PinDrive("crank", "O"), PinDrive("crank", "O"))},
+            ),
+            ('drive of "crank" on "rocker": they share no pin "O"', {"drives": (PinDrive("crank", "O", "rocker"),)}),
+            ('drive of slider "rail": there is no such slider', {"drives": (SliderDrive("rail"),)}),
+        ],
+    )
+    def test_message(self, words, change):
+        with pytest.raises(MechanismError, match=re.escape(words)):
+            self.of(**change)
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"ground": {"O": 0, "D": 0.4, "E": 0.3}, "coupler": {"A": 0, "B": 0.3, "E": 0.15 + 0.1j}},
+            {
+                "coupler": {"A": 0, "B": 0.3, "E": 0.15},
+                "third": {"F": 0, "E": 0.2},
+                "ground": {"O": 0, "D": 0.4, "F": 0.2},
+            },
+            {"crank": {"O": 0, "A": 0.1, "K": 0.05}, "ground": {"O": 0, "D": 0.4, "K": 0.05}},
+            {"rocker": {"A": 0, "B": 0.3, "D": 0.2}, "coupler": {"A": 0, "B": 0.3}},
+        ],
+        ids=["a coupler pinned to the ground", "a third crank", "a crank with two pins", "a doubled link"],
+    )
+    def test_held_too_often_and_by_links_that_do_not_fit(self, change):
+        with pytest.raises(MechanismError, match=r"overconstrained|held|too many|cannot be assembled"):
+            require_reach(self.of(links=self.links(**change)))
+
+    def test_drives_that_fight(self):
+        with pytest.raises(MechanismError, match=r"too many drives|cannot be assembled"):
+            require_reach(self.of(drives=(PinDrive("crank", "O"), PinDrive("rocker", "D"))))
+
+    def test_a_point_that_is_not_drawn(self):
+        with pytest.raises(MechanismError, match='the point "B" is not drawn'):
+            self.of(drawing={"O": 0.0, "A": 0.1j, "D": 0.4})
+
+    def test_points_drawn_in_one_place(self):
+        case = slider_crank()
+        drawing = dict(case.mechanism.drawing)
+        links = tuple(
+            Link("block", {"B": 0.0, "E": 0.1}) if link.name == "block" else link for link in case.mechanism.links
+        )
+        mechanism = replaced(case.mechanism, links=links, drawing=drawing | {"E": drawing["B"]})
+        with pytest.raises(MechanismError, match='link "block": points "B" and "E" coincide'):
+            motion(mechanism, [0.4])
+
+    def test_coordinates_for_another_number_of_drives(self):
+        case = ALL["arm"]()
+        with pytest.raises(MechanismError, match=r"3 drive coordinates were given for 2 drive"):
+            motion(case.mechanism, np.zeros((3, 4)))
+
+
+class TestDesigns:
+    """An axis of designs equals a loop over them."""
+
+    def test_lengths(self):
+        lengths = np.array([[0.09], [0.1], [0.115]])
+        base = four_bar(loads=())
+        links = tuple(
+            Link("crank", {"O": 0.0, "A": lengths}, link.beams) if link.name == "crank" else link
+            for link in base.mechanism.links
+        )
+        going = motion(replaced(base.mechanism, links=links), turn(8), 7.0, -3.0)
+        assert going.columns == (3, 8)
+        for number, length in enumerate(lengths[:, 0]):
+            alone = motion(four_bar(crank=length, loads=()).mechanism, turn(8), 7.0, -3.0)
+            for field in ("origin", "direction", "velocity", "acceleration", "angular_acceleration"):
+                expected = getattr(alone, field)
+                scale = abs(expected).max()
+                np.testing.assert_allclose(getattr(going, field)[:, number], expected, rtol=0, atol=1e-13 * scale)
+
+
+def test_order_of_links_and_points_does_not_matter():
+    case = six_bar()
+    forward = course(case)
+    links = tuple(reversed(case.mechanism.links))
+    backward = motion(replaced(case.mechanism, links=links), case.drive, case.rate, case.rate2)
+    for link in case.mechanism.links:
+        for field in ("origin", "direction", "acceleration", "angular_acceleration"):
+            one, other = (getattr(m, field)[m.mechanism.index[link.name]] for m in (forward, backward))
+            np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * (1 + abs(one).max()))
+
+
+def test_yoke_is_no_four_bar():
+    """Guards the list above: the five dyads are five different groups."""
+    kinds = set()
+    for make in DYADS.values():
+        group = make().mechanism.structure.groups[1]
+        outer = sorted("RP"[joint.slider is not None] for joint in group.tree)
+        kinds.add((tuple(outer), "RP"[group.cut[0].slider is not None]))
+    assert len(kinds) == 5
+    assert scotch_yoke in DYADS.values()
