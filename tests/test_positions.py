@@ -201,9 +201,7 @@ def test_velocities_and_accelerations_are_derivatives_of_the_positions(name):
 def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
     case = DYADS[name](count=90)
     closed = course(case)
-    monkeypatch.setattr(
-        rigid.positions, "_place_dyad", lambda placed, group, drawing, _: follow(placed, group, drawing)
-    )
+    monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
     general = course(case)
     for field in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         expected = getattr(closed, field)
@@ -215,9 +213,7 @@ def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
 @pytest.mark.parametrize("name", DYADS)
 def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
     case = DYADS[name](count=9)
-    monkeypatch.setattr(
-        rigid.positions, "_place_dyad", lambda placed, group, drawing, _: follow(placed, group, drawing)
-    )
+    monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
     metres = course(case)
     millimetres = motion(scaled(case.mechanism, 1000.0), case.drive)
     np.testing.assert_allclose(millimetres.condition, metres.condition, rtol=1e-10)
