@@ -46,8 +46,8 @@ class Comparison:
     own
         The same against the field's greatest magnitude on that beam alone, which asks more of a beam that bends little.
     compared
-        Number of positions at which both sides have an answer; where one has and the other has not, the difference is
-        infinite.
+        Number of positions at which both sides have an answer (all, where no beam asks for one). Where one side has an
+        answer and the other has none, the difference is infinite.
     tolerance
         On `relative`.
     """
@@ -85,13 +85,13 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float = TOLER
         one & other, np.abs(np.where(one & other, values - found, 0.0)), np.where(one | other, np.inf, 0.0)
     )
     beams = values.shape[1]
-    flat = difference.reshape(len(FIELDS), beams, -1)
-    length = deflection.length.reshape(beams, -1).max(axis=1)
-    by_beam = _scales(magnitude.reshape(len(FIELDS), beams, -1).max(axis=2, initial=0.0), length)
-    scale = _scales(magnitude.reshape(len(FIELDS), -1).max(axis=1, initial=0.0), length.max(initial=0.0))
+    flat = difference.reshape(len(FIELDS), beams, int(np.prod(values.shape[2:])))
+    length = np.array([np.max(value) for value in deflection.length])
+    by_beam = _scales(magnitude.reshape(flat.shape).max(axis=2, initial=0.0), length)
+    scale = _scales(magnitude.reshape(len(FIELDS), flat[0].size).max(axis=1, initial=0.0), length.max(initial=0.0))
     greatest = flat.max(axis=2, initial=0.0)
     worst = tuple(_worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(FIELDS) if beams)
-    compared = int((one & other).all(axis=(0, 1, -1)).sum()) if beams else 0
+    compared = int((one & other).all(axis=(0, 1, -1)).sum())
     return Comparison(
         worst, _ratio(greatest, scale[:, None]), _ratio(greatest, by_beam), compared, solution.elements, tolerance
     )

@@ -37,7 +37,9 @@ def distributed(frame: Frame, stations: Any) -> Any:
         ]
         for k, xi in enumerate(stations):
             felt = mechanism.gravity - _acceleration(frame, at, body.start + xi * body.way)
-            q[k, number] = np.conj(axis) * (beam.mass_per_length * felt)
+            q[k, number] = np.conj(axis) * (
+                beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * felt
+            )
             for load in given:
                 pull = (load.start + xi * (load.end - load.start)) * (1.0 if load.law is None else load.law(motion))
                 q[k, number] += pull if load.turning else np.conj(axis) * pull

@@ -11,7 +11,7 @@ import numpy as np
 from elastic import Section
 from fem_check.equilibrium import Beams, balanced, beams_of, wrenches_of
 from fem_check.frame import Frame, Tie
-from fem_check.unit_beam import unit_beam
+from fem_check.unit_beam import STATIONS, unit_beam
 from rigid import GROUND, Mechanism, MechanismError, Motion, Reals
 
 
@@ -87,7 +87,7 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
         The sections are not one per beam, or there is no element.
     MechanismError
         The beams of a link do not hang together or do not reach a point that carries something; or what there are no
-        elements for: shear, taper, a slider on beams.
+        elements for: shear, taper, a mass of high degree, a slider on beams.
 
     Examples
     --------
@@ -123,6 +123,11 @@ def _refuse(mechanism: Mechanism, sections: Sequence[Section]) -> None:
         where = f'beam "{beam.start}"-"{beam.end}" of "{mechanism.links[at].name}"'
         if np.any(np.isfinite(section.kGA)):
             raise MechanismError(f"{where}: the finite element check has no elements with shear")
+        if len(beam.mass_taper) > len(STATIONS) - 1:
+            raise MechanismError(
+                f"{where}: its mass per length is of degree {len(beam.mass_taper) - 1}, the finite element check "
+                f"carries up to degree {len(STATIONS) - 2}"
+            )
         if section.taper is not None:
             raise MechanismError(f"{where}: the finite element check has no tapered elements")
     for slider in mechanism.sliders:

@@ -82,7 +82,7 @@ def _places(answer: Deflection | Solution) -> tuple[Any, Any]:
     beams = motion.mechanism.beams
     starts = [position_of(motion, at, beam.start) for at, beam in beams]
     ends = [position_of(motion, at, beam.end) for at, beam in beams]
-    start, end = (np.array(points, complex).reshape(len(beams), -1) for points in (starts, ends))
+    start, end = (np.array(points, complex).reshape(len(beams), *motion.columns) for points in (starts, ends))
     return start, end - start
 
 

@@ -10,8 +10,8 @@ from mechanisms import four_bar
 
 from elastic import FIELDS, Section, deflection, sample
 from fem_check import compare, solve, write_vtu_series
+from rigid import Link, Lump, Mechanism, PinDrive, position_of
 from rigid import motion as motion_of
-from rigid import position_of
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +94,17 @@ def test_a_field_that_is_zero_but_for_round_off_passes():
         replace(exact, V=shear), replace(found, N=noise, V=sample(replace(exact, V=shear), "V", found.xi))
     )
     assert comparison.relative[FIELDS.index("N")].max() <= 1e-8
+
+
+def test_a_mechanism_without_beams_has_nothing_to_differ():
+    links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 0.7}, lumps=(Lump("A", 2.0),)))
+    mechanism = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7}, gravity=-9.81j)
+    held = motion_of(mechanism, [0.0, np.pi])
+    found = solve(held, [])
+    np.testing.assert_allclose(found.efforts, [[2 * 9.81 * 0.7, -2 * 9.81 * 0.7]], rtol=1e-14)
+    comparison = compare(deflection(held, []), found)
+    assert comparison.passed
+    assert comparison.worst == ()
 
 
 def test_two_different_runs_are_refused(answers):

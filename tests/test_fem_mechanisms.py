@@ -262,6 +262,36 @@ def test_a_link_made_too_long_turns_the_others():
     np.testing.assert_allclose(stretch, 2e-4 * 0.31, rtol=1e-9)
 
 
+def test_mass_that_tapers_with_its_beam_is_carried():
+    """A hanging rod of m (1 - x/l)(1 - x/2l): its weight above x by hand."""
+    rod = Link("rod", {"O": 0.0, "A": 2.0}, (Beam("O", "A", 3.0, (1.0, -1.5, 0.5)),))
+    hung = Mechanism((Link("ground", {"O": 0.0}), rod), (PinDrive("rod", "O"),), {"O": 0.0, "A": 2.0}, gravity=10.0)
+    found = solve(motion(hung, [0.0], 4.0), [Section(5e5, 1.0)])
+    xi = found.xi
+    weight = 3.0 * 2.0 * 10.0 * (5 / 12 - xi + 0.75 * xi**2 - xi**3 / 6)
+    pull = 3.0 * 2.0**2 * 4.0**2 * (1 / 8 - xi**2 / 2 + xi**3 / 2 - xi**4 / 8)
+    np.testing.assert_allclose(found.N[0, 0], weight + pull, rtol=0, atol=1e-13 * (weight + pull).max())
+
+
+def test_a_redundant_crank_takes_its_share():
+    """A parallelogram with a third crank: statics alone does not tell the joint forces."""
+    lean, load = 0.05 + 0.09j, PointLoad("coupler", "B", 70 - 90j)
+    crank = abs(lean)
+    cranks = (("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C"))
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.13, "G": 0.37}),
+        *(Link(name, {at: 0.0, to: crank}, (Beam(at, to, 0.5),)) for name, at, to in cranks),
+        Link("coupler", {"A": 0.0, "B": 0.13, "C": 0.37}, (Beam("A", "B", 0.7), Beam("B", "C", 0.6))),
+    )
+    drawing = {"O": 0.0, "D": 0.13, "G": 0.37, "A": lean, "B": lean + 0.13, "C": lean + 0.37}
+    mechanism = Mechanism(links, (PinDrive("first", "O"),), drawing, loads=(load,), gravity=-9.81j)
+    turning = motion(mechanism, np.linspace(0.6, 2.5, 7), 20.0)
+    sections = [Section(2e5 * (1 + k), 30.0 + 10 * k) for k in range(5)]
+    comparison = compare(deflection(turning, sections), solve(turning, sections, 4))
+    assert comparison.compared == 7
+    assert comparison.relative.max() < 1e-10
+
+
 def test_what_there_are_no_elements_for_is_refused():
     case = four_bar()
     thick = [*case.sections[:2], replace(case.sections[2], kGA=1e6)]
@@ -272,6 +302,11 @@ def test_what_there_are_no_elements_for_is_refused():
     wedge = [replace(case.sections[0], taper=Taper(EI=(1.0, -0.5))), *case.sections[1:]]
     with pytest.raises(MechanismError, match='"O"-"A" of "crank": the finite element check has no tapered elements'):
         solve(moving(case), wedge)
+    crank = case.mechanism.links[case.mechanism.index["crank"]]
+    heavy = replace(crank, beams=(replace(crank.beams[0], mass_taper=(1.0, 0.0, 0.0, 1.0)),))
+    changed = case.with_(links=tuple(heavy if link is crank else link for link in case.mechanism.links))
+    with pytest.raises(MechanismError, match='"O"-"A" of "crank": its mass per length is of degree 3'):
+        solve(moving(changed), case.sections)
     rail = inverted_slider_crank()
     *others, rocker = rail.mechanism.links
     on_beam = rail.with_(links=(*others, replace(rocker, points={"D": 0.0, "R": 1.0}, beams=(Beam("D", "R"),))))
