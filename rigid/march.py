@@ -26,9 +26,9 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
     """Place the links of any group, and the sine that stands for its condition.
 
     All positions that lead there from the drawing, and a coarse selection of the others, are walked one after the
-    other, every one corrected by Newton's method over all designs at once. All positions then start between their coarse neighbours and are corrected in one
-    batch. Where that does not converge or strays from its start, every position is walked. Positions that cannot be
-    reached are nan.
+    other, every one corrected by Newton's method over all designs at once. All positions then start between their
+    coarse neighbours and are corrected in one batch. Where that does not converge or strays from its start, every
+    position is walked. Positions that cannot be reached are nan.
     """
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,8 +100,8 @@ def motion(
     time
         Time of every position [s], shape (positions,); the numbers of the positions where it is left out.
     near
-        Where the links nearly are at every position, or at a single one for all: picks the branch of the groups that no
-        closed form covers, in place of a walk from the drawing, so that the positions need not be neighbours.
+        Where the links nearly are at every position, or at a single one for all: picks the branch in place of the
+        drawing, so that the positions need not be neighbours.
 
     Raises
     ------
@@ -129,8 +130,7 @@ def motion(
         placed, closures = place(mechanism, order, coordinates, near)
         velocity, spin = _velocities(mechanism, closures, rate)
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
-        smallest = np.minimum.reduce([np.abs(sine) for sine in placed.sine]) if placed.sine else 1.0
-        condition = 1.0 / np.square(smallest)
+        condition = 1.0 / np.square(reduce(np.minimum, (np.abs(sine) for sine in placed.sine), 1.0))
     shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
     return Motion(
         mechanism,

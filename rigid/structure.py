@@ -97,6 +97,9 @@ def structure(mechanism: Mechanism) -> Structure:
         known |= set(found)
         unknown -= set(found)
     joints = tuple(joint for group in groups for joint in group.tree + group.cut)
+    for group in groups:
+        if 2 * len(group.cut) > len(group.free):
+            net.refuse_unfit(group)
     net.refuse_surplus(joints)
     return Structure(tuple(groups), joints)
 
@@ -262,6 +265,22 @@ class _Net:
         if freedoms < 0:
             return f"links {who} are held {-freedoms} time(s) too often: remove a drive or a joint for each"
         return f"links {who} hold one another in some places twice and in others not at all: check their joints"
+
+    def refuse_unfit(self, group: Group) -> None:
+        """Raise where what holds a group beyond its freedoms does not fit, or is a drive."""
+        from rigid.planar import mechanism_mobility
+
+        drives = len(self.mechanism.drives)
+        try:
+            ways = int(mechanism_mobility(self.mechanism).mobility)
+        except MechanismError as unfit:
+            surplus = 2 * len(group.cut) - len(group.free)
+            raise MechanismError(
+                f"links {self.names(group.links)} are held {surplus} time(s) too often, and the surplus does not fit "
+                f"({unfit}): remove a joint"
+            ) from unfit
+        if drives > ways:
+            raise MechanismError(f"too many drives: {drives}, where the mechanism moves in {ways} way(s): remove a drive")
 
     def refuse_surplus(self, joints: Sequence[Joint]) -> None:
         """Raise where a joint or drive of the mechanism is not among those that place it."""
