@@ -4,9 +4,26 @@ Needs numpy only.
 """
 
 import rigid.memory  # noqa: F401  before any array is made
+from rigid.analysis import (
+    DeadPoint,
+    Limit,
+    Transmission,
+    dead_points,
+    limits,
+    swing,
+    time_ratio,
+    transmission_angles,
+    velocity_ratio,
+)
 from rigid.assur import AssurGroup, assur_groups
+from rigid.closure import SINGULAR
+from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
 from rigid.displacements import displacements
+from rigid.effort import EquationOfMotion, equation_of_motion, multiplier_forces, reduced_inertia, virtual_work_efforts
+from rigid.energy import dissipated_power, kinetic_energy, load_power, potential_energy
+from rigid.force_laws import TableError, constant_law, law_of, law_of_rate, law_of_time, sum_of_laws, table_curve
 from rigid.forces import JointForces, self_stresses
+from rigid.forward import Course, Effort, ForwardError, MotionLaw, forward, motion_during
 from rigid.graph import (
     Branch,
     Graph,
@@ -19,6 +36,7 @@ from rigid.graph import (
     spanning_tree,
 )
 from rigid.input_output import Action, force_law, joint_rates, velocity_law
+from rigid.inverse import drive_values
 from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
 from rigid.loads import (
     balancing_forces,
@@ -32,12 +50,15 @@ from rigid.loads import (
 from rigid.mechanism import (
     GROUND,
     Beam,
+    Law,
     LineLoad,
     Link,
+    Load,
     Lump,
     Mechanism,
     MechanismError,
     PinDrive,
+    PointForce,
     PointLoad,
     Reals,
     Slider,
@@ -55,13 +76,14 @@ from rigid.mobility import (
     static_matrix,
     stressed_joints,
 )
-from rigid.motion import SINGULAR, Motion, acceleration_of, motion, position_of, stacked, velocity_of
+from rigid.motion import Motion, acceleration_of, motion, position_of, stacked, velocity_of, with_rates
 from rigid.pairs import Contact, Pair, kutzbach, mobility_count, pairs
 from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
 from rigid.plane import cross, dot
 from rigid.posture import Posture, assembled, flat_triangles, posture
 from rigid.reach import ReachError, reachable, require_reach, stops
 from rigid.spatial import JOINT_TYPES, SYNONYMS, JointType, SpatialJoint, kinematic_torsor, spatial_chain, static_torsor
+from rigid.springs import Spring, TorsionSpring
 from rigid.structure import Structure, structure
 from rigid.tables import beam_table, per_row
 
@@ -79,29 +101,51 @@ __all__ = [
     "Chain",
     "ConstantSpeed",
     "Contact",
+    "Coordinate",
+    "Course",
+    "DeadPoint",
+    "Distance",
+    "Effort",
+    "EquationOfMotion",
+    "ForwardError",
     "Graph",
     "JointForces",
     "JointType",
+    "Law",
     "LawError",
+    "Limit",
     "LineLoad",
     "Link",
+    "LinkAngle",
+    "Load",
     "Lump",
     "Mechanism",
     "MechanismError",
     "Mobility",
     "Motion",
+    "MotionLaw",
+    "Offset",
     "Pair",
+    "Path",
     "PinDrive",
+    "PointCoordinate",
+    "PointForce",
     "PointLoad",
     "Posture",
+    "Rated",
     "ReachError",
     "Reals",
     "Segment",
     "SegmentedLaw",
+    "Slide",
     "Slider",
     "SliderDrive",
     "SpatialJoint",
+    "Spring",
     "Structure",
+    "TableError",
+    "TorsionSpring",
+    "Transmission",
     "acceleration_of",
     "assembled",
     "assur_groups",
@@ -112,35 +156,51 @@ __all__ = [
     "beam_loads",
     "beam_table",
     "components",
+    "constant_law",
     "cross",
     "cyclomatic_number",
+    "dead_points",
     "displacements",
+    "dissipated_power",
     "dot",
     "drive_efforts",
+    "drive_values",
+    "equation_of_motion",
     "flat_triangles",
     "force_law",
+    "forward",
     "fundamental_loops",
     "graph_from_incidence",
     "incidence",
     "joint_rates",
     "kinematic_matrix",
     "kinematic_torsor",
+    "kinetic_energy",
     "kutzbach",
+    "law_of",
+    "law_of_rate",
+    "law_of_time",
+    "limits",
     "link_graph",
     "link_motions",
+    "load_power",
     "loop_walk",
     "mechanism_mobility",
     "mobility",
     "mobility_count",
     "motion",
+    "motion_during",
+    "multiplier_forces",
     "pairs",
     "per_row",
     "planar_chain",
     "point_loads",
     "position_of",
     "posture",
+    "potential_energy",
     "reachable",
     "reactions",
+    "reduced_inertia",
     "redundant_joints",
     "require_reach",
     "self_stress",
@@ -154,6 +214,14 @@ __all__ = [
     "stops",
     "stressed_joints",
     "structure",
+    "sum_of_laws",
+    "swing",
+    "table_curve",
+    "time_ratio",
+    "transmission_angles",
     "velocity_law",
     "velocity_of",
+    "velocity_ratio",
+    "virtual_work_efforts",
+    "with_rates",
 ]

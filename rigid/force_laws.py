@@ -22,27 +22,27 @@ class TableError(ValueError):
     """A table that cannot be, or that does not reach as far as it is asked."""
 
 
-def constant(value: float) -> Law:
+def constant_law(value: float) -> Law:
     """The same at every position."""
     return lambda motion: np.full(motion.columns, value)
 
 
-def against_time(curve: Curve) -> Law:
+def law_of_time(curve: Curve) -> Law:
     """A curve against time [s]."""
     return lambda motion: np.broadcast_to(curve(motion.time), motion.columns)
 
 
-def against(coordinate: Coordinate, curve: Curve) -> Law:
+def law_of(coordinate: Coordinate, curve: Curve) -> Law:
     """A curve against an angle [rad], a slide [m] or any other coordinate."""
     return lambda motion: curve(coordinate.value(motion))
 
 
-def against_rate(coordinate: Coordinate, curve: Curve) -> Law:
+def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
     """A curve against the rate of a coordinate: a motor's characteristic, friction of a fluid."""
     return lambda motion: curve(coordinate.rate(motion))
 
 
-def table(
+def table_curve(
     at: Any,
     value: Any,
     interpolation: Literal["linear", "cubic"] = "linear",
@@ -66,7 +66,7 @@ def table(
 
     Examples
     --------
-    >>> float(table([0.0, 2.0], [10.0, 30.0])(0.5))
+    >>> float(table_curve([0.0, 2.0], [10.0, 30.0])(0.5))
     15.0
     """
     at, value = np.asarray(at, float), np.asarray(value, float)
@@ -108,7 +108,7 @@ def _cubic(at: Reals, value: Reals) -> Curve:
     return spline
 
 
-def total(*laws: Law) -> Law:
+def sum_of_laws(*laws: Law) -> Law:
     """Sum of laws."""
 
     def law(motion: Motion) -> Reals:

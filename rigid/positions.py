@@ -105,6 +105,9 @@ class Walk:
     def _dyad(self, number: int) -> None:
         """Place a dyad, on its smooth branch."""
         group, placed = self.structure.groups[number], self.placed
+        if self.near is not None:
+            placed.sine.append(_place_dyad(placed, group, self.drawing, self._near_side(group, self.near)))
+            return
         if number in self.changes:
             shape = np.shape(self.changes[number])[:-1] if len(self.changes[number]) > 1 else ()
             signs = change_points.flips(self.changes[number], self.places, shape)
@@ -118,6 +121,15 @@ class Walk:
             signs = change_points.flips(self.changes[number], places, np.shape(sine)[:-1])
             sine = _place_dyad(placed, group, self.drawing, signs)
         placed.sine.append(sine)
+
+    def _near_side(self, group: Group, near: Posture) -> Any:
+        """-1 where the links of a dyad are nearer to a posture when folded the other way than drawn."""
+        links = list(group.links)
+        away = []
+        for flip in (1.0, -1.0):
+            _place_dyad(self.placed, group, self.drawing, flip)
+            away.append(sum(np.abs(self.placed.direction[link] - near.direction[link]) for link in links))
+        return np.where(away[1] < away[0], -1.0, 1.0)
 
     def _find_changes(self, number: int, sine: Any) -> None:
         """Touches of a dyad's sine with zero, on the way from the drawing to the first position and over all."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigid.mechanism import MechanismError, PinDrive
 from rigid.motion import Motion, motion
+from rigid.posture import Posture
 
 HALVINGS = 60
 
@@ -28,16 +29,16 @@ def stops(course: Motion) -> list[tuple[Any, str]]:
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
     found = []
-    for position in np.flatnonzero(closes[:-1] != closes[1:]):
+    for position in np.flatnonzero(closes[:-1] != closes[1:]).tolist():
         good, bad = (position, position + 1) if closes[position] else (position + 1, position)
         inside, outside = course.drive[:, good], course.drive[:, bad]
         for _ in range(HALVINGS):
             middle = (inside + outside) / 2
-            if reachable(_at(course, middle)).all():
+            if reachable(_at(course, middle, good)).all():
                 inside = middle
             else:
                 outside = middle
-        found.append((inside, opening_joint(_at(course, outside))))
+        found.append((inside, opening_joint(_at(course, outside, good))))
     return found
 
 
@@ -73,9 +74,11 @@ def opening_joint(course: Motion) -> str:
     return ""
 
 
-def _at(course: Motion, coordinates: Any) -> Motion:
-    """The same mechanism at other coordinates of its drives, walked to from where it is drawn."""
-    return motion(course.mechanism, coordinates[:, None])
+def _at(course: Motion, coordinates: Any, near: int) -> Motion:
+    """The same mechanism at other coordinates of its drives, near one of its positions."""
+    at = (..., slice(near, near + 1))
+    here = Posture(course.mechanism, course.origin[at], course.direction[at])
+    return motion(course.mechanism, coordinates[:, None], near=here)
 
 
 def _coordinates(course: Motion, place: Any) -> str:

@@ -1,0 +1,138 @@
+"""The way between the positions of a motion: where, between two of them, a quantity passes zero."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import MechanismError, PinDrive, Reals
+from rigid.motion import Motion, motion, with_rates
+from rigid.posture import Posture
+
+CLOSES = 1e-6
+STEPS = 60
+SETTLED = 2e-16
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """Straight ways of the drives between neighbouring positions of a motion, round the turn where it closes.
+
+    Attributes
+    ----------
+    course
+        A motion of one design.
+    left, right
+        Numbers of the positions at the ends of every interval, shape (intervals,).
+    low, way
+        Coordinates of the drives at the left end, and how far it is to the right end, shape (drives, intervals).
+    """
+
+    course: Motion
+    left: Any
+    right: Any
+    low: Reals
+    way: Reals
+
+    def at(self, number: Any, part: Any) -> Motion:
+        """Positions at given parts (0 to 1) of intervals of given numbers, both of shape (n,).
+
+        Time is the part: rates are per interval.
+        """
+        near = self.left[number]
+        here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
+        way = self.way[:, number]
+        return motion(self.course.mechanism, self.low[:, number] + part * way, way, 0.0, part, here)
+
+    def ends(self) -> tuple[Motion, Motion]:
+        """The left and the right ends of all intervals, at rates per interval."""
+        return tuple(with_rates(positions(self.course, at), self.way) for at in (self.left, self.right))  # type: ignore[return-value]
+
+
+def intervals(course: Motion) -> Intervals:
+    """Intervals between the positions of a motion.
+
+    Raises
+    ------
+    MechanismError
+        Several designs; fewer than two positions.
+    """
+    if len(course.columns) != 1 or course.columns[0] < 2:
+        raise MechanismError(f"columns of shape {course.columns}: expected one design and at least two positions")
+    count = course.columns[0]
+    left = np.arange(count if turn_closes(course) else count - 1)
+    right = (left + 1) % count
+    way = course.drive[:, right] - course.drive[:, left]
+    if len(left) == count:
+        way[:, -1] = course.drive[:, -1] - course.drive[:, -2]
+    return Intervals(course, left, right, course.drive[:, left], way)
+
+
+def turn_closes(course: Motion) -> bool:
+    """Whether one more equal step brings all drives back to the first position, a turn or several further."""
+    drive = course.drive
+    if drive.shape[-1] < 3:
+        return False
+    step = drive[:, -1] - drive[:, -2]
+    beyond = drive[:, -1] + step - drive[:, 0]
+    turns = np.array([isinstance(each, PinDrive) for each in course.mechanism.drives])
+    rest = np.where(turns, beyond - 2 * np.pi * np.round(beyond / (2 * np.pi)), beyond)
+    extent = np.ptp(drive, axis=-1)
+    return bool((np.abs(rest) <= CLOSES * np.maximum(extent, 1e-300)).all() and (np.abs(beyond) > extent / 2).any())
+
+
+def positions(course: Motion, at: Any) -> Motion:
+    """Some positions of a motion, by their numbers."""
+    here = Posture(course.mechanism, course.origin[:, at], course.direction[:, at])
+    return motion(
+        course.mechanism,
+        course.drive[:, at],
+        course.drive_rate[:, at],
+        course.drive_acceleration[:, at],
+        course.time[at],
+        here,
+    )
+
+
+def zeros(function: Callable[[Any], Any], first: Reals, last: Reals) -> Reals:
+    """Where functions on 0 to 1 pass zero, to round-off, all at once by Ridders' method.
+
+    Parameters
+    ----------
+    function
+        Arguments of shape (n,) to values of shape (n,).
+    first, last
+        Values at 0 and at 1, of different signs, shape (n,).
+
+    References
+    ----------
+    C. Ridders, A new algorithm for computing a single root of a real continuous function, IEEE Transactions on Circuits
+    and Systems 26 (1979) 979-980.
+    """
+    a, b, fa, fb = np.zeros(len(first)), np.ones(len(first)), first.copy(), last.copy()
+    b, fb = np.where(fa == 0, a, b), np.where(fa == 0, fa, fb)
+    a, fa = np.where(fb == 0, b, a), np.where(fb == 0, fb, fa)
+    best = np.where(np.abs(fa) < np.abs(fb), a, b)
+    for _ in range(STEPS):
+        if not len(best) or (np.abs(b - a) <= SETTLED).all():
+            break
+        m = (a + b) / 2
+        fm = function(m)
+        root = np.sqrt(fm * fm - fa * fb)
+        x = m + (m - a) * np.sign(fa - fb) * np.divide(fm, root, out=np.zeros_like(fm), where=root > 0)
+        fx = function(x)
+        settled = np.abs(x - best) <= SETTLED
+        best = x
+        across = np.sign(fm) * np.sign(fx) < 0
+        below = np.sign(fa) * np.sign(fx) < 0
+        done = (fx == 0) | settled
+        a, fa, b, fb = (
+            np.where(done, x, np.where(across, m, np.where(below, a, x))),
+            np.where(done, fx, np.where(across, fm, np.where(below, fa, fx))),
+            np.where(done, x, np.where(across, x, np.where(below, x, b))),
+            np.where(done, fx, np.where(across, fx, np.where(below, fx, fb))),
+        )
+    return best

@@ -1,0 +1,224 @@
+"""One position of a mechanism after the other: followed by Newton's method on all joints at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid.constraints import Conditions, centripetal, conditions, constraint_matrix, joint_table
+from rigid.loads import given_loads
+from rigid.mechanism import Mechanism, MechanismError, Reals
+from rigid.motion import Motion, motion
+from rigid.plane import cross, dot
+from rigid.tables import mass_table
+
+STEPS = 25
+ROUND_OFF = 1e-15
+FAR = 0.25
+PIECES = 64
+SLOW = 0.05
+FITS = 1e-10
+FIRST = 1e6
+
+
+class Tracker:
+    """A mechanism where it is now, led by the coordinates of its drives.
+
+    Attributes
+    ----------
+    origin, direction
+        Of every link [m] and its unit vector, complex, shape (links, 1).
+    size
+        Greatest distance of two joints at the start [m]: what displacements are measured by.
+    """
+
+    def __init__(self, mechanism: Mechanism, drive: Reals) -> None:
+        from scipy.linalg import lapack
+
+        self._lapack = lapack
+        self.mechanism = mechanism
+        self._table = joint_table(mechanism, 1)
+        self._links = len(mechanism.links)
+        first = motion(mechanism, drive[:, None])
+        if first.columns != (1,):
+            raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
+        if not np.isfinite(first.condition).all():
+            raise MechanismError("the mechanism cannot be assembled at the start, or is at a singular position there")
+        here = conditions(self._table, first.origin, first.direction)
+        places = first.origin[self._table.block] + here.tip
+        self.size = float(np.abs(places - places[0]).max()) or 1.0
+        self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
+        self._begin = (drive.copy(), first.origin, self._angles(first, drive))
+        self._rows = self._independent(constraint_matrix(here, self._links)[0])
+        self._units = np.zeros((len(self._rows), len(drive)))
+        driven = 2 * len(self._table.joints) + np.arange(len(drive))
+        self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
+        self.direction: Any = first.direction
+        self._here: Conditions = here
+        self._factors: Any = None
+        self._influence: Any = None
+        self.restart()
+        self._sign = self._factor(here)
+
+    def turns(self, number: int) -> bool:
+        """Whether a drive is a pin's."""
+        return not self._table.slides[self._table.driven[number]].any()
+
+    def restart(self) -> None:
+        """Go back to the start."""
+        self._drive, self.origin, self._angle = self._begin
+        self._place()
+        self._factor(self._here)
+
+    def go(self, drive: Reals) -> bool:
+        """Go to other coordinates of the drives, near enough; False, and back, where it does not close there."""
+        before = (self._drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence)
+        way = drive - self._drive
+        with np.errstate(all="ignore"):
+            far = float(np.abs(self._weights * (self._influence @ way)).max(initial=0.0))
+            reached = np.isfinite(far)
+            pieces = min(int(far / FAR) + 1, PIECES) if reached else 0
+            for piece in range(pieces):
+                reached = reached and self._approach(before[0] + way * ((piece + 1) / pieces))
+            reached = reached and self._factor(self._here) == self._sign
+        if not reached:
+            self._drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence = before
+        return bool(reached)
+
+    def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
+        """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
+
+        Shapes (drives, drives) and (drives,).
+        """
+        velocity, spin = self._twists(self._influence @ rate)
+        missing = -centripetal(self._here, velocity, spin)[0, self._rows]
+        acceleration, turning = self._twists(self._solve(missing))
+        turning = 1j * turning - spin**2
+        coasting = Motion(
+            self.mechanism,
+            np.array([time]),
+            self._drive[:, None],
+            rate[:, None],
+            np.zeros((len(rate), 1)),
+            self.origin,
+            self.direction,
+            velocity,
+            acceleration,
+            spin,
+            turning,
+            np.ones(1),
+            (),
+        )
+        mass, first, second = mass_table(self.mechanism, 1)
+        arm = self.direction * first
+        v, w = self._twists(self._influence)
+        momentum = mass * v + 1j * w * arm
+        moment = cross(arm, v) + second * w
+        inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
+        felt = acceleration - self.mechanism.gravity
+        force = -(mass * felt + turning * arm)
+        twist = -(cross(arm, felt) + second * turning.imag)
+        for at, pull, turn in given_loads(coasting):
+            force[at] += pull
+            twist[at] += turn
+        return inertia, (dot(v, force) + w * twist).sum(axis=0), coasting
+
+    def _approach(self, drive: Reals) -> bool:
+        """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""
+        ahead = self._influence @ (drive - self._drive)
+        self._shift(ahead)
+        # A matrix that is old by a way leaves about that part of the error.
+        slowness = float(np.abs(self._weights * ahead).max())
+        before = 0.0
+        for _ in range(STEPS):
+            open_by = self._residual(drive)
+            step = self._solve(-open_by[self._rows])
+            self._shift(step)
+            length = float(np.abs(self._weights * step).max())
+            slowness = min(length / before, 1.0) if before else slowness
+            if not length < 1.0:
+                return False
+            if length * slowness < ROUND_OFF:
+                self._drive = drive
+                surplus = len(open_by) > len(self._rows)
+                return not surplus or bool(np.abs(self._residual(drive)).max() < FITS * (1 + self.size))
+            before = length
+            if slowness > SLOW:
+                self._factor(self._here)
+        return False
+
+    def _shift(self, step: Any) -> None:
+        """Displace and turn all links by (x, y, angle) each."""
+        self.origin = self.origin.copy()
+        self._angle = self._angle.copy()
+        self.origin[1:, 0] += step[0::3] + 1j * step[1::3]
+        self._angle[1:, 0] += step[2::3]
+        self._place()
+
+    def _place(self) -> None:
+        self.direction = np.exp(1j * self._angle)
+        self._here = conditions(self._table, self.origin, self.direction)
+
+    def _residual(self, drive: Reals) -> Any:
+        """What the conditions lack, in the order of their rows."""
+        table, opening = self._table, self._here.opening[:, 0]
+        turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
+        slides = table.slides[:, 0]
+        count = 2 * len(table.joints)
+        rows = np.empty(count + len(drive))
+        rows[0:count:2] = np.where(slides, turned, opening.real)
+        rows[1:count:2] = opening.imag
+        driven = table.driven
+        rows[count:] = np.where(slides[driven], opening.real[driven], turned[driven]) * table.sense - drive
+        return rows
+
+    def _factor(self, here: Conditions) -> float:
+        """Factor the constraint matrix here; the sign of its determinant, 0 where it is singular."""
+        matrix = constraint_matrix(here, self._links)[0, self._rows]
+        upper, pivots, singular = self._lapack.dgetrf(matrix)
+        self._factors = upper, pivots
+        diagonal = np.diagonal(upper)
+        if singular or not np.isfinite(diagonal).all():
+            return 0.0
+        self._influence = self._solve(self._units)
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        return float((-1.0) ** (swaps + np.count_nonzero(diagonal < 0)))
+
+    def _independent(self, matrix: Any) -> Any:
+        """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
+        if matrix.shape[0] == matrix.shape[1]:
+            return np.arange(len(matrix))
+        from scipy.linalg import qr
+
+        weight = np.where(np.arange(len(matrix)) < 2 * len(self._table.joints), 1.0, FIRST)
+        return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
+
+    def _solve(self, rows: Any) -> Any:
+        return self._lapack.dgetrs(*self._factors, rows)[0]
+
+    def _twists(self, rates: Any) -> tuple[Any, Any]:
+        """Rates of (x, y, angle) as complex velocities and angular velocities, shape (links, n); the ground at rest."""
+        columns = rates.reshape(len(rates), -1)
+        velocity = np.zeros((self._links, columns.shape[1]), complex)
+        velocity[1:] = columns[0::3] + 1j * columns[1::3]
+        spin = np.zeros(velocity.shape)
+        spin[1:] = columns[2::3]
+        return velocity, spin
+
+    def _angles(self, first: Motion, drive: Reals) -> Any:
+        """Angles of all links, whole turns chosen so that sliders and driven pins have the coordinates given."""
+        table, angle = self._table, np.angle(first.direction)
+        wanted = table.turn.astype(float).copy()[:, 0]
+        wanted[table.driven] = np.where(table.slides[table.driven, 0], wanted[table.driven], drive * table.sense)
+        fixed = set(np.flatnonzero(table.slides[:, 0])) | set(table.driven.tolist())
+        placed = {0}
+        for number, joint in enumerate(table.joints):
+            if joint.child in placed:
+                continue
+            placed.add(joint.child)
+            if number in fixed:
+                sign = 1.0 if table.block[number] == joint.child else -1.0
+                seen = angle[joint.child] - angle[joint.parent]
+                angle[joint.child] += 2 * np.pi * np.round((sign * wanted[number] - seen) / (2 * np.pi))
+        return angle
