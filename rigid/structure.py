@@ -280,7 +280,7 @@ class _Net:
                 f"({unfit}): remove a joint"
             ) from unfit
         if drives > ways:
-            raise MechanismError(f"too many drives: {drives}, where the mechanism moves in {ways} way(s): remove a drive")
+            raise MechanismError(f"too many drives: {drives} of a mechanism that moves in {ways} way(s): remove one")
 
     def refuse_surplus(self, joints: Sequence[Joint]) -> None:
         """Raise where a joint or drive of the mechanism is not among those that place it."""
