@@ -152,6 +152,24 @@ class TestScrewAndNut:
         np.testing.assert_allclose(velocity_law(nut, ["P"], ["H"]), [[1]], rtol=1e-12)
         np.testing.assert_allclose(velocity_law(nut, ["G"], ["P"]), [[-1 / pitch]], rtol=1e-9)
 
+    def test_law_of_a_thread_whose_pitch_is_the_only_length(self):
+        np.testing.assert_allclose(velocity_law(helical_nut(1e-12, 0.0), ["P"], ["G"]), [[-1e-12]], rtol=1e-9)
+
+    def test_any_link_may_be_the_fixed_one(self):
+        joints = [
+            SpatialJoint("G", ("nut", "support"), "slide", axis=X),
+            SpatialJoint("P", ("support", "screw"), "pivot", axis=X),
+            SpatialJoint("H", ("nut", "screw"), "helical", axis=X, pitch=0.002),
+        ]
+        for fixed in ("support", "nut", "screw"):
+            chain = spatial_chain(joints, fixed)
+            assert chain.graph.nodes[0] == fixed
+            assert (int(mobility(chain).mobility), int(mobility(chain).hyperstaticity)) == (1, 4)
+            with pytest.raises(MechanismError, match="no moving link"):
+                force_law(chain, [Action("x", fixed, moment=X)], [], ["x"])
+        grounded = [SpatialJoint("A", ("arm", "ground"), "pin"), SpatialJoint("B", ("arm", "hand"), "pin", X)]
+        assert spatial_chain(grounded).graph.nodes[0] == "ground"
+
     def test_motor_moment_against_receiver_force(self):
         nut = helical_nut(0.002)
         loads = [Action("motor", "screw", moment=X), Action("receiver", "nut", (0.4, 0.2, 0), X)]
