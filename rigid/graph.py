@@ -143,7 +143,7 @@ def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Inte
 
     References
     ----------
-    Scutaru, Vlase, Marin, equation (9), with [-(A_t^-1 A_l)^T : I] for its misprint.
+    Scutaru, Vlase, Marin, equation (9), its [A]_f read as the tree's A_t.
     """
     chosen = sorted(spanning_tree(graph) if tree is None else tree)
     kept = [node not in {part[-1] for part in components(graph)} for node in graph.nodes]

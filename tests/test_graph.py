@@ -109,6 +109,13 @@ class TestFlapMechanismOfSource:
         np.testing.assert_array_equal(np.delete(printed, 9, axis=1), ours)
         assert all((np.delete(printed, lost, axis=1) != ours).any() for lost in range(9))
 
+    def test_chord_15_as_printed_does_not_close_its_loop(self):
+        printed = incidence(numbered(BARS, 10))[:9]
+        printed[:, 14] = 0
+        printed[0, 14] = -1
+        loops = signed(FLAP_LOOPS, 15)
+        assert (printed @ loops.T).any(axis=0).tolist() == [False] * 5 + [True]
+
     @pytest.mark.parametrize("column", [(1, 1, -1), (1, 0, 0), (0, -1, 0), (2, -2, 0), (1, -1, 2), (1, 2, 0)])
     def test_a_column_leaves_one_node_and_enters_one(self, column):
         with pytest.raises(MechanismError, match='branch "1" leaves'):
