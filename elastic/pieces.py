@@ -36,6 +36,8 @@ class Pieces:
 def pieces(deflection: Deflection) -> Pieces:
     """How the beams are cut: at sliders' blocks, and into equal parts where they are tapered."""
     columns = deflection.N.shape[2:]
+    if not deflection.contacts and not any(section.taper for section in deflection.sections):
+        return Pieces(np.arange(len(deflection.sections)), None, None)
     rows: list[tuple[int, Any, Any]] = []
     for number, section in enumerate(deflection.sections):
         marks: list[Any] = [np.zeros(columns), np.ones(columns)]
@@ -45,8 +47,6 @@ def pieces(deflection: Deflection) -> Pieces:
         marks = list(np.sort(np.array(marks), axis=0))
         rows += [(number, low, high - low) for low, high in pairwise(marks)]
     beam = np.array([row[0] for row in rows], int)
-    if len(rows) == len(deflection.sections):
-        return Pieces(beam, None, None)
     return Pieces(beam, np.array([row[1] for row in rows]), np.array([row[2] for row in rows]))
 
 
@@ -94,15 +94,27 @@ def _shift(values: Any, start: Any, width: Any, result: Any) -> None:
 
 
 def _fitted(deflection: Deflection, field: str, cut: Pieces, row: Any) -> Any:
-    """A field of a tapered beam on one of its short pieces, interpolated at Chebyshev points to round-off."""
-    angles = np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1)
+    """A field of a tapered beam on one of its short pieces, interpolated to round-off."""
+    return interpolated(sample(deflection, field, nodes_of(cut, row))[cut.beam[row]])
+
+
+def nodes_of(cut: Pieces, row: Any) -> Any:
+    """Stations on a tapered beam's piece where `interpolated` takes its values, shape (DEGREE + 1,)."""
     start, width = (float(np.ravel(value[row])[0]) for value in (cut.start, cut.width))
-    at = sample(deflection, field, start + width * (0.5 - 0.5 * np.cos(angles)))[cut.beam[row]]
+    return start + width * (0.5 - 0.5 * np.cos(_angles()))
+
+
+def interpolated(values: Any) -> Any:
+    """Coefficients along a piece, from 0 to 1, of what takes values of shape (..., DEGREE + 1) at the `nodes_of` it."""
     orders = np.arange(DEGREE + 1)
-    spectrum = np.cos(np.multiply.outer(orders, np.pi - angles)) * (2.0 / (DEGREE + 1))
+    spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles())) * (2.0 / (DEGREE + 1))
     spectrum[0] /= 2
     powers = np.array([_power_coefficients(order) for order in orders]).T
-    return np.tensordot(powers, np.tensordot(spectrum, np.moveaxis(at, -1, 0), 1), 1)
+    return np.tensordot(powers, np.tensordot(spectrum, np.moveaxis(values, -1, 0), 1), 1)
+
+
+def _angles() -> Any:
+    return np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1)
 
 
 def _power_coefficients(order: Any) -> Any:

@@ -1,0 +1,125 @@
+"""Zeros and greatest values of many polynomials at once on [0, 1], exact.
+
+The zeros of a polynomial lie between its turning points, one at most between two neighbours; its turning points are the
+zeros of its derivative. So all are found by walking up from the straight line.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+STEPS = 60
+TOGETHER = 4
+CLOSE = 1e-8
+
+
+def evaluate(values: Any, xi: Any) -> Any:
+    """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
+    result = np.array(np.broadcast_to(values[-1], np.broadcast_shapes(np.shape(xi), values.shape[1:])))
+    for value in values[-2::-1]:
+        result *= xi
+        result += value
+    return result
+
+
+def derivative(values: Any) -> Any:
+    """Coefficients of the derivatives of polynomials."""
+    return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
+
+
+def turning_points(values: Any) -> Any:
+    """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...)."""
+    slope = derivative(values)
+    return zeros_of(slope, turning_points(slope) if len(slope) > 2 else ())
+
+
+def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:
+    """Both ends of [0, 1] with the turning points between them, and the polynomials there, shape (m + 2, ...)."""
+    marks = np.empty((len(turning) + 2, *values.shape[1:]))
+    marks[0], marks[-1] = 0.0, 1.0
+    if len(turning):
+        marks[1:-1] = turning
+    return marks, evaluate(values, marks)
+
+
+def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
+    """The value of largest magnitude and its mark; nan where a value is."""
+    best = np.abs(heights).argmax(axis=0)[None]
+    return np.take_along_axis(heights, best, 0)[0], np.take_along_axis(marks, best, 0)[0]
+
+
+def zeros_of(values: Any, turning: Any = ()) -> Any:
+    """Zeros in [0, 1] of polynomials whose turning points are known, in order.
+
+    Parameters
+    ----------
+    values
+        Coefficients, shape (n, ...).
+    turning
+        Turning points in order, shape (m, ...); a straight line has none.
+
+    Returns
+    -------
+    Shape (m + 1, ...): between two neighbouring turning points the zero, or the first of them where there is none.
+    """
+    return zeros_between(values, *at_marks(values, turning))
+
+
+def zeros_between(values: Any, marks: Any, heights: Any) -> Any:
+    """The same from the values at the ends and the turning points."""
+    shape = marks.shape[1:]
+    flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
+    zeros = marks[:-1].copy()
+    with np.errstate(invalid="ignore"):
+        crossing, column = np.nonzero((heights[:-1] < 0) != (heights[1:] < 0))
+    if len(column):
+        ends = [(marks[crossing + k, column], heights[crossing + k, column]) for k in (0, 1)]
+        zeros[crossing, column] = _between(flat[:, column], *ends)
+    return zeros.reshape(-1, *shape)
+
+
+def _between(values: Any, low: Any, high: Any) -> Any:
+    """The one zero of each polynomial between two marks: Newton's method, held in the bracket by bisection.
+
+    A monotone piece has one zero; where a Newton step leaves the bracket the middle is taken instead. Some steps are
+    taken together, then only those go on that are not there yet, each with one step after it is close.
+    """
+    (left, at_left), (right, at_right) = low, high
+    rising = at_right > at_left
+    with np.errstate(all="ignore"):
+        xi = left - at_left * (right - left) / (at_right - at_left)
+        xi = np.where((xi >= left) & (xi <= right), xi, (left + right) / 2)
+        if len(values) == 2:
+            return xi
+        going: Any = slice(None)
+        found = xi
+        for step in range(STEPS):
+            height, slope = _with_slope(values, xi)
+            below = (height < 0) == rising
+            left, right = np.where(below, xi, left), np.where(below, right, xi)
+            new = xi - height / slope
+            new = np.where((new >= left) & (new <= right), new, (left + right) / 2)
+            far = np.abs(new - xi) > CLOSE
+            found[going] = new
+            xi = new
+            if step >= TOGETHER:
+                if not far.any():
+                    break
+                going = np.flatnonzero(far) if step == TOGETHER else going[far]
+                values, left, right, rising, xi = values[:, far], left[far], right[far], rising[far], xi[far]
+    return found
+
+
+def _with_slope(values: Any, xi: Any) -> tuple[Any, Any]:
+    """Polynomials and their derivatives by one Horner scheme."""
+    height = values[-1] * xi
+    height += values[-2]
+    slope = values[-1].copy()
+    for value in values[-3::-1]:
+        slope *= xi
+        slope += height
+        height *= xi
+        height += value
+    return height, slope
