@@ -105,7 +105,7 @@ class TestLimitsOfSwing:
         lengths = [abs(links[name].points[point]) for name, point in (("left", "P"), ("right", "Q"), ("top", "R"))]
 
         def plate_angle(angle):
-            ends = [0.06 * np.exp(1j * angle), ground["D"], ground["E"]]
+            ends = [links["crank"].points["A"] * np.exp(1j * angle), ground["D"], ground["E"]]
 
             def gaps(unknown):
                 place = unknown[0] + 1j * unknown[1]
