@@ -23,6 +23,7 @@ from rigid import (
     beam_loads,
     beam_table,
     displacements,
+    repeated,
     self_stresses,
     stacked,
 )
@@ -122,6 +123,9 @@ def deflection(
     mechanism = motion.mechanism
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
+    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
+    columns = np.broadcast_shapes(motion.columns, *properties)
+    motion = motion if columns == motion.columns else repeated(motion, columns)
     table = beam_table(mechanism, len(motion.columns))
     stance = Stance(
         frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns

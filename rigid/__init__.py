@@ -76,7 +76,7 @@ from rigid.mobility import (
     static_matrix,
     stressed_joints,
 )
-from rigid.motion import Motion, acceleration_of, motion, position_of, stacked, velocity_of, with_rates
+from rigid.motion import Motion, acceleration_of, motion, position_of, repeated, stacked, velocity_of, with_rates
 from rigid.pairs import Contact, Pair, kutzbach, mobility_count, pairs
 from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
 from rigid.plane import cross, dot
@@ -202,6 +202,7 @@ __all__ = [
     "reactions",
     "reduced_inertia",
     "redundant_joints",
+    "repeated",
     "require_reach",
     "self_stress",
     "self_stress_forces",

@@ -167,6 +167,18 @@ def with_rates(course: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -
     )
 
 
+def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
+    """The same motion for each of several designs that differ in what does not move them; `columns` its new shape."""
+
+    def wide(value: Any) -> Any:
+        links = value.shape[:1] if value.ndim > len(course.columns) else ()
+        more = (1,) * (len(columns) - len(course.columns))
+        return np.broadcast_to(value.reshape(*links, *more, *course.columns), (*links, *columns))
+
+    names = ("origin", "direction", "velocity", "acceleration", "angular_velocity", "turning", "condition")
+    return replace(course, **{name: wide(getattr(course, name)) for name in names})
+
+
 def _per_position(value: Any, coordinates: Any) -> Any:
     """A rate given per drive, per position or both, as one array like the coordinates."""
     return np.broadcast_to(
