@@ -1,0 +1,191 @@
+"""Where a figure leaves the range in which linear, quasi-static beam theory holds.
+
+Limits and their sources: docs/strength.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.buckling import euler_ratio, slenderness
+from elastic.cycle import Peak, over_cycle, period_of
+from elastic.deflection import Deflection
+from elastic.extremes import extremes
+from elastic.forcing import harmonics, quasi_static_error
+from elastic.strength import stress_extremes
+from elastic.vibration import Frequencies, natural_frequencies
+from rigid import PinDrive, per_row
+
+SHEAR_SHARE = 30.0  # 48 E I/(5 k G A l^2) = 30/slenderness^2 at E/G = 2.6, k = 5/6
+KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """From where a figure is to be watched, and from where the answer is not to be relied on.
+
+    Attributes
+    ----------
+    watch, beyond
+        The figure grows worse from the first to the second; slenderness does so downwards.
+    """
+
+    watch: float
+    beyond: float
+
+    def passed(self, figure: float) -> bool:
+        """Whether a figure is past the first limit."""
+        return figure > self.watch if self.beyond > self.watch else figure < self.watch
+
+    def far_passed(self, figure: float) -> bool:
+        """Whether it is past the second."""
+        return figure > self.beyond if self.beyond > self.watch else figure < self.beyond
+
+
+LIMITS = {
+    "slenderness": Limit(35.0, 10.0),
+    "deflection": Limit(0.01, 0.1),
+    "axial force": Limit(0.1, 0.5),
+    "yield": Limit(2 / 3, 1.0),
+    "vibration": Limit(0.1, 0.5),
+}
+
+
+@dataclass(frozen=True)
+class Caution:
+    """A figure that is past its limit.
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`.
+    beam
+        Number of the beam in `Mechanism.beams`; None where it is the mechanism's.
+    position
+        Number of the position; None where it is not one position's.
+    figure, limit
+        What it is and the limit that it is past: length over radius of gyration; deflection over length; compression
+        over Euler's load; von Mises stress over yield stress; square of the frequency of a load's harmonic over the
+        lowest natural one.
+    severe
+        Whether it is past the limit beyond which the answer is not to be relied on.
+    message
+        A sentence.
+    """
+
+    kind: str
+    beam: int | None
+    position: int | None
+    figure: float
+    limit: float
+    severe: bool
+    message: str
+
+
+def cautions(
+    deflection: Deflection,
+    frequencies: Frequencies | None = None,
+    period: float | None = None,
+    kinds: Sequence[str] = KINDS,
+) -> list[Caution]:
+    """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
+
+    Parameters
+    ----------
+    frequencies
+        From `natural_frequencies`, where they are known already.
+    period
+        Duration of the cycle [s], at equal steps of time; known by itself for whole turns at constant speed.
+    kinds
+        What to look at; natural frequencies cost most.
+    """
+    if len(deflection.motion.columns) != 1:
+        raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
+    if not deflection.sections:
+        return []
+    return [one for kind in kinds for one in _LOOK[kind](deflection, frequencies, period)]
+
+
+def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Caution]:
+    limit = LIMITS[kind]
+    if limit.passed(figure):
+        severe = limit.far_passed(figure)
+        yield Caution(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
+
+
+def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    """Only of beams without shear: with it the theory holds for stubby ones as well."""
+    for beam, (figure, section) in enumerate(zip(slenderness(deflection)[:, 0], deflection.sections, strict=True)):
+        if not np.isfinite(section.kGA).any():
+            added = f"shear, left out, adds about {SHEAR_SHARE / figure**2:.1%} to its bending" if figure else ""
+            message = f"is {figure:.3g} radii of gyration long: {added}"
+            yield from _judged("slenderness", beam, None, float(figure), message)
+
+
+def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    found = extremes(deflection, ["w"])["w"].value / deflection.length
+    message = "deflects by {figure:.2%} of its length: linear theory takes the loads where the rigid link would be"
+    yield from _per_beam("deflection", over_cycle(found), message)
+
+
+def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    message = (
+        "is pressed with {figure:.2g} of Euler's load: bending, found without the axial force, grows by about "
+        "1/(1 - {figure:.2g})"
+    )
+    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message)
+
+
+def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
+    if np.isfinite(limit).any():
+        share = stress_extremes(deflection, ["mises"])["mises"].value / limit
+        yield from _per_beam("yield", over_cycle(share), "is stressed to {figure:.2g} of its yield stress")
+
+
+def _per_beam(kind: str, peak: Peak, message: str) -> Iterator[Caution]:
+    for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
+        yield from _judged(kind, beam, int(position), float(value), message.format(figure=value))
+
+
+def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
+    """By the fastest strong harmonic of the load, or the drives' speed where the motion is no cycle."""
+    duration = period_of(deflection.motion) if period is None else period
+    if math.isnan(duration):
+        speeds = [
+            np.nanmax(np.abs(rate), initial=0.0)
+            for drive, rate in zip(deflection.motion.mechanism.drives, deflection.motion.drive_rate, strict=True)
+            if isinstance(drive, PinDrive)
+        ]
+        number, forcing, excess = 1, max(speeds, default=0.0), ""
+        what = "the drive's speed"
+    else:
+        found = harmonics(deflection, duration)
+        number = int(found.strong().max(initial=0))
+        forcing, what = found.omega[number], f"harmonic {number} of the load"
+    if not forcing or not number:
+        return
+    structure = frequencies or natural_frequencies(deflection.motion, deflection.sections, modes=1)
+    lowest = structure.lowest
+    if not math.isfinite(lowest):
+        return
+    if not math.isnan(duration):
+        excess = f"; the quasi-static deflection is about {quasi_static_error(found, lowest):.0%} off"
+    ratio = float(forcing / lowest)
+    at = structure.position[int(np.nanargmin(structure.omega[0]))]
+    message = f"{what} runs at {ratio:.2g} of the lowest natural frequency, {lowest / (2 * math.pi):.4g} Hz{excess}"
+    yield from _judged("vibration", None, int(at), ratio**2, message)
+
+
+_LOOK = {
+    "slenderness": _slender,
+    "deflection": _deflection,
+    "axial force": _axial_force,
+    "yield": _yield,
+    "vibration": _vibration,
+}

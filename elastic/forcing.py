@@ -1,0 +1,85 @@
+"""What the cycle excites: the harmonics of the quasi-static bending, and how much of vibration that answer misses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.deflection import Deflection
+from elastic.sampling import sample
+from rigid import Reals
+
+POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
+HELD = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonics:
+    """Parts of the bending of all beams by their frequency.
+
+    Attributes
+    ----------
+    omega
+        0, 1, 2, ... times the cycle's angular frequency [rad/s], shape (harmonics,).
+    share
+        Root of the strain energy that each holds, of that of the whole cycle: the squares add up to 1.
+    """
+
+    omega: Reals
+    share: Reals
+
+    def strong(self, share: float = HELD) -> Any:
+        """Numbers of the harmonics, but the mean, that hold more than a share."""
+        return 1 + np.flatnonzero(self.share[1:] > share)
+
+
+def harmonics(deflection: Deflection, period: float) -> Harmonics:
+    """Harmonics of the loads, measured by the bending that they cause.
+
+    Bending moments weighed with 1/EI, because they hold what every load does: inertia, lumps and joints.
+
+    Parameters
+    ----------
+    deflection
+        One design, at equal steps of time over one cycle, the end left out.
+    period
+        Duration of the cycle [s].
+
+    Returns
+    -------
+    Up to half the number of positions; shares nan where a position is singular, or nothing bends.
+    """
+    count = deflection.N.shape[-1]
+    if deflection.N.ndim != 3:
+        raise ValueError(f"columns of shape {deflection.N.shape[2:]}: expected one design")
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    moment = sample(deflection, "M", (nodes + 1) / 2)
+    spectrum = np.abs(np.fft.rfft(moment, axis=1)) / count
+    twice = np.full(spectrum.shape[1], 2.0)
+    twice[0] = 1.0
+    if count % 2 == 0:
+        twice[-1] = 1.0
+    per_length = deflection.length * deflection.soft.bend
+    energy = np.einsum("bks,s,b->k", np.square(spectrum), weights, per_length[:, 0]) * twice
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.sqrt(energy / energy.sum())
+    return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share)
+
+
+def quasi_static_error(found: Harmonics, omega: float) -> float:
+    """What the quasi-static answer misses of the vibration it excites, as a share of the deflection.
+
+    An undamped oscillator follows a harmonic r times as fast as itself with 1/(1 - r^2) of the quasi-static deflection:
+    the harmonics' shares times |r^2/(1 - r^2)|, as the root of the sum of squares. Infinite at resonance. An estimate:
+    as if all bending were in the lowest mode, of frequency `omega` [rad/s].
+
+    References
+    ----------
+    Den Hartog, Mechanical Vibrations, 4th ed., section 2.8.
+    """
+    square = np.square(found.omega / omega)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        missed = np.where(found.share > 0, found.share * np.abs(square / (1 - square)), 0.0 * found.share)
+    return float(np.sqrt(np.square(missed).sum()))
