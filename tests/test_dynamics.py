@@ -1,0 +1,397 @@
+"""Drive efforts by three formulations, springs and dampers, force laws and energy, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linkages import three_cranks
+from mechanisms import ALL, Case, bar, four_bar, replaced, slider_crank, turn
+
+from rigid import (
+    Beam,
+    Link,
+    LinkAngle,
+    Lump,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    PointLoad,
+    Slide,
+    Slider,
+    SliderDrive,
+    Spring,
+    TableError,
+    TorsionSpring,
+    acceleration_of,
+    constant_law,
+    dissipated_power,
+    drive_efforts,
+    equation_of_motion,
+    kinetic_energy,
+    law_of,
+    law_of_rate,
+    law_of_time,
+    load_power,
+    motion,
+    multiplier_forces,
+    position_of,
+    potential_energy,
+    reactions,
+    reduced_inertia,
+    sum_of_laws,
+    table_curve,
+    velocity_of,
+    virtual_work_efforts,
+    with_rates,
+)
+
+GRAVITY = 9.81
+
+
+def course_of(case):
+    return motion(case.mechanism, case.drive, case.rate, case.rate2)
+
+
+def relative(one, other):
+    return np.abs(one - other).max() / np.abs(other).max()
+
+
+def springs(case):
+    """A spring and damper of each kind between the last link and the ground or the link before it."""
+    links = case.mechanism.links
+    last = links[-1]
+    pins = [
+        (one, other, point) for other in links for one in links[1:] for point in one.points if point in other.points
+    ]
+    one, other, pin = next((link, on, point) for link, on, point in reversed(pins) if link is not on)
+    return (
+        Spring(last.name, list(last.points)[-1], "ground", "anchor", 700.0, length=0.2, damping=9.0, preload=4.0),
+        TorsionSpring(one.name, pin, other.name, stiffness=3.0, angle=0.4, damping=0.2, preload=0.5),
+    )
+
+
+def sprung(case):
+    """The case with its loads and springs, one anchored on a point of the ground of its own."""
+    ground, *links = case.mechanism.links
+    anchored = Link("ground", {**ground.points, "anchor": 0.7 - 0.6j}, ground.beams, ground.lumps)
+    loads = (*case.mechanism.loads, *springs(case))
+    mechanism = replaced(case.mechanism, links=(anchored, *links), loads=loads)
+    return Case(mechanism, case.sections, case.drive, case.rate, case.rate2)
+
+
+class TestThreeFormulations:
+    @pytest.mark.parametrize("name", ALL)
+    def test_newton_virtual_work_and_multipliers_agree(self, name):
+        course = course_of(sprung(ALL[name]()))
+        efforts = drive_efforts(course, reactions(course))
+        assert relative(virtual_work_efforts(course), efforts) < 1e-13
+        assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-13
+
+    @pytest.mark.parametrize("name", ALL)
+    def test_multipliers_are_the_joint_forces(self, name):
+        course = course_of(sprung(ALL[name]()))
+        one, other = multiplier_forces(course), reactions(course)
+        force, moment = (
+            np.array([np.broadcast_to(x, course.columns) for x in part]) for part in (one.force, one.moment)
+        )
+        assert relative(force, np.array([np.broadcast_to(x, course.columns) for x in other.force])) < 1e-13
+        assert relative(moment, np.array([np.broadcast_to(x, course.columns) for x in other.moment])) < 1e-13
+        assert relative(one.ground_force, other.ground_force) < 1e-13
+        assert relative(one.ground_moment, other.ground_moment) < 1e-13
+
+    @settings(max_examples=25, derandomize=True, deadline=None)
+    @given(st.floats(0.05, 0.14), st.floats(0.28, 0.4), st.floats(0.2, 0.26), st.floats(-20, 20), st.floats(-300, 300))
+    def test_of_random_four_bars(self, crank, coupler, rocker, rate, rate2):
+        case = four_bar(crank, coupler, rocker, count=9)
+        course = motion(case.mechanism, case.drive, rate, rate2)
+        efforts = drive_efforts(course, reactions(course))
+        assert relative(virtual_work_efforts(course), efforts) < 1e-11
+        assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-11
+
+    def test_of_many_designs_at_once(self):
+        crank = np.array([[0.09], [0.11], [0.12]])
+        ground, given_crank, *links = four_bar().mechanism.links
+        drawing = four_bar().mechanism.drawing
+        wide = Link("crank", {"O": 0.0, "A": crank}, given_crank.beams)
+        mechanism = Mechanism((ground, wide, *links), (PinDrive("crank", "O"),), drawing, gravity=-9.81j)
+        course = motion(mechanism, turn(8, 0.4), 5.0, 2.0)
+        assert course.columns == (3, 8)
+        efforts = drive_efforts(course, reactions(course))
+        assert relative(virtual_work_efforts(course), efforts) < 1e-13
+        assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-13
+
+    def test_a_redundant_mechanism_has_one_effort_and_says_which_forces_are_open(self):
+        given_links = three_cranks().links
+        links = [Link(link.name, link.points, lumps=(Lump(next(iter(link.points)), 2.0, 0.1),)) for link in given_links]
+        mechanism = replaced(three_cranks(), links=tuple(links), gravity=-9.81j)
+        course = motion(mechanism, np.linspace(0.8, 1.8, 7), 3.0, 1.0)
+        efforts = drive_efforts(course, multiplier_forces(course))
+        np.testing.assert_allclose(efforts, virtual_work_efforts(course), rtol=1e-11)
+        assert any(np.isnan(force).all() for force in multiplier_forces(course).force)
+
+
+class TestClosedForms:
+    def test_effort_of_a_driven_pendulum(self):
+        m, r, J = 2.0, 0.3, 0.05
+        links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": r}, lumps=(Lump("A", m, J),)))
+        mechanism = Mechanism(links, (PinDrive("arm", "O"),), {}, gravity=-1j * GRAVITY)
+        angle, rate2 = turn(12), 7.0
+        course = motion(mechanism, angle, 3.0, rate2)
+        expected = (J + m * r**2) * rate2 + m * GRAVITY * r * np.cos(angle)
+        for efforts in (
+            virtual_work_efforts(course),
+            drive_efforts(course, multiplier_forces(course)),
+            drive_efforts(course, reactions(course)),
+        ):
+            np.testing.assert_allclose(efforts[0], expected, rtol=1e-13)
+
+    def test_reduced_inertia_of_a_yoke(self):
+        """s = r cos(phi): alpha = m r^2 sin^2, beta = alpha'/2, with the mass of the yoke alone."""
+        m, r = 3.0, 0.1
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("crank", {"O": 0.0, "A": r}),
+            Link("block", {"A": 0.0}),
+            Link("yoke", {"Y": 0.0}, lumps=(Lump("Y", m),)),
+        )
+        sliders = (
+            Slider("rail", "yoke", "ground", "Y", origin=0.0, direction=1.0),
+            Slider("slot", "block", "yoke", "A", origin=0.0, direction=1j),
+        )
+        drawing = {"O": 0.0, "A": r * np.exp(0.5j), "Y": r * math.cos(0.5)}
+        mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders)
+        angle = turn(10, 0.5)
+        alpha, beta = reduced_inertia(motion(mechanism, angle))
+        np.testing.assert_allclose(alpha, m * r**2 * np.sin(angle) ** 2, atol=1e-16)
+        np.testing.assert_allclose(beta, m * r**2 * np.sin(angle) * np.cos(angle), atol=1e-16)
+
+    @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR", "RPP", "six-bar", "triad"])
+    def test_beta_is_half_the_slope_of_alpha(self, name):
+        """By one spectral differentiation over the turn."""
+        mechanism = ALL[name](count=256).mechanism
+        alpha, beta = reduced_inertia(motion(mechanism, ALL[name](count=256).drive))
+        waves = np.fft.rfftfreq(256, 1 / 256)
+        slope = np.fft.irfft(1j * waves * np.fft.rfft(alpha), 256)
+        np.testing.assert_allclose(beta, slope / 2, atol=1e-10 * np.abs(slope).max())
+
+    def test_reduced_inertia_of_two_drives_is_the_textbook_matrix(self):
+        """Two-link arm, absolute elbow angle b: I1 + I2 + m2 (a^2 + 2 a c cos b), and so on."""
+        m1, m2, a, c, I1, I2 = 1.5, 0.7, 0.4, 0.3, 0.02, 0.01
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("upper", {"O": 0.0, "A": a}, lumps=(Lump("A", m1, I1),)),
+            Link("fore", {"A": 0.0, "T": c}, lumps=(Lump("T", m2, I2),)),
+        )
+        mechanism = Mechanism(links, (PinDrive("upper", "O"), PinDrive("fore", "A", "upper")), {})
+        elbow, rate = np.array([0.3, 1.9]), np.array([[2.0, -1.0], [3.0, 0.5]])
+        found = equation_of_motion(motion(mechanism, [[0.1, 0.2], elbow], rate))
+        mixed = I2 + m2 * (c**2 + a * c * np.cos(elbow))
+        both = I1 + m1 * a**2 + I2 + m2 * (a**2 + c**2 + 2 * a * c * np.cos(elbow))
+        np.testing.assert_allclose(found.inertia[0, 0], both, rtol=1e-13)
+        np.testing.assert_allclose(found.inertia[0, 1], mixed, rtol=1e-13)
+        np.testing.assert_allclose(found.inertia[1, 0], mixed, rtol=1e-13)
+        np.testing.assert_allclose(found.inertia[1, 1], I2 + m2 * c**2, rtol=1e-13)
+        shear = m2 * a * c * np.sin(elbow)
+        np.testing.assert_allclose(found.bias[0], -shear * (2 * rate[0] * rate[1] + rate[1] ** 2), rtol=1e-12)
+        np.testing.assert_allclose(found.bias[1], shear * rate[0] ** 2, rtol=1e-12)
+
+    def test_one_reduced_inertia_belongs_to_one_drive(self):
+        case = ALL["arm"]()
+        with pytest.raises(MechanismError, match="2 drives"):
+            reduced_inertia(course_of(case))
+
+
+class TestEnergy:
+    @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR", "RPP", "six-bar", "triad"])
+    def test_power_balances_with_springs_and_dampers(self, name):
+        """Drive and given loads feed kinetic and potential energy and the dampers; rates of energy by FFT."""
+        case = sprung(ALL[name](count=256))
+        course = motion(case.mechanism, case.drive, 4.0)
+        given_power = load_power(motion(ALL[name](count=256).mechanism, case.drive, 4.0))
+        fed = 4.0 * drive_efforts(course, reactions(course))[0] + given_power - dissipated_power(course)
+        energy = kinetic_energy(course) + potential_energy(course)
+        waves = np.fft.rfftfreq(256, 1 / 256)
+        rate = 4.0 * np.fft.irfft(1j * waves * np.fft.rfft(energy), 256)
+        np.testing.assert_allclose(fed, rate, atol=1e-9 * np.abs(rate).max())
+
+    def test_kinetic_energy_of_a_rolling_bar(self):
+        """A uniform bar that turns about its end: m l^2 w^2/6."""
+        links = (Link("ground", {"O": 0.0}), bar("arm", "O", "A", 0.6, 1.5))
+        course = motion(Mechanism(links, (PinDrive("arm", "O"),), {}), [0.4], 5.0)
+        assert kinetic_energy(course)[0] == pytest.approx(1.5 * 0.6 * 0.6**2 * 25 / 6, rel=1e-14)
+
+    def test_potential_energy_is_weight_times_height(self):
+        links = (Link("ground", {"O": 1j}), bar("arm", "O", "A", 0.6, 1.5))
+        course = motion(Mechanism(links, (PinDrive("arm", "O"),), {}, gravity=-10j), [0.5 * math.pi])
+        assert potential_energy(course)[0] == pytest.approx(1.5 * 0.6 * 10 * 1.3, rel=1e-14)
+
+
+def held_arm(*loads, angle=0.0, rate=0.0, drawing=None):
+    links = (Link("ground", {"O": 0.0, "C": 0.5}), Link("arm", {"O": 0.0, "A": 2.0}))
+    return motion(Mechanism(links, (PinDrive("arm", "O"),), drawing or {}, loads=loads), np.atleast_1d(angle), rate)
+
+
+class TestSprings:
+    def test_force_of_a_spring_and_damper(self):
+        """Tension c + k (L - l) + d L' along the way between its ends."""
+        angle = np.array([0.3, 1.1, 2.0])
+        spring = Spring("arm", "A", anchor="C", stiffness=40.0, length=1.2, damping=6.0, preload=2.5)
+        course = held_arm(spring, angle=angle, rate=1.5)
+        way = 2.0 * np.exp(1j * angle) - 0.5
+        opening = np.real(np.conj(way) * 1.5j * 2.0 * np.exp(1j * angle)) / abs(way)
+        tension = 2.5 + 40.0 * (abs(way) - 1.2) + 6.0 * opening
+        (_, _, pull, _), (_, _, reaction, _) = spring.forces(course)
+        np.testing.assert_allclose(pull, -tension * way / abs(way), rtol=1e-13)
+        np.testing.assert_allclose(reaction, -pull, rtol=1e-15)
+        efforts = drive_efforts(course, reactions(course))[0]
+        np.testing.assert_allclose(efforts, -np.imag(np.conj(2.0 * np.exp(1j * angle)) * pull), rtol=1e-12)
+
+    def test_a_spring_of_no_length_pulls_with_the_distance(self):
+        course = held_arm(angle=[0.0, 1.0])
+        spring = Spring("arm", "O", anchor="O", stiffness=40.0)
+        np.testing.assert_array_equal(next(iter(spring.forces(course)))[2], 0.0)
+
+    def test_a_tight_spring_whose_ends_meet_has_no_direction(self):
+        course = held_arm(angle=[0.0])
+        assert np.isnan(next(iter(Spring("arm", "O", anchor="O", preload=1.0).forces(course)))[2]).all()
+
+    def test_energy_is_the_work_of_the_force(self):
+        spring = Spring("arm", "A", anchor="C", stiffness=40.0, length=1.2, preload=2.5)
+        angle = np.linspace(0.2, 1.4, 20001)
+        course = held_arm(spring, angle=angle, rate=1.0)
+        work = np.trapezoid(-load_power(course), angle)
+        assert np.diff(spring.energy(course)[[0, -1]])[0] == pytest.approx(work, rel=1e-8)
+
+    def test_a_torsion_spring_winds_over_any_number_of_turns_at_a_driven_pin(self):
+        spring = TorsionSpring("arm", "O", stiffness=3.0, angle=0.5, damping=0.2, preload=1.0)
+        course = held_arm(spring, angle=[0.5, 20.0], rate=4.0)
+        expected = 1.0 + 3.0 * np.array([0.0, 19.5]) + 0.8
+        np.testing.assert_allclose(drive_efforts(course, reactions(course))[0], expected, rtol=1e-13)
+        turned = TorsionSpring("ground", "O", "arm", stiffness=3.0, angle=-0.5, damping=0.2, preload=-1.0)
+        course = held_arm(turned, angle=[0.5, 20.0], rate=4.0)
+        np.testing.assert_allclose(drive_efforts(course, reactions(course))[0], expected, rtol=1e-13)
+
+    def test_a_torsion_spring_at_a_free_pin_takes_the_short_way(self):
+        case = four_bar(loads=(TorsionSpring("rocker", "D", stiffness=2.0, angle=3.0),))
+        course = motion(case.mechanism, case.drive)
+        direction = position_of(course, "rocker", "B") - position_of(course, "rocker", "D")
+        expected = -2.0 * np.angle(direction * np.exp(-3j))
+        np.testing.assert_allclose(next(iter(case.mechanism.loads[0].forces(course)))[3], expected, rtol=1e-12)
+
+    @pytest.mark.parametrize("name", ["RRR", "RRP", "six-bar", "triad"])
+    def test_the_frame_feels_what_accelerates_the_masses(self, name):
+        """With no loads but springs inside, the frame's force is the sum of m (g - a), springs on it among them."""
+        case = sprung(ALL[name]())
+        mechanism = replaced(case.mechanism, loads=springs(case))
+        course = motion(mechanism, case.drive, case.rate, case.rate2)
+        felt = 0.0
+        for link in mechanism.links[1:]:
+            for beam in link.beams:
+                ends = link.points[beam.start], link.points[beam.end]
+                mass = beam.mass_per_length * abs(ends[1] - ends[0])
+                felt += mass * (mechanism.gravity - acceleration_of(course, link.name, sum(ends) / 2))
+            for lump in link.lumps:
+                center = link.points[lump.point] + lump.offset
+                felt += lump.mass * (mechanism.gravity - acceleration_of(course, link.name, center))
+        assert relative(reactions(course).ground_force, felt) < 1e-12
+
+    def test_dampers_turn_all_they_take_into_heat(self):
+        spring = Spring("arm", "A", anchor="C", damping=6.0)
+        torsion = TorsionSpring("arm", "O", damping=0.7)
+        course = held_arm(spring, torsion, angle=turn(7), rate=-2.0)
+        np.testing.assert_allclose(dissipated_power(course), -load_power(course), rtol=1e-12)
+        assert (dissipated_power(course) > 0).all()
+
+
+class TestForceLaws:
+    def test_a_linear_table_is_straight_between_entries(self):
+        curve = table_curve([0.0, 1.0, 4.0], [2.0, 6.0, 0.0])
+        np.testing.assert_allclose(curve([0.0, 0.25, 1.0, 2.5, 4.0]), [2.0, 3.0, 6.0, 3.0, 0.0])
+
+    def test_a_cubic_table_reproduces_a_cubic(self):
+        at = np.array([0.0, 0.4, 1.0, 1.7, 3.0])
+        curve = table_curve(at, 2 - at + 0.5 * at**3, "cubic")
+        x = np.linspace(0, 3, 50)
+        np.testing.assert_allclose(curve(x), 2 - x + 0.5 * x**3, atol=1e-13)
+
+    @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+    def test_beyond_its_ends_a_table_is_refused_or_held(self, interpolation):
+        at, value = [0.0, 1.0, 2.0, 3.0], [5.0, 6.0, 8.0, 1.0]
+        with pytest.raises(TableError, match=r"asked at 3\.5, but the table goes from 0 to 3"):
+            table_curve(at, value, interpolation)([1.0, 3.5])
+        held = table_curve(at, value, interpolation, extend="hold")
+        np.testing.assert_allclose(held([-2.0, 3.5]), [5.0, 1.0])
+
+    @pytest.mark.parametrize(
+        ("at", "value", "interpolation", "message"),
+        [
+            ([0.0, 1.0], [1.0], "linear", "2 places and 1 values"),
+            ([0.0], [1.0], "linear", "at least 2"),
+            ([0.0, 1.0, 2.0], [1.0, 2.0, 3.0], "cubic", "at least 4"),
+            ([0.0, 2.0, 1.0], [1.0, 2.0, 3.0], "linear", "must grow"),
+            ([0.0, 1.0], [1.0, math.inf], "linear", "finite"),
+            ([0.0, 1.0], [1.0, 2.0], "nearest", "expected"),
+        ],
+    )
+    def test_a_table_that_cannot_be_is_refused(self, at, value, interpolation, message):
+        with pytest.raises(TableError, match=message):
+            table_curve(at, value, interpolation)
+
+    def test_laws_multiply_loads(self):
+        """Against time, the crank's angle, the slide, its rate, and all of them together."""
+        mechanism = slider_crank(count=8).mechanism
+        time = np.linspace(0.0, 2.0, 8)
+
+        def moment_under(law):
+            loaded = replaced(mechanism, loads=(PointLoad("crank", "O", moment=10.0, law=law),), gravity=0.0)
+            empty = replaced(mechanism, loads=(), gravity=0.0)
+            efforts = []
+            for each in (loaded, empty):
+                course = motion(each, turn(8, 1.0), 3.0, time=time)
+                efforts.append(drive_efforts(course, reactions(course))[0])
+            return efforts[1] - efforts[0], course
+
+        slide, crank = Slide("guide"), LinkAngle("crank")
+        laws = {
+            "constant": (constant_law(2.0), lambda course: np.full(8, 2.0)),
+            "time": (law_of_time(lambda t: 1 + t**2), lambda course: 1 + time**2),
+            "angle": (law_of(crank, table_curve([0, 7], [0, 7])), lambda course: turn(8, 1.0)),
+            "slide": (law_of(slide, np.square), lambda course: slide.value(course) ** 2),
+            "rate": (law_of_rate(slide, lambda v: -v), lambda course: -slide.rate(course)),
+        }
+        for law, expected in laws.values():
+            found, course = moment_under(law)
+            np.testing.assert_allclose(found, 10.0 * expected(course), atol=1e-11)
+        found, course = moment_under(sum_of_laws(*(law for law, _ in laws.values())))
+        np.testing.assert_allclose(found, 10.0 * sum(expected(course) for _, expected in laws.values()), atol=1e-10)
+
+    def test_a_load_of_ones_own_is_any_object_with_forces(self):
+        """Air drag on a point: -c |v| v."""
+
+        class Drag:
+            def forces(self, course):
+                v = velocity_of(course, "arm", "A")
+                return (("arm", "A", -0.3 * np.abs(v) * v, 0.0),)
+
+        course = held_arm(Drag(), angle=turn(5), rate=4.0)
+        np.testing.assert_allclose(drive_efforts(course, reactions(course))[0], 0.3 * 8.0**2 * 2.0, rtol=1e-13)
+
+
+class TestRates:
+    @pytest.mark.parametrize("name", ALL)
+    def test_the_same_positions_at_other_rates_are_the_motion_at_those_rates(self, name):
+        case = ALL[name]()
+        course, other = course_of(case), motion(case.mechanism, case.drive, 2.5, -1.5)
+        changed = with_rates(course, 2.5, -1.5)
+        np.testing.assert_array_equal(changed.acceleration, other.acceleration)
+        np.testing.assert_array_equal(changed.angular_velocity, other.angular_velocity)
+
+    def test_a_driven_slider_takes_the_force_of_its_mass(self):
+        links = (Link("ground", {"G": 0.0}), Link("block", {"P": 0.0, "E": 0.1}, (Beam("P", "E", 30.0),)))
+        rail = Slider("rail", "block", "ground", "P", origin=0.0, direction=np.exp(0.3j))
+        mechanism = Mechanism(links, (SliderDrive("rail"),), {"P": 0.0}, (rail,), gravity=-10j)
+        course = motion(mechanism, [0.0, 1.0], 2.0, 4.0)
+        for efforts in (virtual_work_efforts(course), drive_efforts(course, multiplier_forces(course))):
+            np.testing.assert_allclose(efforts[0], 3.0 * (4.0 + 10 * math.sin(0.3)), rtol=1e-13)
