@@ -64,6 +64,10 @@ def opening(
             own = joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
+        if joint.gear is not None and joint.slider is None and joint.gear.driver.slider is None:
+            driver = joint.gear.driver
+            ends = [found.bent.get((link, driver.name), nothing)[1] for link in joint.gear.ends]
+            turn = turn + joint.sense * joint.gear.ratio * (ends[1] - ends[0])
         gaps.append(gap)
         turns.append(turn)
     return Opening(found, moving, gaps, turns)

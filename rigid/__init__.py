@@ -49,6 +49,7 @@ from rigid.loads import (
 )
 from rigid.mechanism import (
     GROUND,
+    Gear,
     Beam,
     Law,
     LineLoad,
@@ -90,6 +91,7 @@ from rigid.tables import beam_table, per_row
 __all__ = [
     "CURVES",
     "GROUND",
+    "Gear",
     "JOINT_TYPES",
     "RANK_TOLERANCE",
     "SINGULAR",

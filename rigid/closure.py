@@ -98,7 +98,7 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
                 number = carrier[link]
                 hinge = tree[number]
                 reach = minus(reach, hinge.arm_child)
-                if hinge.joint.drive is None:
+                if not hinge.joint.moved:
                     turning = hinge.along is None
                     shift, rotation = (reach * (1j * sign), sign) if turning else (hinge.along * sign, 0.0)
                     k = group.free.index(number)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigid.closure import Closure, Columns, JointPlace, reach_from
-from rigid.plane import imaginary, minus, plus, product, times
+from rigid.plane import dot, imaginary, minus, plus, product, times
 
 
 def displacements(
@@ -40,10 +40,14 @@ def displacements(
     for closed in closures:
         for hinge in closed.tree:
             parent, child = hinge.joint.parent, hinge.joint.child
-            if hinge.along is not None or hinge.joint.drive is not None:
+            if hinge.along is not None or hinge.joint.moved:
                 turned = turns[number] if is_still(turning[parent]) else plus(turning[parent].imag, turns[number])
                 turning[child] = plus(turning[child], imaginary(turned))
             at_joint = plus(_moved(shift, turning, parent, hinge.arm_parent), gaps[number])
+            if hinge.joint.gear is not None:
+                led = _led(hinge, shift, turning)
+                at_joint = at_joint if hinge.along is None else plus(at_joint, times(led, hinge.along))
+                turning[child] = turning[child] if hinge.along is not None else plus(turning[child], imaginary(led))
             shift[child] = minus(at_joint, product(turning[child], hinge.arm_child))
             number += 1
         residuals = []
@@ -57,6 +61,16 @@ def displacements(
 def is_still(turning: Columns) -> bool:
     """Whether a link does not turn at any position."""
     return isinstance(turning, float)
+
+
+def _led(hinge: JointPlace, shift: list[Columns], turning: list[Columns]) -> Columns:
+    """What a gear moves its follower by, the child from the parent."""
+    gear, sense = hinge.joint.gear, hinge.joint.sense
+    assert gear is not None
+    on, link = gear.ends
+    if gear.driver.slider is None:
+        return sense * gear.ratio * minus(np.imag(turning[link]), np.imag(turning[on]))
+    return sense * gear.ratio * dot(gear.driver.slider.direction, shift[link])
 
 
 def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns) -> Columns:

@@ -101,10 +101,27 @@ def _balance(hinge: JointPlace, force: list[Columns], moment: list[Columns]) -> 
     """Force and moment of a tree joint on its child, whose other loads are all known by now."""
     child = hinge.joint.child
     load, twist = force[child], 0.0
-    if hinge.along is not None or hinge.joint.drive is not None:
+    if hinge.along is not None or hinge.joint.moved:
         twist = minus(moment[child], _about(hinge.arm_child, load))
     _push(hinge.joint.parent, hinge.arm_parent, load, twist, force, moment)
+    if hinge.joint.gear is not None:
+        _lead(hinge, load, twist, force, moment)
     return minus(0.0, load), minus(0.0, twist)
+
+
+def _lead(hinge: JointPlace, load: Columns, twist: Columns, force: list[Columns], moment: list[Columns]) -> None:
+    """Pass what moves a geared joint on to the joint that drives it, whose work it is."""
+    gear = hinge.joint.gear
+    assert gear is not None
+    along = hinge.along
+    effort = hinge.joint.sense * gear.ratio * (twist if along is None else dot(along, load))
+    on, link = gear.ends
+    if gear.driver.slider is None:
+        _push(link, 0.0, 0.0, effort, force, moment)
+        _push(on, 0.0, 0.0, -effort, force, moment)
+    else:
+        way = gear.driver.slider.direction
+        _push(link, 0.0, times(effort, way), 0.0, force, moment)
 
 
 def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:

@@ -106,7 +106,7 @@ def _hang_all(placed: Placement, group: Group, coordinates: Any) -> None:
     """Place the links by the coordinates of the free joints."""
     free = iter(coordinates)
     for joint in group.tree:
-        placed.hang(joint, next(free) if joint.drive is None else placed.drive[joint.drive])
+        placed.hang(joint, placed.coordinate(joint) if joint.moved else next(free))
 
 
 def _close(placed: Placement, group: Group) -> Closure:

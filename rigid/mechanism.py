@@ -118,6 +118,20 @@ class Load(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Gear:
+    """Wheels or a rack that tie two joints: the coordinate of `follower` changes by `ratio` times that of `driver`.
+
+    `driver` and `follower` name pins or sliders as drives do; `ratio` is negative for wheels that mesh from outside,
+    and [m/rad] for a rack. Only the moment or force along the follower's coordinate is passed on, not the push between
+    the teeth: the pins carry that besides.
+    """
+
+    driver: PinDrive | SliderDrive
+    follower: PinDrive | SliderDrive
+    ratio: float
+
+
 @dataclass(frozen=True, eq=False)
 class PointLoad:
     """A force [N] and a moment [N m] on a point of a link.
@@ -167,6 +181,7 @@ class Mechanism:
     drives: tuple[PinDrive | SliderDrive, ...]
     drawing: Mapping[str, complex]
     sliders: tuple[Slider, ...] = ()
+    gears: tuple[Gear, ...] = ()
     gravity: complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
     index: Mapping[str, int] = field(init=False, repr=False)

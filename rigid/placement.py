@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Columns, JointPlace
+from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
+from rigid.plane import dot
 from rigid.structure import Joint
 
 
@@ -50,6 +52,25 @@ class Placement:
         else:
             arm_child = self.origin[parent] + arm_parent - self.origin[child]
         return JointPlace(joint, arm_parent, arm_child, self.direction[owner] * joint.slider.direction)
+
+    def coordinate(self, joint: Joint) -> Columns:
+        """Coordinate of a joint that a drive or a gear moves [rad or m]."""
+        if joint.drive is not None:
+            return self.drive[joint.drive]
+        assert joint.gear is not None
+        drawing, driver = Drawing(self.mechanism), joint.gear.driver
+        led = self.coordinate(driver) if driver.moved else self._measured(driver, drawing.coordinate(driver))
+        return drawing.coordinate(joint) + joint.gear.ratio * (led - drawing.coordinate(driver))
+
+    def _measured(self, joint: Joint, near: float) -> Columns:
+        """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""
+        parent, child = joint.parent, joint.child
+        if joint.slider is None:
+            turned = np.angle(self.direction[child] * np.conj(self.direction[parent]))
+            whole = np.unwrap(np.atleast_1d(turned), axis=-1)
+            return whole + 2 * np.pi * np.round((near - whole[..., :1]) / (2 * np.pi))
+        opened = self.point(child, joint.at_child) - self.point(parent, joint.at_parent)
+        return dot(self.direction[parent] * joint.slider.direction, opened)
 
     def hang(self, joint: Joint, coordinate: Columns) -> None:
         """Place a joint's child: `coordinate` is the angle from the parent [rad], or the slide [m]."""

@@ -94,7 +94,7 @@ class Walk:
         group, placed = self.structure.groups[number], self.placed
         if not group.free:
             for joint in group.tree:
-                placed.hang(joint, placed.drive[joint.drive])
+                placed.hang(joint, placed.coordinate(joint))
         elif _closed_form(group):
             self._dyad(number)
         elif self.near is not None:

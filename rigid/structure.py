@@ -11,7 +11,20 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from rigid.mechanism import Complex, Mechanism, MechanismError, PinDrive, Slider
+from rigid.mechanism import Complex, Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
+
+
+@dataclass(frozen=True, eq=False)
+class Tie:
+    """A gear as its follower sees it: the ratio, and the driving joint as one of two links placed before."""
+
+    ratio: float
+    driver: Joint
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The links of the driving joint."""
+        return self.driver.parent, self.driver.child
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +45,8 @@ class Joint:
         +1 where the child is the driven or sliding link, -1 where it is the one driven or slid upon.
     drive
         Number of the drive that moves it, or None.
+    gear
+        What ties its coordinate to that of another joint, or None.
     """
 
     name: str
@@ -42,6 +57,12 @@ class Joint:
     slider: Slider | None = None
     sense: int = 1
     drive: int | None = None
+    gear: Tie | None = None
+
+    @property
+    def moved(self) -> bool:
+        """Whether a drive or a gear prescribes its coordinate."""
+        return self.drive is not None or self.gear is not None
 
     @property
     def parent_point(self) -> str | None:
@@ -127,6 +148,30 @@ class _Net:
             if key in self.drives:
                 raise MechanismError(f'two drives move the joint "{key[0]}"')
             self.drives[key] = number
+        self.ties: dict[tuple[str, frozenset[int]], tuple[Gear, Joint]] = {}
+        for gear in mechanism.gears:
+            key = self._driven(gear.follower)
+            if key in self.drives or key in self.ties:
+                raise MechanismError(f'the joint "{key[0]}" is moved twice, by a gear and otherwise')
+            self.ties[key] = (gear, self._led(gear.driver))
+
+    def _led(self, driver: PinDrive | SliderDrive) -> Joint:
+        """The joint that drives a gear, from the link it names on to the one that moves."""
+        name, _ = self._driven(driver)
+        if isinstance(driver, PinDrive):
+            return self.pin(name, self.mechanism.index[driver.on], self.mechanism.index[driver.link])
+        _, on, link = self.sliders[name]
+        return self.slide(name, on, link)
+
+    def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Tie | None, object]:
+        """What moves a joint: number of a drive, or tie of a gear; and where that names its links."""
+        number = self.drives.get((name, ends))
+        if number is not None:
+            return number, None, self.mechanism.drives[number]
+        gear, driver = self.ties.get((name, ends), (None, None))
+        if gear is None or driver is None:
+            return None, None, None
+        return None, Tie(gear.ratio, driver), gear.follower
 
     def _driven(self, drive: object) -> tuple[str, frozenset[int]]:
         if isinstance(drive, PinDrive):
@@ -142,17 +187,17 @@ class _Net:
 
     def pin(self, point: str, parent: int, child: int) -> Joint:
         links = self.mechanism.links
-        drive = self.drives.get((point, frozenset((parent, child))))
-        mover = self.mechanism.drives[drive] if drive is not None else None
+        drive, gear, mover = self._mover(point, frozenset((parent, child)))
         sense = -1 if isinstance(mover, PinDrive) and self.mechanism.index[mover.link] == parent else 1
-        return Joint(point, parent, child, links[parent].points[point], links[child].points[point], None, sense, drive)
+        ends = links[parent].points[point], links[child].points[point]
+        return Joint(point, parent, child, *ends, None, sense, drive, gear)
 
     def slide(self, name: str, parent: int, child: int) -> Joint:
         slider, on, link = self.sliders[name]
-        drive = self.drives.get((name, frozenset((on, link))))
+        drive, gear, _ = self._mover(name, frozenset((on, link)))
         at_link = self.mechanism.links[link].points[slider.point]
         ends = (slider.origin, at_link) if parent == on else (at_link, slider.origin)
-        return Joint(name, parent, child, *ends, slider, 1 if parent == on else -1, drive)
+        return Joint(name, parent, child, *ends, slider, 1 if parent == on else -1, drive, gear)
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
         """Joints of `links` among themselves and to `known`: every loop closed once, a driven pair kept a pair."""
@@ -181,7 +226,7 @@ class _Net:
                     (parent, child)
                     for child in waiting
                     for parent in placed
-                    if (point, frozenset((parent, child))) in self.drives
+                    if (point, frozenset((parent, child))) in self.drives.keys() | self.ties.keys()
                 ),
                 None,
             )
@@ -195,8 +240,9 @@ class _Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                drives = sum(joint.drive is not None for joint in joints)
-                if 2 * len(joints) + drives == 3 * size and not _hopeless(joints, links):
+                drives = sum(joint.moved for joint in joints)
+                led = {end for joint in joints if joint.gear for end in joint.gear.ends}
+                if 2 * len(joints) + drives == 3 * size and led <= known and not _hopeless(joints, links):
                     yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
@@ -204,7 +250,7 @@ class _Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                if 2 * len(joints) > 3 * size and not any(joint.drive is not None for joint in joints):
+                if 2 * len(joints) > 3 * size and not any(joint.moved for joint in joints):
                     yield links
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
@@ -235,14 +281,14 @@ class _Net:
             return link
 
         tree, cut = [], []
-        for joint in sorted(joints, key=lambda joint: (joint.drive is None, joint.parent not in known)):
+        for joint in sorted(joints, key=lambda joint: (not joint.moved, joint.parent not in known)):
             low, high = sorted((top(joint.parent), top(joint.child)))
             if low == high:
                 cut.append(joint)
                 continue
             tree.append(joint)
             root[high] = low
-        if any(joint.drive is not None for joint in cut):
+        if any(joint.moved for joint in cut):
             raise MechanismError(f"the drives of {self.names(links)} fight one another: too many drives in one loop")
         return _hung(links, tree, cut, known, self)
 
@@ -257,7 +303,7 @@ class _Net:
     def undetermined(self, known: set[int], unknown: set[int]) -> str:
         """Why no further group is found."""
         joints = self.joints(sorted(unknown), known)
-        drives = sum(joint.drive is not None for joint in joints)
+        drives = sum(joint.moved for joint in joints)
         freedoms = 3 * len(unknown) - 2 * len(joints) - drives
         who = self.names(unknown)
         if freedoms > 0:
@@ -303,7 +349,7 @@ def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
         return True
     return any(
         sum(
-            2 + (joint.drive is not None)
+            2 + joint.moved
             for joint in joints
             if {joint.parent, joint.child} - set(links) and joint.child == link
         )
@@ -324,7 +370,7 @@ def _hung(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: se
         if joint.parent not in placed:
             joint = net.turned(joint)
         way = placed[joint.parent]
-        if joint.drive is None:
+        if not joint.moved:
             way = (*way, len(free))
             free.append(len(hung))
         placed[joint.child] = way

@@ -1,0 +1,132 @@
+"""Gears and racks: ratios, work, and what follows of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastic import Section, deflection
+from rigid import (
+    Beam,
+    Gear,
+    Link,
+    Lump,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    PointLoad,
+    Slider,
+    SliderDrive,
+    drive_efforts,
+    motion,
+    reactions,
+)
+
+STEEL = Section(EA=12.6e6, EI=37.8)
+
+
+def bar(name, start, end, length):
+    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.471),))
+
+
+def geared_four_bar():
+    """A pinion turns a wheel, the wheel is the crank of a four-bar and moves a rack."""
+    links = (
+        Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55}),
+        Link("pinion", {"O": 0.0}, (), (Lump("O", 0.5, 1e-4),)),
+        bar("wheel", "W", "A", 0.1),
+        bar("coupler", "A", "B", 0.3),
+        bar("rocker", "D", "B", 0.25),
+        Link("rack", {"R": 0.0}, (), (Lump("R", 0.4),)),
+    )
+    return Mechanism(
+        links,
+        (PinDrive("pinion", "O"),),
+        {"O": 0, "W": 0.2, "A": 0.3, "B": 0.46 + 0.23j, "D": 0.55, "R": 0.05},
+        (Slider("guide", "rack", "ground", "R", 0.05, 1.0),),
+        (
+            Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -1 / 3),
+            Gear(PinDrive("wheel", "W"), SliderDrive("guide"), 0.04),
+        ),
+        gravity=-9.81j,
+    )
+
+
+def four_bar():
+    """The same four-bar with its crank driven."""
+    whole = geared_four_bar()
+    return replace(
+        whole,
+        links=tuple(link for link in whole.links if link.name not in ("pinion", "rack")),
+        drives=(PinDrive("wheel", "W"),),
+        sliders=(),
+        gears=(),
+    )
+
+
+ANGLES = np.linspace(0.0, 2 * np.pi, 90, endpoint=False)
+
+
+def test_wheels_and_a_rack_move_by_their_ratios():
+    going = motion(geared_four_bar(), -3 * ANGLES, -300.0)
+    index = going.mechanism.index
+    np.testing.assert_allclose(going.angular_velocity[index["wheel"]], 100.0, rtol=1e-14)
+    np.testing.assert_allclose(going.direction[index["wheel"]], np.exp(1j * ANGLES), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(going.origin[index["rack"]], 0.05 + 0.04 * ANGLES, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(going.velocity[index["rack"]], 4.0, rtol=1e-14)
+
+
+def test_a_geared_crank_moves_and_bends_its_four_bar_as_a_driven_one():
+    geared, driven = motion(geared_four_bar(), -3 * ANGLES, -300.0), motion(four_bar(), ANGLES, 100.0)
+    one, other = (deflection(going, [STEEL] * 3) for going in (geared, driven))
+    for field in ("N", "V", "M", "u", "w", "phi"):
+        found, expected = getattr(one, field), getattr(other, field)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max(axis=(1, 2)).max())
+
+
+def test_the_drive_pays_for_all_it_moves():
+    course = geared_four_bar()
+    effort = drive_efforts(going := motion(course, -3 * ANGLES, -300.0), reactions(going))[0]
+    direct = drive_efforts(alone := motion(four_bar(), ANGLES, 100.0), reactions(alone))[0]
+    np.testing.assert_allclose(effort * -300.0, direct * 100.0, rtol=0, atol=1e-11 * np.abs(direct).max() * 100)
+
+
+def test_the_rack_is_pushed_through_both_gears():
+    course = replace(geared_four_bar(), loads=(PointLoad("rack", "R", force=-7.0),), gravity=0.0)
+    free = replace(course, loads=())
+    loaded, bare = (
+        drive_efforts(going := motion(each, -3 * ANGLES, -300.0), reactions(going))[0] for each in (course, free)
+    )
+    np.testing.assert_allclose(loaded - bare, 7.0 * 0.04 * (-1 / 3), rtol=1e-10)
+
+
+def test_planetary_train_after_willis():
+    sun, planet = 24, 18
+    ring = sun + 2 * planet
+    links = (
+        Link("ground", {"O": 0.0}),
+        Link("arm", {"O": 0.0, "P": 0.1}),
+        Link("planet", {"P": 0.0}),
+        Link("ring", {"O": 0.0}),
+    )
+    course = Mechanism(
+        links,
+        (PinDrive("arm", "O"),),
+        {"O": 0, "P": 0.1},
+        gears=(
+            Gear(PinDrive("ground", "O", "arm"), PinDrive("planet", "P", "arm"), -sun / planet),
+            Gear(PinDrive("planet", "P", "arm"), PinDrive("ring", "O", "arm"), planet / ring),
+        ),
+        loads=(PointLoad("ring", "O", moment=-5.0),),
+    )
+    going = motion(course, ANGLES, 10.0)
+    np.testing.assert_allclose(going.angular_velocity[2], 10.0 * (1 + sun / planet), rtol=1e-13)
+    np.testing.assert_allclose(going.angular_velocity[3], 10.0 * (1 + sun / ring), rtol=1e-13)
+    effort = drive_efforts(going, reactions(going))[0]
+    np.testing.assert_allclose(effort, 5.0 * (1 + sun / ring), rtol=1e-12)
+
+
+def test_a_joint_is_moved_once():
+    course = replace(four_bar(), gears=(Gear(PinDrive("rocker", "D"), PinDrive("wheel", "W"), 2.0),))
+    with pytest.raises(MechanismError, match='"W" is moved twice'):
+        motion(course, ANGLES, 1.0)
