@@ -49,8 +49,8 @@ from rigid.loads import (
 )
 from rigid.mechanism import (
     GROUND,
-    Gear,
     Beam,
+    Gear,
     Law,
     LineLoad,
     Link,
@@ -91,7 +91,6 @@ from rigid.tables import beam_table, per_row
 __all__ = [
     "CURVES",
     "GROUND",
-    "Gear",
     "JOINT_TYPES",
     "RANK_TOLERANCE",
     "SINGULAR",
@@ -110,6 +109,7 @@ __all__ = [
     "Effort",
     "EquationOfMotion",
     "ForwardError",
+    "Gear",
     "Graph",
     "JointForces",
     "JointType",
