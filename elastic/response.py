@@ -124,7 +124,7 @@ def _closed(stance: Stance, soft: Compliance, nodes: Nodes, q: Any, moving: tupl
             loads: Nodes = {}
             put(loads, (cut.link, cut.free), *(np.broadcast_to(value, still) for value in pair))
             put(loads, (cut.link, cut.node), *(np.broadcast_to(-value, still) for value in pair))
-            columns.append(_openings(own, _open_response(own, soft, loads, none, ()).bent))
+            columns.append(_openings(own, _open_response(own, soft.unstrained, loads, none, ()).bent))
     flexibility = np.moveaxis(np.array(columns), (0, 1), (-1, -2))
     openings = np.moveaxis(_openings(stance, _open_response(stance, soft, nodes, q, moving).bent), 0, -1)
     scale = 1.0 / np.sqrt(np.abs(np.diagonal(flexibility, axis1=-2, axis2=-1)))
