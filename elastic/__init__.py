@@ -6,6 +6,7 @@ Needs numpy and `rigid` only.
 from elastic.accuracy import PathDeviation, angle_error, path_deviation, point_displacements
 from elastic.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.cautions import LIMITS, Caution, Limit, cautions
+from elastic.chunks import deflection_in_chunks
 from elastic.cycle import Peak, over_cycle, period_of, rms
 from elastic.deflection import FIELDS, Deflection, deflection
 from elastic.extremes import Extreme, extremes
@@ -38,6 +39,7 @@ __all__ = [
     "circle",
     "coefficients",
     "deflection",
+    "deflection_in_chunks",
     "displacement_of",
     "euler_loads",
     "euler_ratio",

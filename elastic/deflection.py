@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastic.cutting import Contact, Stance, node_loads
-from elastic.frame import frame
+from elastic.frame import Frame, frame
 from elastic.line import Compliance, compliance
 from elastic.opening import brought_together, opening, require_joints
 from elastic.response import Response, beyond_contact
@@ -131,6 +131,7 @@ def deflection(
         frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns
     )
     soft = compliance(tuple(sections), len(motion.columns))
+    _require_soft_rings(mechanism, stance.frame, soft)
     joints = joints or {}
     require_joints(motion, joints)
     q = beam_loads(motion)
@@ -165,6 +166,17 @@ def deflection(
         contacts=opened.contacts,
         soft=soft,
     )
+
+
+def _require_soft_rings(mechanism: Mechanism, beams: Frame, soft: Compliance) -> None:
+    """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
+    for cut in beams.cuts:
+        numbers = [branch.number for branch in beams.trees[cut.link]]
+        if not any(part[numbers].any() for part in (soft.stretch, soft.bend, soft.shear)):
+            name = mechanism.links[cut.link].name
+            raise MechanismError(
+                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: leave one out'
+            )
 
 
 def _carry(stance: Stance, found: Response, shift: list[Any], angle: list[Any]) -> None:

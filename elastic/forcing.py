@@ -13,6 +13,7 @@ from rigid import Reals
 
 POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
 HELD = 0.05
+ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,5 +82,7 @@ def quasi_static_error(found: Harmonics, omega: float) -> float:
     """
     square = np.square(found.omega / omega)
     with np.errstate(divide="ignore", invalid="ignore"):
-        missed = np.where(found.share > 0, found.share * np.abs(square / (1 - square)), 0.0 * found.share)
+        missed = found.share * np.abs(square / (1 - square))
+    # what is round-off is not at resonance
+    missed = np.where(found.share < ROUND_OFF, 0.0, missed)
     return float(np.sqrt(np.square(missed).sum()))

@@ -33,21 +33,11 @@ class VibratingBeam:
         Shape (n, n).
     rigid
         Combinations of the ends' coordinates that are zero because the beam does not stretch or bend, shape (rows, 6).
-    along, across, turned
-        u, w and phi as polynomials in xi per unit of every coordinate, n of each.
     """
 
     stiffness: Any
     mass: Any
     rigid: Any
-    along: tuple[Polynomial, ...]
-    across: tuple[Polynomial, ...]
-    turned: tuple[Polynomial, ...]
-
-    def at(self, xi: Any) -> Any:
-        """u, w, phi at stations of shape (...) per unit of every coordinate, shape (3, ..., n)."""
-        rows = (self.along, self.across, self.turned)
-        return np.array([[polynomial(np.asarray(xi, float)) for polynomial in row] for row in rows]).swapaxes(1, -1)
 
 
 def vibrating_beam(
@@ -87,7 +77,7 @@ def vibrating_beam(
         tapers = [getattr(section.taper, name) if section.taper else (1.0,) for name in ("EI", "EA")]
         over, under = (np.polynomial.polynomial.polyval(xi, taper) for taper in tapers)
         mass += integral(at_nodes(turned), mass_there * square * over / under)
-    return VibratingBeam(stiffness, mass, _rigid_rows(length, stretches, bends, slides), along, across, turned)
+    return VibratingBeam(stiffness, mass, _rigid_rows(length, stretches, bends, slides))
 
 
 def _rigid_rows(length: float, stretches: bool, bends: bool, slides: bool) -> Any:

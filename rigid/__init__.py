@@ -16,7 +16,7 @@ from rigid.analysis import (
     velocity_ratio,
 )
 from rigid.assur import AssurGroup, assur_groups
-from rigid.closure import SINGULAR
+from rigid.closure import SINGULAR, JointPlace
 from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
 from rigid.displacements import displacements
 from rigid.effort import EquationOfMotion, equation_of_motion, multiplier_forces, reduced_inertia, virtual_work_efforts
@@ -85,10 +85,11 @@ from rigid.posture import Posture, assembled, flat_triangles, posture
 from rigid.reach import ReachError, reachable, require_reach, stops
 from rigid.spatial import JOINT_TYPES, SYNONYMS, JointType, SpatialJoint, kinematic_torsor, spatial_chain, static_torsor
 from rigid.springs import Spring, TorsionSpring
-from rigid.structure import Structure, structure
+from rigid.structure import Joint, Structure, structure
 from rigid.tables import beam_table, per_row
 
 __all__ = [
+    "COLUMNS",
     "CURVES",
     "GROUND",
     "JOINT_TYPES",
@@ -111,7 +112,9 @@ __all__ = [
     "ForwardError",
     "Gear",
     "Graph",
+    "Joint",
     "JointForces",
+    "JointPlace",
     "JointType",
     "Law",
     "LawError",
@@ -162,6 +165,7 @@ __all__ = [
     "cross",
     "cyclomatic_number",
     "dead_points",
+    "design_chunks",
     "displacements",
     "dissipated_power",
     "dot",
@@ -192,7 +196,9 @@ __all__ = [
     "mobility_count",
     "motion",
     "motion_during",
+    "motion_in_chunks",
     "multiplier_forces",
+    "of_designs",
     "pairs",
     "per_row",
     "planar_chain",
