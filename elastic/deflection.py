@@ -16,6 +16,8 @@ from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
 from rigid import (
     JointForces,
+    Mechanism,
+    MechanismError,
     Motion,
     Reals,
     balancing_forces,
@@ -105,6 +107,13 @@ def deflection(
     joints
         By name, the joints that give way or do not fit.
 
+    Raises
+    ------
+    MechanismError
+        A link's beams close a ring and are all rigid, or do not hang together.
+    ValueError
+        Too many or too few sections; a soft joint that is none.
+
     Returns
     -------
     Deflection, nan at singular positions. Where statics alone does not tell the joint forces, those that bring the bent
@@ -175,7 +184,7 @@ def _require_soft_rings(mechanism: Mechanism, beams: Frame, soft: Compliance) ->
         if not any(part[numbers].any() for part in (soft.stretch, soft.bend, soft.shear)):
             name = mechanism.links[cut.link].name
             raise MechanismError(
-                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: leave one out'
+                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
             )
 
 

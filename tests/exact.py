@@ -196,7 +196,8 @@ def positions(mechanism, drive, steps=60):
 class Exact:
     """Everything at one position: numbers of mpmath, beams in the program's order.
 
-    `fields` maps a field's name to a list over beams of coefficients in powers of xi; `pulls` the joint forces on the
+    `fields` maps a field's name to a list over beams of pieces: from xi, to xi, coefficients in powers of the part of
+    the piece; `pulls` the joint forces on the
     second link of every pin; `ground` what the mechanism does to the ground.
     """
 
@@ -208,13 +209,18 @@ class Exact:
     effort: list
 
     def sampled(self, field, stations):
-        powers = [[mpf(float(xi)) ** k for k in range(7)] for xi in stations]
         return np.array(
             [
-                [float(sum(c * p for c, p in zip(beam, power, strict=False))) for power in powers]
-                for beam in self.fields[field]
+                [float(self.at(field, beam, mpf(float(xi)))) for xi in stations]
+                for beam in range(len(self.fields[field]))
             ]
         )
+
+    def at(self, field, beam, xi):
+        """A field at one station of a beam, from the piece it lies on."""
+        low, high, values = next(piece for piece in self.fields[field][beam] if piece[0] <= xi <= piece[1])
+        part = (xi - low) / (high - low)
+        return sum(value * part**k for k, value in enumerate(values))
 
 
 def exact(mechanism, sections, drive, drive_rate, drive_rate2):
@@ -245,12 +251,35 @@ class _Structure:
             for point in dict.fromkeys(ends or [next(iter(link.points))]):
                 self.nodes[at, point] = len(self.nodes)
         self.beams = self.mechanism.beams
+        self.segments = [
+            (number, mpf(0), mpf(1), at, beam.start, beam.end) for number, (at, beam) in enumerate(self.beams)
+        ]
+        for slider in self.mechanism.sliders:
+            self.split(slider)
         joints = 2 * len(equations.pins) + 2 * len(self.mechanism.sliders) + len(goal)
         self.first = 3 * len(self.nodes)
-        self.joint = self.first + 6 * len(self.beams)
+        self.joint = self.first + 6 * len(self.segments)
         size = self.joint + joints
         self.table = np.full((size, size), mpf(0), object)
         self.right = np.full(size, mpf(0), object)
+
+    def split(self, slider):
+        """Put a node under a slider's block where it stands on a beam of the line's owner."""
+        on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
+        if on == 0 or not self.mechanism.links[on].beams:
+            return
+        tip = self.equations.place(self.q, link, self.mechanism.links[link].points[slider.point])
+        for place, (number, low, high, at, start, end) in enumerate(self.segments):
+            root = self.equations.place(self.q, at, self.mechanism.links[at].points[self.beams[number][1].start])
+            axis, length = self.axis(number), self.length(number)
+            off = tip[0] - root[0], tip[1] - root[1]
+            xi = (axis[0] * off[0] + axis[1] * off[1]) / length
+            if at == on and abs(cross(axis, off)) < mpf(10) ** -14 and low < xi < high:
+                self.nodes[on, slider.name] = len(self.nodes)
+                self.segments[place] = (number, low, xi, at, start, slider.name)
+                self.segments.append((number, xi, high, at, slider.name, end))
+                return
+        raise AssertionError(f"{slider.name} is on no beam")
 
     def felt(self, at, local):
         """Acceleration of a link's point less gravity."""
@@ -276,14 +305,16 @@ class _Structure:
 
     def solved(self):
         self.point_loads()
-        states = [self.beam(number) for number in range(len(self.beams))]
+        states = [self.beam(place) for place in range(len(self.segments))]
         self.joints()
         x = solve(self.table, self.right)
-        fields = {name: [] for name in ("u", "w", "phi", "N", "V", "M")}
-        for number, state in enumerate(states):
-            start = x[self.first + 6 * number : self.first + 6 * number + 6]
+        fields = {name: [[] for _ in self.beams] for name in ("u", "w", "phi", "N", "V", "M")}
+        for place, state in enumerate(states):
+            start = x[self.first + 6 * place : self.first + 6 * place + 6]
+            number, low, high = self.segments[place][:3]
             for name, rows in state.items():
-                fields[name].append([sum(a * b for a, b in zip(row, [*start, 1], strict=True)) for row in rows])
+                values = [sum(a * b for a, b in zip(row, [*start, 1], strict=True)) for row in rows]
+                fields[name][number].append((low, high, values))
         pulls = [x[self.joint + 2 * k : self.joint + 2 * k + 2] for k in range(len(self.equations.pins))]
         return Exact(self.q, self.rate, self.rate2, fields, pulls, list(x[len(x) - len(self.goal) :]))
 
@@ -336,50 +367,41 @@ class _Structure:
         x, y = self.equations.turned(self.q, at, link.points[beam.end] - link.points[beam.start])
         return x / self.length(number), y / self.length(number)
 
-    def beam(self, number):
-        """Fields of a beam by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
-        L, (c, s) = self.length(number), self.axis(number)
-        stretch, bend = (
-            1 / mpf(float(v)) if np.isfinite(v) else mpf(0)
-            for v in (self.sections[number].EA, self.sections[number].EI)
+    def beam(self, place):
+        """Fields of a piece by its start state (u, w, phi, N, V, M, 1), and its equations at both ends."""
+        number, low, high, at, start, end = self.segments[place]
+        section = self.sections[number]
+        L, (c, s) = self.length(number) * (high - low), self.axis(number)
+        stretch, bend, shear = (
+            1 / mpf(float(v)) if np.isfinite(v) else mpf(0) for v in (section.EA, section.EI, section.kGA)
         )
         (qx, qy), (gx, gy) = self.line_loads(number)
-        one = np.eye(7, dtype=object)
-        u, w, phi, N, V, M, known = one
+        qx, qy, gx, gy = qx + low * gx, qy + low * gy, (high - low) * gx, (high - low) * gy
+        u, w, phi, N, V, M, known = np.eye(7, dtype=object)
+        free = mpf(float(section.strain)) * L * known
+        slid = [0 * w, -shear * L * V, -shear * L**2 * qy / 2 * known, -shear * L**2 * gy / 6 * known]
+        bent = [w, L * phi, bend * L**2 * M / 2, bend * L**3 * V / 6]
+        turned = bend * L**3 * qy / 6 * known
         fields = {
             "N": [N, -L * qx * known, -L * gx / 2 * known],
             "V": [V, L * qy * known, L * gy / 2 * known],
             "M": [M, L * V, L**2 * qy / 2 * known, L**2 * gy / 6 * known],
-            "u": [u, stretch * L * N, -stretch * L**2 * qx / 2 * known, -stretch * L**2 * gx / 6 * known],
-            "phi": [
-                phi,
-                bend * L * M,
-                bend * L**2 * V / 2,
-                bend * L**3 * qy / 6 * known,
-                bend * L**3 * gy / 24 * known,
-            ],
-            "w": [
-                w,
-                L * phi,
-                bend * L**2 * M / 2,
-                bend * L**3 * V / 6,
-                bend * L**4 * qy / 24 * known,
-                bend * L**4 * gy / 120 * known,
-            ],
+            "u": [u, stretch * L * N + free, -stretch * L**2 * qx / 2 * known, -stretch * L**2 * gx / 6 * known],
+            "phi": [phi, bend * L * M, bend * L**2 * V / 2, turned, bend * L**3 * gy / 24 * known],
+            "w": [*np.add(bent, slid), bend * L**4 * qy / 24 * known, bend * L**4 * gy / 120 * known],
         }
-        at, beam = self.beams[number]
-        first = self.first + 6 * number
-        for end, (point, sign) in enumerate(((beam.start, 1), (beam.end, -1))):
+        first = self.first + 6 * place
+        for far, (point, sign) in enumerate(((start, 1), (end, -1))):
             node = self.nodes[at, point]
-            state = {name: sum(rows[1:], rows[0]) if end else rows[0] for name, rows in fields.items()}
-            # the beam's end moves with its node
+            state = {name: sum(rows[1:], rows[0]) if far else rows[0] for name, rows in fields.items()}
+            # the piece's end moves with its node
             moved = (("u", (c, s, 0)), ("w", (-s, c, 0)), ("phi", (0, 0, 1)))
             for k, (name, weights) in enumerate(moved):
-                row = self.first + 6 * number + 3 * end + k
+                row = first + 3 * far + k
                 self.table[row, first : first + 6] += state[name][:6]
                 self.right[row] -= state[name][6]
                 self.table[row, 3 * node : 3 * node + 3] -= np.array(weights, object)
-            # what the beam does to its node: the part beyond a cut pulls with N along, -V across, M
+            # what the piece does to its node: the part beyond a cut pulls with N along, -V across, M
             pulls = (c * state["N"] + s * state["V"], s * state["N"] - c * state["V"], state["M"])
             for k, pull in enumerate(pulls):
                 self.table[3 * node + k, first : first + 6] += sign * pull[:6]
@@ -420,15 +442,16 @@ class _Structure:
             row += 1
 
     def tie_slider(self, row, slider, weights):
-        """The sliding point, and what lies under it of the line's owner (rigid, and without beams)."""
+        """The sliding point, and what lies under it of the line's owner: a node of its beam, or a rigid arm."""
         on, link = self.mechanism.index[slider.on], self.mechanism.index[slider.link]
         self.tie(row, link, slider.point, (mpf(0), mpf(0)), weights)
-        if on:
+        if (on, slider.name) in self.nodes:
+            self.tie(row, on, slider.name, (mpf(0), mpf(0)), tuple(-v for v in weights))
+        elif on:
             base = next(iter(self.mechanism.links[on].points))
             tip = self.equations.place(self.q, link, self.mechanism.links[link].points[slider.point])
             root = self.equations.place(self.q, on, self.mechanism.links[on].points[base])
             arm = tip[0] - root[0], tip[1] - root[1]
-            node, reach = self.grip(on, base)
-            del node
+            _, reach = self.grip(on, base)
             arm = arm[0] - reach[0], arm[1] - reach[1]
             self.tie(row, on, base, arm, tuple(-v for v in weights))

@@ -323,6 +323,31 @@ def stiff_plate(**more):
     return replace(case, sections=tuple(sections))
 
 
+def elastic_guide(count=24, **more):
+    """RPR: the block on the crank pin slides along an elastic lever, which it loads where it is."""
+    case = inverted_slider_crank(0.1, 0.3 - 0.05j, lean=0.4, foot=0.0, count=count, **more)
+    lever = Link(
+        "rocker", {"D": 0.0, "F": 0.6 * np.exp(0.4j)}, (Beam("D", "F", 0.9),), (Lump("F", 0.4, 1e-3, 0.02 + 0.01j),)
+    )
+    links = tuple(lever if link.name == "rocker" else link for link in case.mechanism.links)
+    mechanism = replaced(case.mechanism, links=links)
+    return moved(mechanism, sections_of(mechanism), case.drive)
+
+
+def ring(**more):
+    """The six-bar with its coupler a closed triangle of three beams, with shear and free strain in them."""
+    case = six_bar(**more)
+    links = [
+        replace(link, beams=(Beam("A", "P", 0.7), Beam("B", "P", 0.6), Beam("B", "A", 0.5)))
+        if link.name == "coupler"
+        else link
+        for link in case.mechanism.links
+    ]
+    mechanism = replaced(case.mechanism, links=tuple(links))
+    soft = [replace(s, kGA=s.EA * 0.3, strain=1e-5 * (k + 1)) for k, s in enumerate(sections_of(mechanism))]
+    return replace(case, mechanism=mechanism, sections=tuple(soft))
+
+
 DYADS = {
     "RRR": four_bar,
     "RRP": slider_crank,
@@ -338,6 +363,8 @@ ALL = DYADS | {
     "arm, motor turned about": held_arm,
     "six-bar": six_bar,
     "six-bar, stiff plate": stiff_plate,
+    "six-bar, ring": ring,
+    "RPR, elastic lever": elastic_guide,
     "triad": triad,
 }
 

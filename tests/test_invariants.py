@@ -410,7 +410,7 @@ class TestConstruction:
             expected = getattr(here, field)[:, order]
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
 
-    @pytest.mark.parametrize("name", ALL)
+    @pytest.mark.parametrize("name", [name for name in ALL if name != "six-bar, ring"])
     def test_rigid_mechanisms_keep_their_forces(self, name):
         """Section forces are statics: how soft the links are does not matter to them."""
         case = ALL[name]()

@@ -210,6 +210,17 @@ def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
     assert (general.condition >= closed.condition * 0.99).all()
 
 
+@pytest.mark.parametrize("name", ["RRR", "RRP", "RPR"])
+@pytest.mark.parametrize("ahead", [1.5, 3.0, -2.5])
+def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):
+    """Asked for a single position far from the drawing it still takes the drawn branch."""
+    case = DYADS[name]()
+    closed = motion(case.mechanism, case.drive[:, :1] + ahead)
+    monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
+    general = motion(case.mechanism, case.drive[:, :1] + ahead)
+    np.testing.assert_allclose(general.direction, closed.direction, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", DYADS)
 def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
     case = DYADS[name](count=9)
