@@ -1,0 +1,350 @@
+"""Claim: natural frequencies are those of the standard beams, whatever mechanism they are built into.
+
+References are the characteristic equations of Blevins, Formulas for Natural Frequency and Mode Shape (1979), Table 8-1
+(beams of one span), solved here in 30 digits, and closed forms of structures with few freedoms.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.linalg
+import scipy.optimize
+from mechanisms import ALL, bar, rigid_sections, steel_four_bar
+from standard_beams import cantilever, propped, still, supported
+
+from elastic import (
+    RIGID,
+    JointCompliance,
+    Section,
+    cautions,
+    deflection,
+    harmonics,
+    natural_frequencies,
+    period_of,
+    quasi_static_error,
+    rectangle,
+    section_of,
+    tapered,
+)
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
+
+LENGTH, EI, MASS = 1.7, 23.0, 0.9
+SLENDER = Section(EA=1e9, EI=EI)
+SHARP = 1e-10
+
+
+def frequencies(mechanism, sections, modes=3, joints=None, settled=SHARP):
+    return natural_frequencies(still(mechanism), sections, modes, joints=joints, settled=settled).omega[:, 0]
+
+
+def roots(equation, near):
+    """Zeros lambda l of a characteristic equation."""
+    with mpmath.workdps(30):
+        return np.array([float(mpmath.findroot(equation, start)) for start in near])
+
+
+def bending(lambdas, length=LENGTH, stiffness=EI, mass=MASS):
+    return (lambdas / length) ** 2 * math.sqrt(stiffness / mass)
+
+
+class TestSingleSpan:
+    """Blevins, Table 8-1, pages 108 and 109."""
+
+    def test_clamped_free(self):
+        expected = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694, 7.855))
+        found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [SLENDER])
+        np.testing.assert_allclose(found, bending(expected), rtol=1e-7)
+
+    def test_pinned_pinned(self):
+        found = frequencies(supported({"A": 0, "B": LENGTH}, MASS), [SLENDER])
+        np.testing.assert_allclose(found, bending(np.pi * np.arange(1, 4)), rtol=1e-7)
+
+    def test_clamped_pinned(self):
+        expected = roots(lambda x: mpmath.tan(x) - mpmath.tanh(x), (3.927, 7.069, 10.21))
+        found = frequencies(propped({"A": 0, "B": LENGTH}, MASS), [SLENDER])
+        np.testing.assert_allclose(found, bending(expected), rtol=1e-7)
+
+    def test_free_free(self):
+        """Held by a drive that hardly holds: after three slow modes come those of the free beam."""
+        loose = {"A": JointCompliance(translation=1e6, rotation=1e6)}
+        expected = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) - 1, (4.73, 7.853))
+        found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [SLENDER], 5, loose)
+        assert (found[:3] < 0.01).all()
+        np.testing.assert_allclose(found[3:], bending(expected), rtol=1e-6)
+
+    def test_two_equal_spans(self):
+        """Of every two modes one is that of a pinned span, one that of a span clamped over the middle support."""
+        mechanism = supported({"A": 0, "B": LENGTH, "C": 2 * LENGTH}, MASS, rollers=["B", "C"])
+        clamped = roots(lambda x: mpmath.tan(x) - mpmath.tanh(x), (3.927,))
+        found = frequencies(mechanism, [SLENDER] * 2)
+        np.testing.assert_allclose(found, bending(np.array([np.pi, clamped[0], 2 * np.pi])), rtol=1e-7)
+
+    def test_rod_along_itself(self):
+        """Blevins, Table 8-16: fixed-free, (2 i - 1) pi/2."""
+        stiff = Section(EA=40.0, EI=math.inf)
+        found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [stiff])
+        expected = np.array([1, 3, 5]) * np.pi / 2 / LENGTH * math.sqrt(40.0 / MASS)
+        np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+    def test_simeon_rod(self):
+        """IVP Test Set, "crank": the rod on two supports, 1276.686 and 5106.746 rad/s as printed."""
+        rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
+        found = frequencies(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), [rod], 2)
+        assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
+
+    def test_timoshenko_pinned_pinned(self):
+        """With k = n pi/l: EI k^4 - (m + k^2 (m r^2 + EI m/kGA)) omega^2 + m^2 r^2/kGA omega^4 = 0."""
+        length, mass, poisson, E = 0.5, 7850 * 0.05 * 0.1, 0.3, 210e9
+        section = section_of(rectangle(0.1, 0.05), E, poisson)
+        k = np.pi * np.arange(1, 4) / length
+        rotary = mass * 0.1**2 / 12
+        a, b = mass * rotary / section.kGA, mass + k**2 * (rotary + section.EI * mass / section.kGA)
+        expected = np.sqrt((b - np.sqrt(b**2 - 4 * a * section.EI * k**4)) / (2 * a))
+        stiff = replace(section, EA=math.inf)
+        found = frequencies(supported({"A": 0, "B": length}, mass), [stiff])
+        np.testing.assert_allclose(found, expected, rtol=1e-7)
+        assert expected[2] < 0.75 * bending(3 * np.pi, length, section.EI, mass)
+
+
+class TestAddedMass:
+    def test_tip_mass(self):
+        """Blevins, Table 8-8: 1 + cos cosh + (M/ml) x (cos sinh - sin cosh) = 0."""
+        ratio = 0.8
+        mechanism = cantilever({"A": 0, "B": LENGTH}, MASS, lumps=(Lump("B", ratio * MASS * LENGTH),))
+
+        def equation(x):
+            c, s, ch, sh = mpmath.cos(x), mpmath.sin(x), mpmath.cosh(x), mpmath.sinh(x)
+            return 1 + c * ch + ratio * x * (c * sh - s * ch)
+
+        expected = bending(roots(equation, (1.3, 4.05, 7.15)))
+        np.testing.assert_allclose(frequencies(mechanism, [SLENDER]), expected, rtol=1e-7)
+
+    def test_body_on_a_massless_beam(self):
+        """A heavy body with inertia, its centre beyond the tip: two freedoms from the tip's flexibility."""
+        m, J, offset = 3.0, 0.4, 0.2
+        lump = Lump("B", m, J, offset)
+        found = frequencies(cantilever({"A": 0, "B": LENGTH}, lumps=(lump,)), [Section(EA=math.inf, EI=EI)], 2)
+        flexibility = np.array([[LENGTH**3 / 3, LENGTH**2 / 2], [LENGTH**2 / 2, LENGTH]]) / EI
+        mass = np.array([[m, m * offset], [m * offset, J + m * offset**2]])
+        expected = 1 / np.sqrt(np.sort(np.linalg.eigvals(flexibility @ mass).real)[::-1])
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+    def test_block_on_an_elastic_rail(self):
+        """A held block on a massless cantilever moves and turns with the place where it is."""
+        place, m, J = 0.6 * LENGTH, 2.0, 0.3
+        rail = Link("rail", {"A": 0.0, "B": LENGTH}, (Beam("A", "B"),))
+        block = Link("block", {"C": 0.0}, lumps=(Lump("C", m, J),))
+        slider = Slider("guide", "block", "rail", "C", origin=0.0, direction=1.0)
+        mechanism = Mechanism(
+            (Link("ground", {"A": 0.0}), rail, block), (PinDrive("rail", "A"), SliderDrive("guide")),
+            {"A": 0, "B": LENGTH, "C": place}, (slider,),
+        )  # fmt: skip
+        course = motion(mechanism, np.array([[0.0], [place]]))
+        found = natural_frequencies(course, [Section(EA=math.inf, EI=EI)], 2, settled=1e-5).omega[:, 0]
+        flexibility = np.array([[place**3 / 3, place**2 / 2], [place**2 / 2, place]]) / EI
+        expected = 1 / np.sqrt(np.sort(np.linalg.eigvals(flexibility @ np.diag([m, J])).real)[::-1])
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+    def test_soft_drive(self):
+        """A rigid bar on a torsional spring: sqrt(c/J)."""
+        found = frequencies(
+            cantilever({"A": 0, "B": LENGTH}, MASS), [RIGID], 1, {"A": JointCompliance(rotation=1 / 50.0)}
+        )
+        assert found == pytest.approx(math.sqrt(50.0 / (MASS * LENGTH**3 / 3)), rel=1e-12)
+
+
+def coupled_cantilevers(EA):
+    """Two equal beams in guides that hold them; a massless rod across joins their tips."""
+    links = (
+        Link("ground", {"O": 0.0}),
+        bar("low", "A", "B", LENGTH, MASS),
+        bar("high", "C", "D", LENGTH, MASS),
+        bar("rod", "B", "D", 0.4, 0.0),
+    )
+    sliders = (
+        Slider("low guide", "low", "ground", "A", origin=0.0, direction=1.0),
+        Slider("high guide", "high", "ground", "C", origin=0.4j, direction=1.0),
+    )
+    drawing = {"O": 0, "A": 0, "B": LENGTH, "C": 0.4j, "D": LENGTH + 0.4j}
+    mechanism = Mechanism(links, (SliderDrive("low guide"), SliderDrive("high guide")), drawing, sliders)
+    return mechanism, [SLENDER, SLENDER, Section(EA=EA, EI=math.inf)]
+
+
+def test_two_cantilevers_coupled_at_their_tips():
+    """In step the rod is idle; against one another each has a spring of twice its stiffness at the tip."""
+    EA = 0.3
+    spring = 2 * EA / 0.4 * LENGTH**3 / EI
+
+    def equation(x):
+        c, s, ch, sh = mpmath.cos(x), mpmath.sin(x), mpmath.cosh(x), mpmath.sinh(x)
+        return x**3 * (1 + c * ch) + spring * (s * ch - c * sh)
+
+    free = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875,))[0]
+    against = roots(equation, (1.9,))[0]
+    assert against > free * 1.005
+    np.testing.assert_allclose(
+        frequencies(*coupled_cantilevers(EA), modes=2), bending(np.array([free, against])), rtol=1e-7
+    )
+
+
+def test_tapered_cantilever():
+    """(EI w'')'' = omega^2 m w by Runge and Kutta from the clamped end; the frequency at which the other is free."""
+    taper, mass = tapered(rectangle, (0.02, 0.01), (0.008, 0.006))
+    E, density = 210e9, 7850
+    section = section_of(rectangle(0.02, 0.01), E, taper=taper)
+    m0 = density * 2e-4
+    link = Link("beam", {"A": 0.0, "B": 0.8}, (Beam("A", "B", m0, mass),))
+    mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), {"A": 0, "B": 0.8})
+
+    def width(x):
+        return 0.01 - 0.004 * x / 0.8, 0.02 - 0.012 * x / 0.8
+
+    def free_end(omega):
+        def rates(x, y):
+            b, h = width(x)
+            return [y[1], y[2] / (E * b * h**3 / 12), y[3], omega**2 * density * b * h * y[0]]
+
+        ends = [
+            scipy.integrate.solve_ivp(rates, (0, 0.8), start, rtol=1e-10, atol=1e-14).y[2:, -1]
+            for start in ([0, 0, 1, 0], [0, 0, 0, 1])
+        ]
+        return np.linalg.det(ends)
+
+    expected = [scipy.optimize.brentq(free_end, *ends, rtol=1e-10) for ends in ((150, 260), (600, 900))]
+    found = frequencies(mechanism, [section], 2)
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+class TestMechanism:
+    def test_settles_to_a_tenth_of_a_per_cent(self):
+        """What is called settled is so: a much finer answer is no more than 0.1 % lower, and never higher."""
+        for make in ALL.values():
+            case = make()
+            course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+            usual, fine = (natural_frequencies(course, case.sections, 3, 6, settled=settled) for settled in (1e-3, 0.0))
+            known = np.isfinite(usual.omega)
+            assert (usual.omega[known] <= fine.omega[known] * (1 + 1.5e-3)).all()
+            assert (usual.omega[known] >= fine.omega[known] * (1 - 1e-6)).all()
+
+    def test_converges_faster_than_any_power(self, monkeypatch):
+        """The third mode of a clamped beam: the ratio of its errors, two polynomials apart, grows."""
+        expected = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (7.855,)))[0]
+        errors = []
+        for inner in (3, 5, 7):
+            monkeypatch.setattr("elastic.vibration.REFINEMENTS", (inner,))
+            found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [SLENDER])[2]
+            errors.append(found / expected - 1)
+        assert errors[0] > 50 * errors[1] > 0
+        assert errors[1] / errors[2] > 1.5 * errors[0] / errors[1]
+
+    def test_rigid_is_the_limit_of_stiff(self):
+        """What is 1e6 times as stiff differs by about 1e-6."""
+        case = ALL["six-bar"]()
+        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        stiff = [RIGID if number % 2 else section for number, section in enumerate(case.sections)]
+        nearly = [
+            Section(1e6 * section.EA, 1e6 * section.EI) if number % 2 else section
+            for number, section in enumerate(case.sections)
+        ]
+        exact, near = (natural_frequencies(course, sections, 2, 4).omega for sections in (stiff, nearly))
+        np.testing.assert_allclose(near, exact, rtol=1e-4)
+
+    def test_all_rigid_does_not_vibrate(self):
+        case = rigid_sections(ALL["RRR"]())
+        course = motion(case.mechanism, case.drive)
+        assert np.isinf(natural_frequencies(course, case.sections, 2).omega).all()
+
+    def test_beams_end_for_end_and_one_beam_as_two(self):
+        plain = cantilever({"A": 0, "B": LENGTH}, MASS)
+        halves = cantilever({"A": 0, "M": 0.3 * LENGTH, "B": LENGTH}, MASS, reverse=(1,))
+        np.testing.assert_allclose(frequencies(plain, [SLENDER]), frequencies(halves, [SLENDER] * 2), rtol=1e-7)
+
+    def test_frequencies_do_not_depend_on_the_unit_of_length(self):
+        """The four-bar a thousand times as large, of a thousandth the elastic and mass density, is as quick."""
+        case = steel_four_bar(12)
+        links = tuple(
+            Link(link.name, {name: 1e3 * place for name, place in link.points.items()},
+                 tuple(replace(beam, mass_per_length=1e-3 * beam.mass_per_length) for beam in link.beams))
+            for link in case.mechanism.links
+        )  # fmt: skip
+        drawing = {name: 1e3 * place for name, place in case.mechanism.drawing.items()}
+        large = Mechanism(links, case.mechanism.drives, drawing)
+        sections = [Section(1e3 * section.EA, 1e9 * section.EI) for section in case.sections]
+        found = natural_frequencies(motion(case.mechanism, case.drive), case.sections).omega
+        other = natural_frequencies(motion(large, case.drive), sections).omega
+        # k ~ EI/l^3 stays, m ~ m' l stays
+        np.testing.assert_allclose(other, found, rtol=1e-9)
+
+    def test_designs_are_those_of_single_mechanisms(self):
+        lengths = np.array([[0.28], [0.33]])
+
+        def with_coupler(length):
+            case = steel_four_bar(6)
+            links = list(case.mechanism.links)
+            links[2] = bar("coupler", "A", "B", length, links[2].beams[0].mass_per_length)
+            return Mechanism(tuple(links), case.mechanism.drives, case.mechanism.drawing), case
+
+        mechanism, case = with_coupler(lengths)
+        both = natural_frequencies(motion(mechanism, case.drive), case.sections).omega
+        assert both.shape == (3, 2, 6)
+        for design, length in enumerate(lengths[:, 0]):
+            one = natural_frequencies(motion(with_coupler(length)[0], case.drive), case.sections).omega
+            np.testing.assert_allclose(both[:, design], one, rtol=1e-9)
+
+    def test_singular_positions_are_nan(self):
+        case = steel_four_bar(4)
+        out_of_reach = replace(case.mechanism.links[2], points={"A": 0.0, "B": 0.05})
+        links = tuple(out_of_reach if link.name == "coupler" else link for link in case.mechanism.links)
+        course = motion(Mechanism(links, case.mechanism.drives, case.mechanism.drawing), case.drive)
+        found = natural_frequencies(course, case.sections)
+        assert np.isnan(found.omega).any()
+        assert np.isnan(found.omega[0]).tolist() == (~np.isfinite(course.condition)).tolist()
+
+
+class TestForcing:
+    def turning_arm(self, count=32, rate=5.0):
+        """Under gravity, at constant speed: its bending is one pure harmonic."""
+        mechanism = cantilever({"A": 0, "B": 1.0}, 2.0, gravity=-9.81j)
+        return motion(mechanism, np.arange(count) * 2 * np.pi / count, rate)
+
+    def test_gravity_on_a_turning_arm_is_one_harmonic(self):
+        course = self.turning_arm()
+        found = harmonics(deflection(course, [SLENDER]), period_of(course))
+        assert period_of(course) == pytest.approx(2 * np.pi / 5, rel=1e-12)
+        assert found.omega[1] == pytest.approx(5.0, rel=1e-12)
+        assert found.share[1] == pytest.approx(1.0, abs=1e-12)
+        assert found.strong().tolist() == [1]
+
+    def test_shares_are_of_the_energy(self):
+        case = steel_four_bar(90)
+        course = motion(case.mechanism, case.drive, case.rate)
+        found = harmonics(deflection(course, case.sections), period_of(course))
+        assert (found.share**2).sum() == pytest.approx(1.0, rel=1e-12)
+
+    def test_one_oscillator(self):
+        """sin(Omega t) answers with 1/(1 - r^2) of the static one: at r = 1/2 a third is missed."""
+        course = self.turning_arm()
+        found = harmonics(deflection(course, [SLENDER]), period_of(course))
+        assert quasi_static_error(found, 10.0) == pytest.approx(1 / 3, rel=1e-9)
+        assert quasi_static_error(found, 5.0) == math.inf
+
+    def test_no_cycle_has_no_period(self):
+        course = motion(cantilever({"A": 0, "B": 1.0}, 2.0), np.linspace(0, 1, 9), 1.0)
+        assert math.isnan(period_of(course))
+
+    def test_caution_at_speed_only(self):
+        case = steel_four_bar(72)
+        slow, fast = (
+            cautions(deflection(motion(case.mechanism, case.drive, rate), case.sections), kinds=["vibration"])
+            for rate in (10.0, 100.0)
+        )
+        assert slow == []
+        assert [one.kind for one in fast] == ["vibration"]
+        assert fast[0].severe
+        assert fast[0].figure > fast[0].limit
