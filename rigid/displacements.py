@@ -97,6 +97,8 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
             spin = plus(spin, product(dual, residual))
         if hinge.along is None and np.ndim(spin):
             spin.real[...] = 0.0
+        elif hinge.along is None:
+            spin = imaginary(np.imag(spin))
         for link, path in zip(closed.group.links, closed.group.path, strict=True):
             if k in path and hinge.along is not None:
                 shift[link] = plus(shift[link], times(np.imag(spin), hinge.along))

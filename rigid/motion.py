@@ -87,6 +87,7 @@ def motion(
     drive_acceleration: Any = 0.0,
     time: Any = None,
     near: Posture | None = None,
+    lead: Any = None,
 ) -> Motion:
     """Positions, velocities and accelerations of a mechanism.
 
@@ -102,6 +103,9 @@ def motion(
     near
         Where the links nearly are at every position, or at a single one for all: picks the branch in place of the
         drawing, so that the positions need not be neighbours.
+    lead
+        Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n), where
+        the straight way is not meant.
 
     Raises
     ------
@@ -118,16 +122,10 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    order, count = mechanism.structure, len(mechanism.drives)
-    coordinates = np.atleast_1d(np.asarray(drive, float))
-    if coordinates.ndim == 1:
-        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
-    if len(coordinates) != count:
-        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
-    rate, rate2 = (_per_position(value, coordinates) for value in (drive_rate, drive_acceleration))
-    instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
+    order = mechanism.structure
+    coordinates, rate, rate2, instants = courses(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, order, coordinates, near)
+        placed, closures = place(mechanism, order, coordinates, near, lead)
         velocity, spin = _velocities(mechanism, closures, rate)
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
         condition = 1.0 / np.square(reduce(np.minimum, (np.abs(sine) for sine in placed.sine), 1.0))
@@ -144,7 +142,7 @@ def motion(
         stacked(acceleration, shape, complex),
         stacked([np.imag(value) for value in spin], shape, float),
         stacked(turning, shape, complex),
-        np.broadcast_to(condition, shape),
+        condition if np.shape(condition) == shape else np.broadcast_to(condition, shape),
         closures,
     )
 
@@ -179,11 +177,31 @@ def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
     return replace(course, **{name: wide(getattr(course, name)) for name in names})
 
 
+def courses(mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any) -> tuple[Reals, Reals, Reals, Reals]:
+    """Arguments of `motion` as arrays of shape (drives, positions), and (positions,) for the time."""
+    count = len(mechanism.drives)
+    coordinates = np.atleast_1d(np.asarray(drive, float))
+    if coordinates.ndim == 1:
+        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
+    if len(coordinates) != count:
+        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
+    instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
+    return coordinates, _per_position(rate, coordinates), _per_position(rate2, coordinates), instants
+
+
 def _per_position(value: Any, coordinates: Any) -> Any:
     """A rate given per drive, per position or both, as one array like the coordinates."""
+    if np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
+        return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
     return np.broadcast_to(
         np.reshape(value, (len(coordinates), -1)) if np.ndim(value) == 1 else value, coordinates.shape
     )
+
+
+def _steady(rate: Any, drive: int) -> Columns:
+    """A drive's rate: one number where it is the same at all positions by construction, so that it costs nothing."""
+    row = rate[drive]
+    return float(row.flat[0]) if row.strides[-1] == 0 and row.size else row
 
 
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Any:
@@ -199,7 +217,7 @@ def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) 
     gaps: list[Columns] = []
     turns: list[Columns] = []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        value = 0.0 if hinge.joint.drive is None else hinge.joint.sense * rate[hinge.joint.drive]
+        value = 0.0 if hinge.joint.drive is None else hinge.joint.sense * _steady(rate, hinge.joint.drive)
         gaps.append(0.0 if hinge.along is None else times(value, hinge.along))
         turns.append(value if hinge.along is None else 0.0)
     return displacements(closures, gaps, turns, [0.0] * len(mechanism.links))
@@ -217,7 +235,7 @@ def _accelerations(
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         joint, gap = hinge.joint, 0.0
         parent, child = joint.parent, joint.child
-        value = 0.0 if joint.drive is None else joint.sense * rate2[joint.drive]
+        value = 0.0 if joint.drive is None else joint.sense * _steady(rate2, joint.drive)
         if hinge.along is not None:
             gap = times(value, hinge.along)
             if not is_still(spin[child]):

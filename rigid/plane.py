@@ -22,22 +22,28 @@ def cross(a: Any, b: Any) -> Any:
 
 def is_zero(a: Any) -> bool:
     """Whether a quantity is zero at every position by construction."""
-    return isinstance(a, (float, complex)) and a == 0
+    return type(a) is float and a == 0.0
 
 
 def plus(a: Any, b: Any) -> Any:
     """a + b."""
-    return b if is_zero(a) else a if is_zero(b) else a + b
+    if type(a) is float and a == 0.0:
+        return b
+    return a if type(b) is float and b == 0.0 else a + b
 
 
 def minus(a: Any, b: Any) -> Any:
     """a - b."""
-    return a if is_zero(b) else -b if is_zero(a) else a - b
+    if type(b) is float and b == 0.0:
+        return a
+    return -b if type(a) is float and a == 0.0 else a - b
 
 
 def product(a: Any, b: Any) -> Any:
     """a b, both complex; 0.0 where either is."""
-    return 0.0 if is_zero(a) or is_zero(b) else a * b
+    if (type(a) is float and a == 0.0) or (type(b) is float and b == 0.0):
+        return 0.0
+    return a * b
 
 
 def times(scale: Any, vector: Any) -> Any:
