@@ -16,6 +16,7 @@ from rigid.analysis import (
     velocity_ratio,
 )
 from rigid.assur import AssurGroup, assur_groups
+from rigid.chunks import COLUMNS, design_chunks, motion_in_chunks, of_designs
 from rigid.closure import SINGULAR, JointPlace
 from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
 from rigid.displacements import displacements

@@ -24,7 +24,7 @@ SLIDES = 20  # steps of a slider's drive on that way
 
 
 def place(
-    mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None = None
+    mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None = None, lead: Any = None
 ) -> tuple[Placement, tuple[Closure, ...]]:
     """Every link at every position.
 
@@ -34,13 +34,15 @@ def place(
         Coordinates of the drives [rad or m], shape (drives, positions).
     near
         As for `motion`.
+    lead
+        Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n).
     """
-    drawing = Drawing(mechanism)
-    lead = np.empty((len(drive), 0))
+    drawing, asked = Drawing(mechanism), drive.shape[1]
+    drive = drive if lead is None else np.concatenate([lead, drive], axis=1)
     if near is None and not all(_closed_form(group) for group in structure.groups):
-        lead = _lead(structure, drawing, drive)
-    walk = Walk(mechanism, structure, np.concatenate([lead, drive], axis=1) if lead.size else drive, near)
-    walk.placed.approach = lead.shape[1]
+        drive = np.concatenate([_lead(structure, drawing, drive), drive], axis=1)
+    walk = Walk(mechanism, structure, drive, near)
+    walk.placed.approach = drive.shape[1] - asked
     for number in range(len(structure.groups)):
         walk.step(number)
     placed = walk.placed.arrived()

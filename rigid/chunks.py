@@ -1,0 +1,133 @@
+"""Motions of any number of positions and designs, in chunks that stay in the cache."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from rigid.drawing import Drawing
+from rigid.mechanism import Link, Mechanism
+from rigid.motion import Motion, courses, motion
+from rigid.positions import drawn_coordinates
+
+COLUMNS = 8192
+SEAM = 3  # positions of the chunk before that are passed again, so that a change point at the seam is seen
+FIRM = 1e6  # condition beyond which a position does not tell the branch well
+
+
+def motion_in_chunks(
+    mechanism: Mechanism,
+    drive: Any,
+    drive_rate: Any = 0.0,
+    drive_acceleration: Any = 0.0,
+    time: Any = None,
+    columns: int = COLUMNS,
+) -> Iterator[Motion]:
+    """The same as `motion`, a chunk at a time: memory does not grow with the positions or designs.
+
+    Every chunk of positions goes on, on the branch on which the one before it ended. Loads that count the turns of a
+    link count them from the start of every chunk.
+
+    Parameters
+    ----------
+    mechanism, drive, drive_rate, drive_acceleration, time
+        As for `motion`.
+    columns
+        Positions, or designs times positions, in a chunk: about so many, and at least one design.
+
+    Yields
+    ------
+    Motions, design by design as many at a time as fit, and of every design its positions in order.
+
+    Examples
+    --------
+    >>> from rigid import Link, Mechanism, PinDrive, motion_in_chunks
+    >>> links = (Link("ground", {"O": 0}), Link("crank", {"O": 0, "A": 1.0}))
+    >>> turning = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "A": 1})
+    >>> [len(chunk.time) for chunk in motion_in_chunks(turning, [0.1 * k for k in range(20)], columns=8)]
+    [8, 8, 4]
+    """
+    if columns <= SEAM:
+        raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
+    asked = courses(mechanism, drive, drive_rate, drive_acceleration, time)
+    for rows in design_chunks(mechanism.designs, len(asked[-1]), columns):
+        yield from _along(of_designs(mechanism, rows, mechanism.designs), asked, columns)
+
+
+def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:
+    """Rows of the designs that go together; once everything where there is but one design."""
+    count = designs[0] if designs else 1
+    step = max(columns // max(positions, 1), 1)
+    for first in range(0, count, step):
+        yield slice(first, min(first + step, count))
+
+
+def of_designs(value: Any, rows: slice, designs: tuple[int, ...]) -> Any:
+    """The same mechanism, link, load or section for some of its designs: every array of their shape is cut."""
+    if isinstance(value, np.ndarray):
+        return value[rows] if value.shape == designs else value
+    if isinstance(value, tuple):
+        parts: Any = tuple(of_designs(part, rows, designs) for part in value)
+        return value if all(one is other for one, other in zip(parts, value, strict=True)) else parts
+    if isinstance(value, Mapping):
+        parts = {key: of_designs(part, rows, designs) for key, part in value.items()}
+        return value if all(parts[key] is value[key] for key in parts) else parts
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    owned = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
+    cut = {name: of_designs(part, rows, designs) for name, part in owned.items()}
+    return replace(value, **cut) if any(cut[name] is not owned[name] for name in owned) else value
+
+
+def _along(mechanism: Mechanism, asked: tuple[Any, ...], columns: int) -> Iterator[Motion]:
+    """The positions in order, every chunk drawn anew where the last one ended."""
+    drawn = mechanism
+    lead: Any = None
+    for first in range(0, asked[0].shape[-1], columns):
+        drive, rate, rate2, time = (value[..., first : first + columns] for value in asked)
+        turns = 0.0 if drawn is mechanism else _whole_turns(drawn, lead[:, 0])
+        way = None if lead is None else lead - turns
+        found = motion(drawn, drive - turns, rate, rate2, time, lead=way)
+        found = replace(found, mechanism=mechanism, drive=drive)
+        yield found
+        if first + columns < asked[0].shape[-1]:
+            drawn, lead = _drawn_anew(drawn, lead, found)
+
+
+def _drawn_anew(drawn: Mechanism, lead: Any, found: Motion) -> tuple[Mechanism, Any]:
+    """The mechanism drawn at the last firm position before the seam, and the drive's way from there to the seam."""
+    firm: Any = (np.reshape(found.condition, (-1, found.condition.shape[-1])) < FIRM).all(axis=0)
+    places = np.flatnonzero(firm[:-SEAM])
+    if not len(places):
+        return drawn, found.drive if lead is None else np.concatenate([lead, found.drive], axis=1)
+    last = places[-1]
+    drawing = {}
+    for at, link in reversed(list(enumerate(drawn.links))):
+        for point in _telling(link, drawn):
+            place = found.origin[at, ..., last] + found.direction[at, ..., last] * link.points[point]
+            drawing[point] = complex(np.ravel(place)[0])
+    again = replace(drawn, drawing=drawing)
+    again.__dict__["structure"] = drawn.structure  # which does not depend on the drawing
+    return again, found.drive[:, last:]
+
+
+def _telling(link: Link, drawn: Mechanism) -> list[str]:
+    """Points of a link that are drawn, and one more where a single one does not tell how the link stands."""
+    points = [point for point in link.points if point in drawn.drawing]
+    if len(points) == 1:
+        points += [point for point, local in link.points.items() if np.all(local != link.points[points[0]])][:1]
+    return points
+
+
+def _whole_turns(drawn: Mechanism, start: Any) -> Any:
+    """What the drives are beyond the drawing by whole turns, shape (drives, 1): gears would count them once more."""
+    turns = np.zeros((len(start), 1))
+    if any(joint.gear for joint in drawn.structure.joints):
+        beyond = start - drawn_coordinates(drawn.structure, Drawing(drawn), np.zeros(len(start)))
+        for joint in drawn.structure.joints:
+            if joint.drive is not None and joint.slider is None:
+                turns[joint.drive] = 2 * np.pi * np.round(beyond[joint.drive] / (2 * np.pi))
+    return turns
