@@ -6,6 +6,7 @@ Derivation: docs/dynamics.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -21,12 +22,14 @@ from rigid.tables import per_row
 class JointTable:
     """All joints of a mechanism; arrays of shape (joints, ..., 1) that broadcast against (joints, ..., positions).
 
+    After the joints follow those pairs of links whose coordinate drives a gear: they hold nothing by themselves.
+
     The owner of a slider is the link with the line, the block the link that slides; of a pin, its parent and child.
 
     Attributes
     ----------
     joints
-        In the order of `Structure.joints`.
+        In the order of `Structure.joints`; their number is what `count` says.
     owner, block
         Numbers of the links, shape (joints,).
     foot, tip
@@ -37,10 +40,11 @@ class JointTable:
         Angle of the block's axes from the owner's in a slider [rad]; 0 for a pin.
     slides
         Whether it is a slider, shape (joints, 1, ...).
-    driven
-        Numbers of the joints that the drives move, in the order of the drives.
-    sense
-        Of the driven joints: what multiplies the block's turning or sliding on the owner to give the coordinate.
+    moved
+        Numbers of the joints whose turning or sliding of the block on the owner enters `shares`.
+    shares
+        What every one of them adds to the coordinate of every drive, and then to every gear's difference of its
+        follower from its driver times the ratio; shape (drives + gears, moved).
     """
 
     joints: tuple[Joint, ...]
@@ -51,22 +55,28 @@ class JointTable:
     along: Any
     turn: Any
     slides: Any
-    driven: Any
-    sense: Any
+    moved: Any
+    shares: Any
+
+    @property
+    def count(self) -> int:
+        """Number of the joints."""
+        return len(self.joints)
 
 
 @lru_cache(maxsize=64)
 def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
     """Joints of a mechanism for columns of `ndim` axes."""
     joints = mechanism.structure.joints
-    upright = [joint.slider is None or joint.sense > 0 for joint in joints]
+    drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
+    everyone = (*joints, *drivers)
+    turned = [joint.slider is not None and joint.sense < 0 for joint in everyone]
     ends = [
-        ((joint.parent, joint.at_parent), (joint.child, joint.at_child))[:: 1 if kept else -1]
-        for joint, kept in zip(joints, upright, strict=True)
+        ((joint.parent, joint.at_parent), (joint.child, joint.at_child))[:: -1 if back else 1]
+        for joint, back in zip(everyone, turned, strict=True)
     ]
-    sliders = [joint.slider for joint in joints]
-    moved = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
-    driven = [moved[drive] for drive in range(len(moved))]
+    sliders = [joint.slider for joint in everyone]
+    moved, shares = _shares(joints, len(mechanism.drives), len(drivers))
     return JointTable(
         joints,
         np.array([owner for (owner, _), _ in ends]),
@@ -76,9 +86,24 @@ def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
         per_row([slider.direction if slider else 1.0 for slider in sliders], ndim, complex),
         per_row([np.angle(slider.turn) if slider else 0.0 for slider in sliders], ndim, float),
         np.array([slider is not None for slider in sliders]).reshape(-1, *[1] * ndim),
-        np.array(driven, int),
-        np.array([1.0 if sliders[k] else float(joints[k].sense) for k in driven]),
+        moved,
+        shares,
     )
+
+
+def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Any, Any]:
+    """`JointTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
+    followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
+    driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
+    moved = [*(driven[drive] for drive in range(drives)), *followers, *range(len(joints), len(joints) + gears)]
+    shares = np.zeros((drives + gears, len(moved)))
+    for row, number in enumerate(moved[: drives + gears]):
+        shares[row, row] = 1.0 if joints[number].slider else joints[number].sense
+    for row, number in enumerate(followers, drives):
+        gear = joints[number].gear
+        assert gear is not None
+        shares[row, row + gears] = -gear.ratio
+    return np.array(moved, int), shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,51 +142,48 @@ def conditions(table: JointTable, origin: Any, direction: Any) -> Conditions:
 
 
 def constraint_matrix(here: Conditions, links: int) -> Any:
-    """Rates of all conditions per rate of (x, y, angle) of every moving link, shape (..., positions, 3 n, 3 n).
+    """Rates of all conditions per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
 
-    Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive.
+    Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive and every gear.
+    As many as columns, or more where the mechanism is redundant.
     """
     table = here.table
-    count, shape = len(table.joints), here.way.shape[1:]
-    matrix = np.zeros((*shape, 2 * count + len(table.driven), 3 * links))
+    count, shape, slides = table.count, here.way.shape[1:], table.slides.ravel()
+    matrix = np.zeros((*shape, 2 * count + len(table.shares), 3 * links))
     first, second = 2 * np.arange(count), 2 * np.arange(count) + 1
-    slides = table.slides.ravel()
-    pins, lines = np.flatnonzero(~slides), np.flatnonzero(slides)
-    rotating = ((3 * table.block + 2, 1.0), (3 * table.owner + 2, -1.0))
+    coordinates = np.zeros((*shape, len(table.moved), 3 * links))
+    pins, lines = (np.flatnonzero(kind[:count]) for kind in (~slides, slides))
+    turning, sliding = (np.flatnonzero(kind[table.moved]) for kind in (~slides, slides))
+    turned, slid = table.moved[turning], table.moved[sliding]
     reach = np.where(table.slides, here.way, here.foot)
     for end, arm, sign in ((table.block, here.tip, 1.0), (table.owner, reach, -1.0)):
         for axis, unit in enumerate((1.0, 1j, 1j * arm)):
             effect = np.moveaxis(sign * unit * here.toward, 0, -1)
             matrix[..., first[pins], 3 * end[pins] + axis] = effect.real[..., pins]
-            matrix[..., second, 3 * end + axis] = effect.imag
-            for row, (joint, sense) in enumerate(zip(table.driven, table.sense, strict=True), 2 * count):
-                if slides[joint]:
-                    matrix[..., row, 3 * end[joint] + axis] = effect.real[..., joint] * sense
-    for column, sign in rotating:
-        matrix[..., first[lines], column[lines]] = sign
-        for row, (joint, sense) in enumerate(zip(table.driven, table.sense, strict=True), 2 * count):
-            if not slides[joint]:
-                matrix[..., row, column[joint]] = sign * sense
+            matrix[..., second, 3 * end[:count] + axis] = effect.imag[..., :count]
+            coordinates[..., sliding, 3 * end[slid] + axis] = effect.real[..., slid]
+        matrix[..., first[lines], 3 * end[lines] + 2] = sign
+        coordinates[..., turning, 3 * end[turned] + 2] = sign
+    matrix[..., 2 * count :, :] = table.shares @ coordinates
     return matrix[..., 3:]
 
 
 def centripetal(here: Conditions, velocity: Any, spin: Any) -> Any:
-    """Second rates of the conditions when no link accelerates, shape (..., positions, 3 n).
+    """Second rates of the conditions when no link accelerates, shape (..., positions, rows).
 
     Parameters
     ----------
     velocity, spin
         Of the origins [m/s], complex, and of the links [rad/s], shape (links, ..., positions).
     """
-    table = here.table
+    table, count = here.table, here.table.count
     owner, block = spin[table.owner], spin[table.block]
     opening = velocity[table.block] + 1j * block * here.tip - velocity[table.owner]
     carried = np.where(table.slides, -2j * owner * opening - owner**2 * here.way, owner**2 * here.foot)
     second = np.moveaxis(here.toward * (carried - block**2 * here.tip), 0, -1)
     slides = table.slides.ravel()
-    rows = np.empty((*second.shape[:-1], 2 * second.shape[-1] + len(table.driven)))
-    rows[..., 0 : 2 * second.shape[-1] : 2] = np.where(slides, 0.0, second.real)
-    rows[..., 1 : 2 * second.shape[-1] : 2] = second.imag
-    along = np.where(slides[table.driven], second.real[..., table.driven], 0.0)
-    rows[..., 2 * second.shape[-1] :] = along * table.sense
+    rows = np.empty((*second.shape[:-1], 2 * count + len(table.shares)))
+    rows[..., 0 : 2 * count : 2] = np.where(slides, 0.0, second.real)[..., :count]
+    rows[..., 1 : 2 * count : 2] = second.imag[..., :count]
+    rows[..., 2 * count :] = np.where(slides, second.real, 0.0)[..., table.moved] @ table.shares.T
     return rows

@@ -149,10 +149,10 @@ def _determined(matrix: Any, load: Any) -> Any:
 def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> JointForces:
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
-    count = len(table.joints)
+    count = table.count
     pulls, twists = [], []
-    sense = table.sense.reshape(-1, *[1] * motion.condition.ndim)
-    effort = dict(zip(table.driven.tolist(), multiplier[2 * count :] * sense, strict=True))
+    moving = np.tensordot(table.shares.T, multiplier[2 * count :], 1)
+    effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
         one, other = multiplier[2 * number], multiplier[2 * number + 1]
         if joint.slider is None:

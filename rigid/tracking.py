@@ -52,18 +52,20 @@ class Tracker:
         self._begin = (drive.copy(), first.origin, self._angles(first, drive))
         self._rows = self._independent(constraint_matrix(here, self._links)[0])
         self._units = np.zeros((len(self._rows), len(drive)))
-        driven = 2 * len(self._table.joints) + np.arange(len(drive))
+        driven = 2 * self._table.count + np.arange(len(drive))
         self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
         self.direction: Any = first.direction
         self._here: Conditions = here
         self._factors: Any = None
         self._influence: Any = None
+        self._meshed = np.zeros(len(self._table.shares) - len(drive))
         self.restart()
+        self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
         self._sign = self._factor(here)
 
     def turns(self, number: int) -> bool:
         """Whether a drive is a pin's."""
-        return not self._table.slides[self._table.driven[number]].any()
+        return not self._table.slides[self._table.moved[number]].any()
 
     def restart(self) -> None:
         """Go back to the start."""
@@ -164,13 +166,12 @@ class Tracker:
         """What the conditions lack, in the order of their rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
-        slides = table.slides[:, 0]
-        count = 2 * len(table.joints)
-        rows = np.empty(count + len(drive))
-        rows[0:count:2] = np.where(slides, turned, opening.real)
-        rows[1:count:2] = opening.imag
-        driven = table.driven
-        rows[count:] = np.where(slides[driven], opening.real[driven], turned[driven]) * table.sense - drive
+        slides, count = table.slides[:, 0], table.count
+        rows = np.empty(2 * count + len(table.shares))
+        rows[0 : 2 * count : 2] = np.where(slides, turned, opening.real)[:count]
+        rows[1 : 2 * count : 2] = opening.imag[:count]
+        moved = np.where(slides, opening.real, turned)[table.moved]
+        rows[2 * count :] = table.shares @ moved - np.concatenate([drive, self._meshed])
         return rows
 
     def _factor(self, here: Conditions) -> float:
@@ -191,7 +192,7 @@ class Tracker:
             return np.arange(len(matrix))
         from scipy.linalg import qr
 
-        weight = np.where(np.arange(len(matrix)) < 2 * len(self._table.joints), 1.0, FIRST)
+        weight = np.where(np.arange(len(matrix)) < 2 * self._table.count, 1.0, FIRST)
         return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
 
     def _solve(self, rows: Any) -> Any:
@@ -210,8 +211,10 @@ class Tracker:
         """Angles of all links, whole turns chosen so that sliders and driven pins have the coordinates given."""
         table, angle = self._table, np.angle(first.direction)
         wanted = table.turn.astype(float).copy()[:, 0]
-        wanted[table.driven] = np.where(table.slides[table.driven, 0], wanted[table.driven], drive * table.sense)
-        fixed = set(np.flatnonzero(table.slides[:, 0])) | set(table.driven.tolist())
+        driven = table.moved[: len(drive)]
+        sense = np.diagonal(table.shares)[: len(drive)]
+        wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
+        fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
         placed = {0}
         for number, joint in enumerate(table.joints):
             if joint.child in placed:
