@@ -181,9 +181,9 @@ class Mechanism:
     drives: tuple[PinDrive | SliderDrive, ...]
     drawing: Mapping[str, complex]
     sliders: tuple[Slider, ...] = ()
-    gears: tuple[Gear, ...] = ()
     gravity: complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
+    gears: tuple[Gear, ...] = ()
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

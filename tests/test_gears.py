@@ -44,7 +44,7 @@ def geared_four_bar():
         (PinDrive("pinion", "O"),),
         {"O": 0, "W": 0.2, "A": 0.3, "B": 0.46 + 0.23j, "D": 0.55, "R": 0.05},
         (Slider("guide", "rack", "ground", "R", 0.05, 1.0),),
-        (
+        gears=(
             Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -1 / 3),
             Gear(PinDrive("wheel", "W"), SliderDrive("guide"), 0.04),
         ),
