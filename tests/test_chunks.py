@@ -1,0 +1,157 @@
+"""Claim: chunks of a batch are the batch: on the branch that goes on smoothly, in memory that does not grow.
+
+References: the mechanism's own geometry (a parallelogram's links stay parallel, a gear's angle is its ratio), and the
+batch in one piece, which the other tests hold against references from outside.
+"""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from linkages import linkage
+from mechanisms import ALL, bar, four_bar, replaced, steel_four_bar, turn
+
+from elastic import FIELDS, deflection, deflection_in_chunks
+from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
+
+EPS = np.finfo(float).eps
+
+
+def joined(chunks, name, axis=-1):
+    return np.concatenate([getattr(chunk, name) for chunk in chunks], axis=axis)
+
+
+def parallelogram(start=0.3):
+    lean = 0.1 * np.exp(1j * start)
+    places = {"O": 0, "D": 0.35, "A": lean, "B": 0.35 + lean}
+    bars = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))
+    return linkage(places, "OD", bars, drives=[PinDrive("crank", "O")])
+
+
+class TestBranch:
+    @pytest.mark.parametrize("columns", [4, 7, 25, 61, 100])
+    def test_a_parallelogram_stays_one_wherever_the_seams_are(self, columns):
+        """Flat every half turn, on some seam for some of these: the coupler is parallel to the ground throughout."""
+        angle = 0.3 + np.arange(300) * 0.1
+        chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
+        crank, coupler, rocker = joined(chunks, "direction")[1:]
+        assert abs(coupler - 1).max() < 1e-6
+        assert abs(rocker - crank).max() < 1e-6
+        np.testing.assert_allclose(crank, np.exp(1j * angle), rtol=0, atol=1e-14)
+
+    @pytest.mark.parametrize("columns", [5, 31, 32, 33, 34, 35, 36])
+    @pytest.mark.parametrize("flat", [31.5, 31.03, 31.97])
+    def test_a_seam_beside_the_flat_position(self, columns, flat):
+        """Positions 31 and 32 lie on the two sides of the flat one, half a step from it or little."""
+        angle = np.pi + (np.arange(60) - flat) * 0.05
+        chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
+        assert abs(joined(chunks, "direction")[2] - 1).max() < 1e-6
+
+    @pytest.mark.parametrize("columns", [32, 33, 34, 35, 36])
+    def test_a_seam_beside_a_position_that_is_flat(self, columns):
+        """The flat position itself does not tell the branch: the one before it does."""
+        angle = np.pi + (np.arange(60) - 31) * 0.05
+        chunks = list(motion_in_chunks(parallelogram(), angle, 1.0, columns=columns))
+        assert abs(np.delete(joined(chunks, "direction")[2], 31) - 1).max() < 1e-6
+
+    @pytest.mark.parametrize("columns", [5, 24, 50])
+    def test_a_group_that_is_no_dyad(self, columns):
+        case = ALL["triad"](count=120)
+        chunks = list(motion_in_chunks(case.mechanism, case.drive, case.rate, case.rate2, columns=columns))
+        whole = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        np.testing.assert_allclose(joined(chunks, "origin"), whole.origin, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(joined(chunks, "acceleration"), whole.acceleration, rtol=1e-11, atol=1e-11)
+
+    def test_positions_out_of_reach_between_the_seams(self):
+        """A double rocker driven to and fro beyond its reach; the drawing is forgotten in between."""
+        case = four_bar(crank=0.25, coupler=0.2, rocker=0.2, base=0.3, loads=())
+        angle = 0.4 + 1.6 * np.sin(np.linspace(0, 6 * np.pi, 200))
+        whole = motion(case.mechanism, angle)
+        chunks = list(motion_in_chunks(case.mechanism, angle, columns=12))
+        assert np.isnan(whole.condition).any()
+        np.testing.assert_array_equal(joined(chunks, "direction"), whole.direction)
+
+    def test_a_gear_counts_the_turns_that_the_chunks_before_made(self):
+        """Ratio 0.3: after many turns of the driver the follower is at 0.3 times its whole angle."""
+        links = (
+            Link("ground", {"O": 0.0, "P": 1.0}),
+            Link("driver", {"O": 0.0, "A": 0.2}),
+            Link("follower", {"P": 0.0, "B": 0.2}),
+        )
+        gear = Gear(PinDrive("driver", "O"), PinDrive("follower", "P"), 0.3)
+        drawing = {"O": 0, "A": 0.2, "P": 1, "B": 1.2}
+        mechanism = Mechanism(links, (PinDrive("driver", "O"),), drawing, gears=(gear,))
+        angle = np.arange(400) * 0.21
+        chunks = list(motion_in_chunks(mechanism, angle, columns=23))
+        np.testing.assert_allclose(joined(chunks, "direction")[2], np.exp(0.3j * angle), rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(joined(chunks, "drive"), [angle])
+
+
+class TestSameNumbers:
+    @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR", "RPP", "arm", "six-bar"])
+    def test_every_field(self, name):
+        case = ALL[name]()
+        asked = (case.drive, case.rate, case.rate2)
+        whole = deflection(motion(case.mechanism, *asked), case.sections)
+        chunks = list(deflection_in_chunks(case.mechanism, case.sections, *asked, columns=7))
+        assert len(chunks) == 4
+        for field in FIELDS:
+            np.testing.assert_array_equal(joined(chunks, field), getattr(whole, field))
+
+    def test_times_go_on(self):
+        case = steel_four_bar(20)
+        assert list(joined(motion_in_chunks(case.mechanism, case.drive, columns=6), "time")) == list(range(20))
+
+    def test_designs(self):
+        """Cranks of nine lengths, their own masses and sections; two designs a chunk, the last one alone."""
+        cranks = np.linspace(0.05, 0.12, 9)[:, None]
+        case = steel_four_bar(10)
+        links = tuple(
+            Link("crank", {"O": 0.0, "A": cranks}, (Beam("O", "A", 3 * cranks),)) if link.name == "crank" else link
+            for link in case.mechanism.links
+        )
+        mechanism = replaced(case.mechanism, links=links)
+        sections = (replace(case.sections[0], EI=40 * cranks), *case.sections[1:])
+        whole = deflection(motion(mechanism, case.drive, case.rate), sections)
+        chunks = list(deflection_in_chunks(mechanism, sections, case.drive, case.rate, columns=20))
+        assert [chunk.w.shape[2] for chunk in chunks] == [2, 2, 2, 2, 1]
+        for field in FIELDS:
+            np.testing.assert_array_equal(joined(chunks, field, axis=2), getattr(whole, field))
+
+    def test_one_design_after_the_other_where_its_positions_alone_fill_a_chunk(self):
+        cranks = np.array([[0.08], [0.1]])
+        case = steel_four_bar(25)
+        links = tuple(bar("crank", "O", "A", cranks) if link.name == "crank" else link for link in case.mechanism.links)
+        mechanism = replaced(case.mechanism, links=links)
+        whole = motion(mechanism, case.drive)
+        chunks = list(motion_in_chunks(mechanism, case.drive, columns=10))
+        assert [chunk.columns for chunk in chunks] == [(1, 10), (1, 10), (1, 5)] * 2
+        for design in (0, 1):
+            found = joined(chunks[3 * design : 3 * design + 3], "direction")
+            np.testing.assert_array_equal(found[:, 0], whole.direction[:, design])
+
+
+def peak_memory(count):
+    case = steel_four_bar(8)
+    drive = turn(count)
+    tracemalloc.start()
+    for chunk in deflection_in_chunks(case.mechanism, case.sections, drive, 100.0, columns=500):
+        del chunk
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+def test_memory_does_not_grow_with_the_positions():
+    """But for the numbers of the positions themselves, 8 bytes each; a chunk takes about a megabyte."""
+    peak_memory(1000)
+    few, many = peak_memory(2_000), peak_memory(40_000)
+    assert many - few < 38_000 * 2 * 8
+
+
+def test_chunks_too_small_to_see_a_seam_are_refused():
+    with pytest.raises(ValueError, match="chunks of 3 columns, expected more than 3"):
+        next(motion_in_chunks(parallelogram(), [0.0, 0.1], columns=3))
