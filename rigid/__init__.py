@@ -87,7 +87,7 @@ from rigid.reach import ReachError, reachable, require_reach, stops
 from rigid.spatial import JOINT_TYPES, SYNONYMS, JointType, SpatialJoint, kinematic_torsor, spatial_chain, static_torsor
 from rigid.springs import Spring, TorsionSpring
 from rigid.structure import Joint, Structure, structure
-from rigid.tables import beam_table, per_row
+from rigid.tables import beam_table, mass_moments, per_row
 
 __all__ = [
     "COLUMNS",
@@ -192,6 +192,7 @@ __all__ = [
     "link_motions",
     "load_power",
     "loop_walk",
+    "mass_moments",
     "mechanism_mobility",
     "mobility",
     "mobility_count",
