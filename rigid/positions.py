@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid import change_points, dyads
-from rigid.closure import Closure, Columns, closure
+from rigid import change_points
+from rigid.closure import Closure, closure
 from rigid.drawing import Drawing
+from rigid.dyad_places import place_dyad
 from rigid.march import correct, follow
 from rigid.mechanism import Mechanism
-from rigid.placement import Placement, carried
-from rigid.plane import cross, dot
-from rigid.structure import Group, Joint, Structure
+from rigid.placement import Placement
+from rigid.structure import Group, Structure
 
 if TYPE_CHECKING:
     from rigid.posture import Posture
@@ -108,20 +107,20 @@ class Walk:
         """Place a dyad, on its smooth branch."""
         group, placed = self.structure.groups[number], self.placed
         if self.near is not None:
-            placed.sine.append(_place_dyad(placed, group, self.drawing, self._near_side(group, self.near)))
+            placed.sine.append(place_dyad(placed, group, self.drawing, self._near_side(group, self.near)))
             return
         if number in self.changes:
             shape = np.shape(self.changes[number])[:-1] if len(self.changes[number]) > 1 else ()
             signs = change_points.flips(self.changes[number], self.places, shape)
-            placed.sine.append(_place_dyad(placed, group, self.drawing, signs))
+            placed.sine.append(place_dyad(placed, group, self.drawing, signs))
             return
-        sine = _place_dyad(placed, group, self.drawing, 1.0)
+        sine = place_dyad(placed, group, self.drawing, 1.0)
         if self.places is None and np.ndim(sine) and change_points.suspects(sine).any():
             self._find_changes(number, sine)
         if self.changes.get(number):
             places = np.arange(placed.drive.shape[-1], dtype=float)
             signs = change_points.flips(self.changes[number], places, np.shape(sine)[:-1])
-            sine = _place_dyad(placed, group, self.drawing, signs)
+            sine = place_dyad(placed, group, self.drawing, signs)
         placed.sine.append(sine)
 
     def _near_side(self, group: Group, near: Posture) -> Any:
@@ -129,7 +128,7 @@ class Walk:
         links = list(group.links)
         away = []
         for flip in (1.0, -1.0):
-            _place_dyad(self.placed, group, self.drawing, flip)
+            place_dyad(self.placed, group, self.drawing, flip)
             away.append(sum(np.abs(self.placed.direction[link] - near.direction[link]) for link in links))
         return np.where(away[1] < away[0], -1.0, 1.0)
 
@@ -185,96 +184,3 @@ class _Path:
             if touch is not None and touch < -change_points.SAME:
                 found.append(touch)
         return sorted({round(touch, 4): touch for touch in found}.values())
-
-
-def _place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
-    """Find the dyad's type and place its two links; `flip` is -1 where it folds the other way than drawn."""
-    outer: Sequence[Joint] = sorted(group.tree, key=lambda joint: joint.slider is not None)
-    inner = group.cut[0]
-    if inner.slider is None:
-        solve = (_two_pins, _pin_and_slide, _two_slides)[sum(joint.slider is not None for joint in outer)]
-    else:
-        solve = _slide_between if outer[1].slider is None else _slide_on_slide
-    return solve(placed, outer[0], outer[1], inner, drawing, flip)
-
-
-def _end(joint: Joint, link: int) -> Any:
-    """A joint's point in the axes of one of its links."""
-    return joint.at_child if joint.child == link else joint.at_parent
-
-
-def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> None:
-    """Place the child of an outer pin."""
-    placed.direction[outer.child] = direction
-    placed.origin[outer.child] = pin - carried(direction, outer.at_child)
-
-
-def _carry(placed: Placement, outer: Joint) -> Columns:
-    """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
-    placed.hang(outer, 0.0)
-    assert outer.slider is not None
-    return placed.direction[outer.parent if outer.sense > 0 else outer.child] * (outer.sense * outer.slider.direction)
-
-
-def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
-    drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
-    base = drawn[1] - drawn[0]
-    side = flip * drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
-    arms = _end(inner, one.child) - one.at_child, _end(inner, other.child) - other.at_child
-    direction, opposite, sine = dyads.circle_circle(first, second, *arms, side)
-    _hold(placed, one, first, direction)
-    _hold(placed, other, second, opposite)
-    return sine
-
-
-def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    center = placed.point(pin.parent, pin.at_parent)
-    along = _carry(placed, slide)
-    start = placed.point(slide.child, _end(inner, slide.child))
-    ahead = drawing.along(slide) * slide.sense
-    side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
-    direction, way, sine = dyads.circle_line(center, _end(inner, pin.child) - pin.at_child, start, along, side)
-    placed.origin[slide.child] = placed.origin[slide.child] + way * along
-    _hold(placed, pin, center, direction)
-    return sine
-
-
-def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    along, across = _carry(placed, one), _carry(placed, other)
-    starts = [placed.point(joint.child, _end(inner, joint.child)) for joint in (one, other)]
-    way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
-    placed.origin[one.child] = placed.origin[one.child] + way * along
-    placed.origin[other.child] = placed.origin[other.child] + opposite * across
-    return sine
-
-
-def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    slider = inner.slider
-    assert slider is not None
-    owner_link = inner.parent if inner.sense > 0 else inner.child
-    owner, block = (one, other) if one.child == owner_link else (other, one)
-    pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
-    foot = slider.origin + slider.turn * (block.at_child - _end(inner, block.child)) - owner.at_child
-    ahead = drawing.along(inner)
-    side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
-    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side)
-    _hold(placed, owner, pins[0], direction)
-    _hold(placed, block, pins[1], direction * slider.turn)
-    return sine
-
-
-def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    center = placed.point(pin.parent, pin.at_parent)
-    along = _carry(placed, slide)
-    assert inner.slider is not None
-    block = inner.child if inner.sense > 0 else inner.parent
-    turn = inner.slider.turn
-    toward = turn if block == pin.child else np.conj(turn)
-    _hold(placed, pin, center, placed.direction[slide.child] * toward)
-    owner = pin.child if block == slide.child else slide.child
-    across = placed.direction[owner] * inner.slider.direction
-    gap = placed.point(pin.child, _end(inner, pin.child)) - placed.point(slide.child, _end(inner, slide.child))
-    way, _, sine = dyads.line_line(gap, along, across)
-    placed.origin[slide.child] = placed.origin[slide.child] + way * along
-    return sine
