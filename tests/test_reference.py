@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 from exact import exact
-from mechanisms import ALL, Case, bar, steel_four_bar
+from mechanisms import ALL, Case, apex, bar, steel_four_bar
 
 from elastic import FIELDS, RIGID, Section, chord_deflection, deflection, extremes, sample
 from rigid import Link, Mechanism, PinDrive, Slider, motion, position_of
@@ -143,6 +143,37 @@ def test_everything_equals_a_solution_in_fifty_digits(name, part):
         np.testing.assert_allclose(
             got[:, position], expected, rtol=0, atol=1e-13 * np.abs(got).max(), err_msg=f"{field} of the {name}"
         )
+
+
+def double_rocker(start):
+    """Links 0.3, 0.2, 0.25 on a base of 0.4: the crank stops where coupler and rocker stretch, |AD| = 0.45."""
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.4}),
+        bar("crank", "O", "A", 0.3),
+        bar("coupler", "A", "B", 0.2),
+        bar("rocker", "D", "B", 0.25),
+    )
+    A = 0.3 * np.exp(1j * start)
+    drawing = {"O": 0.0, "D": 0.4, "A": A, "B": apex(A, 0.4, 0.2, 0.25)}
+    return Mechanism(links, (PinDrive("crank", "O"),), drawing)
+
+
+@pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_accuracy_near_a_dead_point_is_its_condition(short):
+    """Errors of motion and fields, relative to their maxima, stay below 20 eps/s^2 however near the links align."""
+    start = np.arccos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4)) - short
+    mechanism = double_rocker(start)
+    sections = [Section(3e5, 40.0), Section(4e5, 50.0), Section(5e5, 60.0)]
+    course = motion(mechanism, [start], 7.0, -3.0)
+    solved, other = deflection(course, sections), exact(mechanism, sections, [start], [7.0], [-3.0])
+    allowed = 20 * np.finfo(float).eps * course.condition[0]
+    assert course.condition[0] > 0.1 / short
+    growth = np.array(other.rate2, float).reshape(-1, 3)[:, 2]
+    np.testing.assert_allclose(course.angular_acceleration[1:, 0], growth, rtol=0, atol=allowed * abs(growth).max())
+    for field in FIELDS:
+        expected = other.sampled(field, [0.0, 0.4, 1.0])
+        got = sample(solved, field, [0.0, 0.4, 1.0])[:, 0]
+        np.testing.assert_allclose(got, expected, rtol=0, atol=allowed * abs(expected).max(), err_msg=field)
 
 
 def test_the_second_solution_closes_to_fifty_digits():
