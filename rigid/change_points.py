@@ -15,7 +15,7 @@ import numpy as np
 POINTS = 65
 ZOOMS = 12
 TOUCH = 1e-7
-STUCK = 0.9
+ROUNDED = 16  # the least of POINTS values of a sharp corner is a smaller part than this of the greatest
 SAME = 1e-5
 
 Sine = Callable[[Any], Any]
@@ -51,7 +51,6 @@ def touches(sine_at: Sine, places: Any, row: int) -> list[float]:
 
 def touch(sine_at: Sine, low: float, high: float) -> float | None:
     """The place of least |s| in an interval, if it is zero there: zoomed in on until it is, or falls no further."""
-    least = np.inf
     for _ in range(ZOOMS):
         grid = np.linspace(low, high, POINTS)
         size = np.abs(sine_at(grid))
@@ -60,9 +59,8 @@ def touch(sine_at: Sine, low: float, high: float) -> float | None:
         best = int(size.argmin())
         if size[best] <= TOUCH:
             return float(grid[best])
-        if size[best] > STUCK * least:
+        if size[best] * ROUNDED > size.max():
             return None
-        least = size[best]
         low, high = grid[max(best - 1, 0)], grid[min(best + 1, POINTS - 1)]
     return None
 

@@ -50,7 +50,7 @@ def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing
     base = drawn[1] - drawn[0]
     side = flip * drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
     arms = _end(inner, one.child) - one.at_child, _end(inner, other.child) - other.at_child
-    direction, opposite, sine = dyads.circle_circle(first, second, *arms, side)
+    direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
     _hold(placed, one, first, direction)
     _hold(placed, other, second, opposite)
     return sine
@@ -62,7 +62,9 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
     start = placed.point(slide.child, _end(inner, slide.child))
     ahead = drawing.along(slide) * slide.sense
     side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
-    direction, way, sine = dyads.circle_line(center, _end(inner, pin.child) - pin.at_child, start, along, side)
+    direction, way, sine = dyads.circle_line(
+        center, _end(inner, pin.child) - pin.at_child, start, along, side, placed.slack
+    )
     placed.origin[slide.child] = placed.origin[slide.child] + way * along
     _hold(placed, pin, center, direction)
     return sine
@@ -86,7 +88,7 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     foot = slider.origin + slider.turn * (block.at_child - _end(inner, block.child)) - owner.at_child
     ahead = drawing.along(inner)
     side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
-    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side)
+    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
     _hold(placed, owner, pins[0], direction)
     _hold(placed, block, pins[1], direction * slider.turn)
     return sine

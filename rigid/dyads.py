@@ -1,7 +1,8 @@
 """Positions of the five dyads in closed form.
 
 Each function finds where two links meet from what carries them and returns what places the links, and the sine s at
-which they meet: zero at a singular position, nan where they cannot meet. `side` is the branch, +1 or -1.
+which they meet: zero at a singular position, nan where they cannot meet. `side` is the branch, +1 or -1; s^2 that is
+below zero by no more than `slack` counts as zero.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from rigid.plane import cross, dot
 ROUND_OFF = 4 * np.finfo(float).eps
 
 
-def _root(square: Any) -> Any:
+def _root(square: Any, slack: Any) -> Any:
     """Square root; 0 just below zero, nan further below."""
-    return np.sqrt(np.where((square < 0.0) & (square > -ROUND_OFF), 0.0, square))
+    return np.sqrt(np.where((square < 0.0) & (square > -slack), 0.0, square))
 
 
-def circle_circle(first: Any, second: Any, arm_first: Any, arm_second: Any, side: Any) -> tuple[Any, Any, Any]:
+def circle_circle(
+    first: Any, second: Any, arm_first: Any, arm_second: Any, side: Any, slack: Any = ROUND_OFF
+) -> tuple[Any, Any, Any]:
     """RRR: directions of two links with outer pins at `first` and `second` that share a pin.
 
     Parameters
@@ -40,13 +43,15 @@ def circle_circle(first: Any, second: Any, arm_first: Any, arm_second: Any, side
     square = base.real**2 + base.imag**2
     long, short = abs(arm_first), abs(arm_second)
     x = 0.5 + 0.5 * (long - short) * (long + short) / square
-    y = side * _root(((long + short) ** 2 / square - 1.0) * (1.0 - (long - short) ** 2 / square)) / 2.0
+    y = side * _root(((long + short) ** 2 / square - 1.0) * (1.0 - (long - short) ** 2 / square), slack) / 2.0
     apex = np.empty(np.broadcast(x, y).shape, complex)
     apex.real, apex.imag = x, y
     return base * apex / arm_first, base * (apex - 1.0) / arm_second, square * y / (long * short)
 
 
-def circle_line(center: Any, arm: Any, point: Any, along: Any, side: Any) -> tuple[Any, Any, Any]:
+def circle_line(
+    center: Any, arm: Any, point: Any, along: Any, side: Any, slack: Any = ROUND_OFF
+) -> tuple[Any, Any, Any]:
     """RRP: a link pinned at `center` and at a point that is carried along a line.
 
     Parameters
@@ -67,13 +72,13 @@ def circle_line(center: Any, arm: Any, point: Any, along: Any, side: Any) -> tup
     length = abs(arm)
     behind = point - center
     offset = cross(along, behind) / length
-    s = side * _root((1.0 - offset) * (1.0 + offset))
+    s = side * _root((1.0 - offset) * (1.0 + offset), slack)
     turned = np.empty(np.shape(s), complex)
     turned.real, turned.imag = s, offset
     return along * turned * (length / arm), length * s - dot(along, behind), s
 
 
-def slotted(owner: Any, block: Any, foot: Any, along: Any, side: Any) -> tuple[Any, Any, Any]:
+def slotted(owner: Any, block: Any, foot: Any, along: Any, side: Any, slack: Any = ROUND_OFF) -> tuple[Any, Any, Any]:
     """RPR: two links pinned at `owner` and `block`, one sliding on the other.
 
     Parameters
@@ -94,7 +99,7 @@ def slotted(owner: Any, block: Any, foot: Any, along: Any, side: Any) -> tuple[A
     base = block - owner
     distance = abs(base)
     offset = cross(along, foot) / distance
-    s = side * _root((1.0 - offset) * (1.0 + offset))
+    s = side * _root((1.0 - offset) * (1.0 + offset), slack)
     seen = np.empty(np.shape(s), complex)
     seen.real, seen.imag = s, offset
     return base / (distance * along * seen), distance * s - dot(along, foot), s

@@ -9,6 +9,7 @@ import numpy as np
 
 from rigid.closure import Columns, JointPlace
 from rigid.drawing import Drawing
+from rigid.dyads import ROUND_OFF
 from rigid.mechanism import Mechanism
 from rigid.plane import dot
 from rigid.structure import Joint
@@ -23,6 +24,7 @@ class Placement:
     origin: list[Columns]
     direction: list[Columns]
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
+    slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
     approach: int = 0  # leading positions that only lead there from the drawing
 
     def arrived(self) -> Placement:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from rigid import change_points
 from rigid.closure import Closure, closure
 from rigid.drawing import Drawing
 from rigid.dyad_places import place_dyad
+from rigid.dyads import ROUND_OFF
 from rigid.march import correct, follow
 from rigid.mechanism import Mechanism
 from rigid.placement import Placement
@@ -18,6 +20,7 @@ from rigid.structure import Group, Structure
 if TYPE_CHECKING:
     from rigid.posture import Posture
 
+AT_MOST = 1e-6  # slack behind a singular position
 STRIDE = 0.1  # of a pin's drive on the way from the drawing [rad]
 SLIDES = 20  # steps of a slider's drive on that way
 
@@ -114,14 +117,25 @@ class Walk:
             signs = change_points.flips(self.changes[number], self.places, shape)
             placed.sine.append(place_dyad(placed, group, self.drawing, signs))
             return
-        sine = place_dyad(placed, group, self.drawing, 1.0)
+        sine = self._with_slack(group, 1.0)
         if self.places is None and np.ndim(sine) and change_points.suspects(sine).any():
             self._find_changes(number, sine)
         if self.changes.get(number):
             places = np.arange(placed.drive.shape[-1], dtype=float)
             signs = change_points.flips(self.changes[number], places, np.shape(sine)[:-1])
-            sine = place_dyad(placed, group, self.drawing, signs)
+            sine = self._with_slack(group, signs)
         placed.sine.append(sine)
+
+    def _with_slack(self, group: Group, flip: Any) -> Any:
+        """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
+        placed = self.placed
+        sine = place_dyad(placed, group, self.drawing, flip)
+        if placed.sine and np.isnan(sine).any():
+            worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
+            placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
+            sine = place_dyad(placed, group, self.drawing, flip)
+            placed.slack = ROUND_OFF
+        return sine
 
     def _near_side(self, group: Group, near: Posture) -> Any:
         """-1 where the links of a dyad are nearer to a posture when folded the other way than drawn."""

@@ -1,0 +1,89 @@
+"""Through change points on the smooth branch; singular positions marked, never garbage."""
+
+import numpy as np
+import pytest
+
+from elastic import Section, deflection
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion, reactions
+
+
+def bar(name, start, end, length):
+    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.471),))
+
+
+def parallelogram(rocker=0.1, **drawn):
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.3}),
+        bar("crank", "O", "A", 0.1),
+        bar("coupler", "A", "B", 0.3),
+        bar("rocker", "D", "B", rocker),
+    )
+    drawing = {"O": 0, "A": 0.1j, "B": 0.3 + 0.1j, "D": 0.3} | drawn
+    return Mechanism(links, (PinDrive("crank", "O"),), drawing)
+
+
+BELOW = {"A": -0.1j, "B": 0.3 - 0.1j}
+ROUND = np.linspace(0.2, 4 * np.pi, 361)
+
+
+class TestParallelogram:
+    @pytest.mark.parametrize("drawn", [{}, BELOW], ids=["drawn above", "drawn below"])
+    @pytest.mark.parametrize("start", [0.3, -0.5, 2.9, 3.5, 0.0], ids=str)
+    def test_stays_one(self, drawn, start):
+        going = motion(parallelogram(**drawn), start + ROUND, 1.0)
+        np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-12)
+        away = going.condition < 1e6
+        np.testing.assert_allclose(going.angular_velocity[3, away], 1.0, rtol=0, atol=1e-9)
+
+    def test_an_antiparallelogram_stays_one(self):
+        going = motion(parallelogram(B=0.22 - 0.06j), ROUND, 1.0)
+        assert np.abs(going.direction[3] - going.direction[1]).max() > 1.9
+        assert np.abs(np.diff(going.direction[3])).max() < 2 * np.diff(ROUND).max()
+
+    def test_one_that_is_a_trifle_off_has_no_change_point(self):
+        going = motion(parallelogram(0.1 + 1e-5), ROUND[:100], 1.0)
+        signs = np.sign((np.conj(going.direction[2]) * going.direction[3]).imag)
+        assert (signs == signs[0]).all()
+
+    def test_designs_are_told_apart(self):
+        rockers = np.array([[0.1], [0.1 + 1e-5], [0.1]])
+        going = motion(parallelogram(rockers), ROUND, 1.0)
+        apart = np.abs(going.direction[3] - going.direction[1]).max(axis=-1)
+        assert (apart[[0, 2]] < 1e-12).all()
+        assert apart[1] > 1.0
+
+    def test_flat_positions_are_marked_and_have_no_forces(self):
+        going = motion(parallelogram(), np.array([0.3, 0.0, 0.3 + np.pi, np.pi]), 1.0)
+        flat = np.array([False, True, False, True])
+        np.testing.assert_array_equal(going.condition > 1e12, flat)
+        bent = deflection(going, [Section(12.6e6, 37.8)] * 3)
+        for values in (bent.w, bent.M, going.angular_velocity[2:], reactions(going).force[1]):
+            np.testing.assert_array_equal(np.isnan(values).any(axis=tuple(range(values.ndim - 1))), flat)
+
+
+def test_an_isosceles_slider_crank_goes_straight_through():
+    links = (
+        Link("ground", {"O": 0.0}),
+        bar("crank", "O", "A", 0.1),
+        bar("rod", "A", "B", 0.1),
+        Link("block", {"B": 0.0}, (), (Lump("B", 0.2),)),
+    )
+    drawing = {"O": 0, "A": 0.1 * np.exp(0.5j), "B": 0.2 * np.cos(0.5)}
+    slide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
+    course = Mechanism(links, (PinDrive("crank", "O"),), drawing, (slide,))
+    angles = 0.5 + np.linspace(0.0, 4 * np.pi, 247)
+    np.testing.assert_allclose(motion(course, angles, 1.0).origin[3], 0.2 * np.cos(angles), rtol=0, atol=1e-12)
+
+
+def test_two_parallelograms_in_a_row_change_together():
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.3, "F": 0.5}),
+        bar("crank", "O", "A", 0.1),
+        bar("coupler", "A", "B", 0.3),
+        Link("rocker", {"D": 0.0, "B": 0.1, "C": 0.15}, (Beam("D", "C", 0.4),)),
+        bar("link", "C", "E", 0.2),
+        bar("last", "F", "E", 0.15),
+    )
+    drawing = {"O": 0, "D": 0.3, "F": 0.5, "A": 0.1j, "B": 0.3 + 0.1j, "C": 0.3 + 0.15j, "E": 0.5 + 0.15j}
+    going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), ROUND, 1.0)
+    np.testing.assert_allclose(going.direction[5], going.direction[1], rtol=0, atol=1e-10)
