@@ -13,7 +13,7 @@ from elastic.polynomials import evaluate, zeros_of
 from elastic.section import Section
 from rigid import Reals, per_row
 
-WAVES = 16
+TERMS = 16
 POINTS = 64
 
 
@@ -32,7 +32,7 @@ def least_axial_force(deflection: Deflection) -> Reals:
 def euler_loads(deflection: Deflection) -> Reals:
     """Euler's critical load of every beam, its ends pinned [N], shape (beams, ..., 1).
 
-    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off for tapers that halve the depth.
+    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off.
 
     References
     ----------
@@ -49,15 +49,16 @@ def euler_loads(deflection: Deflection) -> Reals:
 def _critical_factor(section: Section) -> float:
     """P l^2/EI at the start of a pinned column: pi^2, less where it tapers.
 
-    With sines for the moment: the integral of M'^2 over that of M^2/EI.
+    With polynomials for the moment: the integral of M'^2 over that of M^2/EI.
     """
     if section.taper is None:
         return float(np.pi**2)
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     xi, weights = (nodes + 1) / 2, weights / 2
-    waves = np.arange(1, WAVES + 1)
-    # the divisor makes the integrals of M'^2 the unit matrix
-    moment = np.sin(np.pi * np.outer(waves, xi)) * (np.sqrt(2) / (np.pi * waves))[:, None]
+    # integrals of Legendre's polynomials, scaled so that those of M'^2 are the unit matrix
+    legendre = np.polynomial.legendre.legvander(nodes, TERMS + 1).T
+    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
+    moment = (legendre[2:] - legendre[:-2]) / scale[:, None]
     softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
     return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
 
