@@ -12,11 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from rigid.analysis import aligned_joint
 from rigid.effort import equation_of_motion
 from rigid.mechanism import Law, Mechanism, MechanismError, Reals
 from rigid.motion import Motion, motion, with_rates
 from rigid.posture import Posture
 from rigid.tracking import Tracker
+
+LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
+STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 
 MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 """Times [s] to coordinate, rate and acceleration of a drive, as the laws of motion in `rigid`."""
@@ -103,8 +107,6 @@ def forward(
     ----------
     Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, II.5: the method of order 8.
     """
-    from scipy.integrate import solve_ivp
-
     drives = tuple(drives)
     count = len(mechanism.drives)
     if len(drives) != count:
@@ -121,14 +123,31 @@ def forward(
     if not np.isfinite(system(0.0, begin)).all():
         raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
     scale = tolerance * np.concatenate([unit, unit / duration])
-    found = solve_ivp(
-        system, (0.0, duration), begin, "DOP853", dense_output=True, rtol=max(tolerance, 3e-14), atol=scale
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
+
+
+def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Reals) -> Course:
+    """Steps from time 0 to the duration, and where the links are at each."""
+    from scipy.integrate import DOP853, OdeSolution
+
+    tracker = system.tracker
+    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)  # type: ignore[arg-type]
+    tracker.restart()
+    times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
+    while solver.status == "running":
+        solver.step()
+        reached = tracker.go(system.laws(solver.t, solver.y)[0])
+        if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
+            raise ForwardError(_stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker)))
+        tracker.mark()
+        times.append(solver.t)
+        pieces.append(solver.dense_output())
+        origins.append(tracker.origin)
+        directions.append(tracker.direction)
+    postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
+    return Course(
+        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
     )
-    if not found.success or found.sol is None:
-        last = start.copy()
-        last[free] = found.y[: len(free), -1]
-        raise ForwardError(_stuck(mechanism, found.t[-1], last, "it is at a singular position or stops there"))
-    return Course(mechanism, drives, found.t, system.postures(found.t, found.y), found.sol, found.nfev)
 
 
 def motion_during(course: Course, time: Any) -> Motion:
@@ -166,7 +185,7 @@ class _System:
     def __call__(self, time: float, state: Any) -> Any:
         """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
         half = len(self.free)
-        drive, rate, rate2 = self._laws(time, state)
+        drive, rate, rate2 = self.laws(time, state)
         if not self.tracker.go(drive):
             return np.full(2 * half, np.nan)
         inertia, balance, coasting = self.tracker.equation(time, rate)
@@ -179,7 +198,7 @@ class _System:
             found = np.full(half, np.nan)
         return np.concatenate([rate[self.free], found])
 
-    def _laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
+    def laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
         """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
@@ -189,15 +208,12 @@ class _System:
                 drive[number], rate[number], rate2[number] = (float(np.ravel(value)[0]) for value in law([time]))
         return drive, rate, rate2
 
-    def postures(self, times: Any, states: Any) -> Posture:
-        """Where the links are at given times, followed from the start."""
-        self.tracker.restart()
-        origins, directions = [], []
-        for time, state in zip(times, states.T, strict=True):
-            self.tracker.go(self._laws(time, state)[0])
-            origins.append(self.tracker.origin)
-            directions.append(self.tracker.direction)
-        return Posture(self.tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
+
+def _aligned(tracker: Tracker) -> str:
+    """What keeps a mechanism from going on where it is now."""
+    near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
+    joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
+    return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
 def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> str:

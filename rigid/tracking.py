@@ -27,6 +27,8 @@ class Tracker:
 
     Attributes
     ----------
+    drive
+        Coordinates of the drives, shape (drives,).
     origin, direction
         Of every link [m] and its unit vector, complex, shape (links, 1).
     size
@@ -67,26 +69,52 @@ class Tracker:
         """Whether a drive is a pin's."""
         return not self._table.slides[self._table.moved[number]].any()
 
+    @property
+    def steepness(self) -> float:
+        """Greatest rate of a link's place or angle for a unit rate of a drive, both measured by the size."""
+        units = [1.0 if self.turns(number) else self.size for number in range(self._influence.shape[1])]
+        return float(np.abs(self._weights[:, None] * self._influence * units).max(initial=0.0))
+
     def restart(self) -> None:
         """Go back to the start."""
-        self._drive, self.origin, self._angle = self._begin
+        self.drive, self.origin, self._angle = self._begin
         self._place()
         self._factor(self._here)
+        self.mark()
 
     def go(self, drive: Reals) -> bool:
-        """Go to other coordinates of the drives, near enough; False, and back, where it does not close there."""
-        before = (self._drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence)
-        way = drive - self._drive
+        """Go to other coordinates of the drives, near enough; False, and back to the mark, where it does not close."""
+        if self._advance(drive):
+            return True
+        # Close to a singular position the way from there is not to be trusted: once more from firm ground.
+        self._state = self._mark
+        if self._advance(drive):
+            return True
+        self._state = self._mark
+        return False
+
+    def mark(self) -> None:
+        """Let this be the place to fall back to."""
+        self._mark = self._state
+
+    @property
+    def _state(self) -> tuple[Any, ...]:
+        return self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence
+
+    @_state.setter
+    def _state(self, state: tuple[Any, ...]) -> None:
+        self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence = state
+
+    def _advance(self, drive: Reals) -> bool:
+        begin, way = self.drive, drive - self.drive
         with np.errstate(all="ignore"):
             far = float(np.abs(self._weights * (self._influence @ way)).max(initial=0.0))
-            reached = np.isfinite(far)
-            pieces = min(int(far / FAR) + 1, PIECES) if reached else 0
-            for piece in range(pieces):
-                reached = reached and self._approach(before[0] + way * ((piece + 1) / pieces))
-            reached = reached and self._factor(self._here) == self._sign
-        if not reached:
-            self._drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence = before
-        return bool(reached)
+            if not far < FAR * PIECES:
+                return False
+            pieces = int(far / FAR) + 1
+            if not all(self._approach(begin + way * ((piece + 1) / pieces)) for piece in range(pieces)):
+                return False
+            return self._factor(self._here) == self._sign
 
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
         """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
@@ -100,7 +128,7 @@ class Tracker:
         coasting = Motion(
             self.mechanism,
             np.array([time]),
-            self._drive[:, None],
+            self.drive[:, None],
             rate[:, None],
             np.zeros((len(rate), 1)),
             self.origin,
@@ -128,7 +156,7 @@ class Tracker:
 
     def _approach(self, drive: Reals) -> bool:
         """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""
-        ahead = self._influence @ (drive - self._drive)
+        ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
         # A matrix that is old by a way leaves about that part of the error.
         slowness = float(np.abs(self._weights * ahead).max())
@@ -142,7 +170,7 @@ class Tracker:
             if not length < 1.0:
                 return False
             if length * slowness < ROUND_OFF:
-                self._drive = drive
+                self.drive = drive
                 surplus = len(open_by) > len(self._rows)
                 return not surplus or bool(np.abs(self._residual(drive)).max() < FITS * (1 + self.size))
             before = length

@@ -1,0 +1,389 @@
+"""Forward dynamics against closed forms, an independent equation of motion, and published digits."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkages import three_cranks
+from mechanisms import ALL, apex, bar, replaced
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+from elastic import Section, deflection, sample
+from rigid import (
+    ConstantSpeed,
+    Effort,
+    ForwardError,
+    Link,
+    LinkAngle,
+    Lump,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    Slider,
+    SliderDrive,
+    Spring,
+    TorsionSpring,
+    acceleration_of,
+    constant_law,
+    dissipated_power,
+    drive_efforts,
+    forward,
+    kinetic_energy,
+    law_of_rate,
+    motion,
+    motion_during,
+    position_of,
+    potential_energy,
+    reactions,
+)
+
+GRAVITY = 9.81
+FREE = Effort()
+
+
+def flywheel(inertia=2.0, *loads):
+    links = (Link("ground", {"O": 0.0}), Link("wheel", {"O": 0.0}, lumps=(Lump("O", 1.0, inertia),)))
+    return Mechanism(links, (PinDrive("wheel", "O"),), {}, loads=loads)
+
+
+def pendulum(length=0.7, mass=1.3):
+    links = (Link("ground", {"O": 0.0}), Link("bob", {"O": 0.0, "A": length}, lumps=(Lump("A", mass),)))
+    return Mechanism(links, (PinDrive("bob", "O"),), {}, gravity=-1j * GRAVITY)
+
+
+def double_pendulum(m1=1.0, m2=0.6, a=0.5, b=0.4):
+    links = (
+        Link("ground", {"O": 0.0}),
+        Link("upper", {"O": 0.0, "A": a}, lumps=(Lump("A", m1),)),
+        Link("lower", {"A": 0.0, "T": b}, lumps=(Lump("T", m2),)),
+    )
+    drives = (PinDrive("upper", "O"), PinDrive("lower", "A", "upper"))
+    return Mechanism(links, drives, {}, gravity=-1j * GRAVITY)
+
+
+def loops_are_closed(course, tolerance=1e-13):
+    """Every shared point is at one place."""
+    mechanism = course.mechanism
+    for one in mechanism.links:
+        for other in mechanism.links:
+            for point in set(one.points) & set(other.points):
+                apart = position_of(course, one.name, point) - position_of(course, other.name, point)
+                assert np.abs(apart).max() < tolerance
+
+
+class TestOneFreedom:
+    def test_a_constant_moment_turns_a_wheel_quadratically(self):
+        course = forward(flywheel(2.0), [Effort(3.0)], 0.5, -1.0, 4.0)
+        time = np.linspace(0, 4, 9)
+        found = motion_during(course, time)
+        np.testing.assert_allclose(found.drive[0], 0.5 - time + 0.75 * time**2, atol=1e-11)
+        np.testing.assert_allclose(found.drive_rate[0], -1 + 1.5 * time, atol=1e-11)
+        np.testing.assert_allclose(found.drive_acceleration[0], 1.5, rtol=1e-13)
+
+    def test_a_pendulum_swings_as_jacobis_sine(self):
+        """sin(theta/2) = k sn(K - w t), released from rest at an angle of 2 asin(k) from hanging."""
+        length, release, time = 0.7, 2.5, np.linspace(0.0, 3.0, 31)
+        k, w = math.sin(release / 2), math.sqrt(GRAVITY / length)
+        sn, cn, dn, _ = ellipj(ellipk(k**2) - w * time, k**2)
+        found = motion_during(forward(pendulum(length), [FREE], release - math.pi / 2, 0.0, 3.0, 1e-12), time)
+        np.testing.assert_allclose(found.drive[0] + math.pi / 2, 2 * np.arcsin(k * sn), atol=1e-9)
+        np.testing.assert_allclose(found.drive_rate[0], -2 * k * w * cn * dn / np.sqrt(1 - (k * sn) ** 2), atol=1e-8)
+
+    def test_a_damped_wheel_slows_exponentially(self):
+        damper = TorsionSpring("wheel", "O", damping=0.8)
+        found = motion_during(forward(flywheel(2.0, damper), [FREE], 0.0, 5.0, 3.0), np.linspace(0, 3, 7))
+        np.testing.assert_allclose(found.drive_rate[0], 5 * np.exp(-0.4 * found.time), rtol=1e-10)
+
+    def test_an_effort_may_follow_the_rate(self):
+        """A motor whose moment falls with its speed: w = w0 (1 - exp(-c t/J))."""
+        motor = Effort(law_of_rate(LinkAngle("wheel"), lambda w: 0.8 * (6.0 - w)))
+        found = motion_during(forward(flywheel(2.0), [motor], 0.0, 0.0, 3.0), np.linspace(0, 3, 7))
+        np.testing.assert_allclose(found.drive_rate[0], 6 * (1 - np.exp(-0.4 * found.time)), atol=1e-10)
+
+    def test_a_mass_on_a_spring_oscillates_along_its_rail(self):
+        links = (Link("ground", {"G": 0.0}), Link("block", {"P": 0.0}, lumps=(Lump("P", 0.5),)))
+        rail = Slider("rail", "block", "ground", "P", origin=0.0, direction=np.exp(0.4j))
+        spring = Spring("block", "P", anchor="G", stiffness=50.0)
+        mechanism = Mechanism(links, (SliderDrive("rail"),), {"P": 0.1, "G": 0.0}, (rail,), loads=(spring,))
+        found = motion_during(forward(mechanism, [FREE], 0.1, 0.0, 2.0), np.linspace(0, 2, 21))
+        np.testing.assert_allclose(found.drive[0], 0.1 * np.cos(10 * found.time), atol=1e-10)
+
+    def test_energy_is_constant(self):
+        found = motion_during(forward(pendulum(), [FREE], 1.0, 2.0, 3.0, 1e-12), np.linspace(0, 3, 50))
+        energy = kinetic_energy(found) + potential_energy(found)
+        np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+
+
+class TestSeveralDrives:
+    def test_a_double_pendulum_follows_its_own_equations(self):
+        """In absolute angles from hanging (Goldstein, Classical Mechanics, chapter 1), solved by themselves."""
+        m1, m2, a, b = 1.0, 0.6, 0.5, 0.4
+
+        def rates(_, y):
+            p, q, u, v = y
+            mass = np.array([[(m1 + m2) * a, m2 * b * np.cos(p - q)], [a * np.cos(p - q), b]])
+            force = [
+                -m2 * b * v**2 * np.sin(p - q) - (m1 + m2) * GRAVITY * np.sin(p),
+                a * u**2 * np.sin(p - q) - GRAVITY * np.sin(q),
+            ]
+            return [u, v, *np.linalg.solve(mass, force)]
+
+        time = np.linspace(0, 1.2, 13)
+        own = solve_ivp(rates, (0, 1.2), [1.2, 0.7, 0.0, 1.0], "DOP853", t_eval=time, rtol=1e-12, atol=1e-12).y
+        course = forward(double_pendulum(), [FREE, FREE], [1.2 - math.pi / 2, -0.5], [0.0, 1.0], 1.2, 1e-12)
+        found = motion_during(course, time)
+        np.testing.assert_allclose(found.drive[0] + math.pi / 2, own[0], atol=1e-9)
+        np.testing.assert_allclose(found.drive[0] + found.drive[1] + math.pi / 2, own[1], atol=1e-9)
+        energy = kinetic_energy(found) + potential_energy(found)
+        np.testing.assert_allclose(energy, energy[0], atol=1e-9)
+
+    def test_one_drive_may_follow_a_law_while_another_is_free(self):
+        """A pendulum on an arm that turns steadily without gravity: q'' = -(a/b) w^2 sin q about the arm's line."""
+        w, a, b = 3.0, 0.5, 0.4
+        mechanism = replaced(double_pendulum(), gravity=0.0)
+        found = motion_during(
+            forward(mechanism, [ConstantSpeed(0.2, w), FREE], [0.0, 0.8], [0.0, 0.0], 2.0, 1e-12),
+            np.linspace(0, 2, 11),
+        )
+        own = solve_ivp(
+            lambda _, y: [y[1], -(a / b) * w**2 * math.sin(y[0])], (0, 2), [0.8, 0.0], "DOP853",
+            t_eval=found.time, rtol=1e-12, atol=1e-12,
+        )  # fmt: skip
+        np.testing.assert_allclose(found.drive[0], 0.2 + w * found.time, rtol=1e-14)
+        np.testing.assert_allclose(found.drive[1], own.y[0], atol=1e-9)
+
+
+class TestAnyLinkage:
+    @pytest.mark.parametrize("name", ALL)
+    def test_the_efforts_of_a_motion_bring_that_motion_about(self, name):
+        """Inverse dynamics along a smooth law, then forward with those efforts, is the law again."""
+        case = ALL[name]()
+        begin = case.drive[:, 3]
+        phase = 0.3 * np.arange(len(begin))
+
+        def law(time):
+            swing = 30.0 * np.atleast_1d(time) + phase[:, None]
+            size = 0.05 * (0.1 if name == "driven slider" else 1.0)
+            return begin[:, None] + size * np.sin(swing), 30 * size * np.cos(swing), -900 * size * np.sin(swing)
+
+        def effort(number):
+            def moment(course):
+                wanted = motion(case.mechanism, *law(course.time), course.time)
+                return drive_efforts(wanted, reactions(wanted))[number]
+
+            return Effort(moment)
+
+        duration = 0.05
+        start, rate, _ = law(0.0)
+        drives = [effort(number) for number in range(len(begin))]
+        time = np.linspace(0, duration, 5)
+        found = motion_during(forward(case.mechanism, drives, start[:, 0], rate[:, 0], duration), time)
+        expected = law(time)
+        np.testing.assert_allclose(found.drive, expected[0], atol=1e-9)
+        np.testing.assert_allclose(found.drive_acceleration, expected[2], atol=1e-5 * np.abs(expected[2]).max())
+
+    @pytest.mark.parametrize("name", ["RRR", "RPR", "six-bar", "triad"])
+    def test_a_free_linkage_keeps_its_energy_and_its_loops_closed(self, name):
+        case = ALL[name]()
+        mechanism = replaced(case.mechanism, loads=())
+        course = motion_during(forward(mechanism, [FREE], case.drive[0, 0], 40.0, 0.3), np.linspace(0, 0.3, 40))
+        assert np.ptp(course.drive[0]) > 2 * math.pi
+        loops_are_closed(course)
+        energy = kinetic_energy(course) + potential_energy(course)
+        np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
+
+    def test_a_redundant_parallelogram_moves_as_three_cranks_and_a_bar(self):
+        """Cranks without mass and a coupler in translation on them: alpha eps + m g r cos = 0, r the cranks."""
+        given = three_cranks()
+        lean = given.drawing["A"]
+        r, start = abs(lean), float(np.angle(lean))
+        links = [Link(link.name, link.points) for link in given.links]
+        coupler = next(link for link in given.links if link.name == "coupler")
+        links = [link for link in links if link.name != "coupler"]
+        links.append(Link("coupler", coupler.points, lumps=(Lump("A", 2.0, 0.3),)))
+        mechanism = replaced(given, links=tuple(links), gravity=-1j * GRAVITY)
+        found = motion_during(forward(mechanism, [FREE], start, -1.0, 0.08, 1e-12), np.linspace(0, 0.08, 5))
+        own = solve_ivp(
+            lambda _, y: [y[1], -GRAVITY / r * math.cos(y[0])], (0, 0.08), [start, -1.0], "DOP853",
+            t_eval=found.time, rtol=1e-12, atol=1e-12,
+        )  # fmt: skip
+        np.testing.assert_allclose(found.drive[0], own.y[0], atol=1e-10)
+        loops_are_closed(found)
+
+    def test_energy_lost_is_heat(self):
+        case = ALL["RRR"]()
+        ground, *links = case.mechanism.links
+        anchored = Link("ground", {**ground.points, "anchor": 0.5 + 0.4j})
+        spring = Spring("coupler", "B", anchor="anchor", stiffness=300.0, length=0.1, damping=8.0)
+        mechanism = replaced(case.mechanism, links=(anchored, *links), loads=(spring,))
+        course = motion_during(forward(mechanism, [FREE], case.drive[0, 0], 20.0, 0.4), np.linspace(0, 0.4, 4001))
+        energy = kinetic_energy(course) + potential_energy(course)
+        heat = np.trapezoid(dissipated_power(course), course.time)
+        assert heat > 0.05 * energy[0]
+        assert energy[0] - energy[-1] == pytest.approx(heat, rel=1e-6)
+
+
+class TestAndrewsSqueezer:
+    """Seven bodies, IVP Test Set: digits at t = 0.03 s."""
+
+    DATA = json.loads((Path(__file__).parent / "data" / "andrews_squeezer.json").read_text())
+
+    def mechanism(self):
+        p = self.DATA["parameters"]
+        beta, theta, _, _, delta, _, epsilon = self.DATA["start"]
+        m, J = p["m"], p["I"]
+        A, B, C = (complex(p["x" + name], p["y" + name]) for name in "abc")
+        F = p["rr"] * np.exp(1j * beta)
+        drawing = {
+            "O": 0.0,
+            "A": A,
+            "B": B,
+            "C": C,
+            "F": F,
+            "E": F - p["d"] * np.exp(1j * (beta + theta)),
+            "G": A + p["zt"] * np.exp(1j * delta),
+            "H": A - 1j * p["u"] * np.exp(1j * epsilon),
+        }
+        spot = complex(p["sd"], -p["sc"])
+        links = (
+            Link("ground", {"O": 0.0, "A": A, "B": B, "C": C}),
+            Link("K1", {"O": 0.0, "F": p["rr"]}, lumps=(Lump("O", m[0], J[0], p["ra"]),)),
+            Link("K2", {"F": 0.0, "E": -p["d"]}, lumps=(Lump("F", m[1], J[1], -p["da"]),)),
+            Link(
+                "K3", {"B": 0.0, "E": -1j * p["ss"], "S": spot}, lumps=(Lump("B", m[2], J[2], p["sb"] - 1j * p["sa"]),)
+            ),
+            Link("K4", {"G": 0.0, "E": -1j * p["e"]}, lumps=(Lump("G", m[3], J[3], -1j * (p["e"] - p["ea"])),)),
+            Link("K5", {"A": 0.0, "G": p["zt"]}, lumps=(Lump("A", m[4], J[4], p["ta"] + 1j * p["tb"]),)),
+            Link("K6", {"H": 0.0, "E": p["zf"]}, lumps=(Lump("H", m[5], J[5], p["zf"] - p["fa"]),)),
+            Link("K7", {"A": 0.0, "H": -1j * p["u"]}, lumps=(Lump("A", m[6], J[6], -p["ua"] - 1j * p["ub"]),)),
+        )
+        spring = Spring("K3", "S", anchor="C", stiffness=p["c0"], length=p["l0"])
+        return Mechanism(links, (PinDrive("K1", "O"),), drawing, loads=(spring,))
+
+    def course(self):
+        return forward(self.mechanism(), [Effort(self.DATA["parameters"]["mom"])], self.DATA["start"][0], 0.0, 0.03)
+
+    @staticmethod
+    def in_its_angles(course, values):
+        """beta, Theta, gamma, Phi, delta, Omega, epsilon from the links' absolute ones."""
+        one, two, three, four, five, six, seven = (values[course.mechanism.index[f"K{k}"]] for k in range(1, 8))
+        return np.array([one, two - one, three, four - five, five, six - seven, seven])
+
+    @staticmethod
+    def multipliers(course):
+        """Of the three conditions that E on K2 is E on K3, K4, K6: what the pin does to these."""
+        forces = reactions(course)
+        names = [link.name for link in course.mechanism.links]
+        found = []
+        for name in ("K3", "K4", "K6"):
+            pulls = [
+                force * ((names[joint.child] == name) - float(names[joint.parent] == name))
+                for joint, force in zip(course.structure.joints, forces.force, strict=True)
+                if joint.name == "E"
+            ]
+            found += [sum(pulls).real, sum(pulls).imag]
+        return np.array(found)
+
+    def test_start(self):
+        found = motion_during(self.course(), [0.0])
+        accelerations = self.in_its_angles(found, found.angular_acceleration)[:, 0]
+        np.testing.assert_allclose(accelerations, self.DATA["start_accelerations"], rtol=1e-11, atol=1e-8)
+        np.testing.assert_allclose(
+            self.multipliers(found)[:, 0], self.DATA["start_multipliers"], rtol=1e-10, atol=1e-10
+        )
+
+    def test_end(self):
+        found = motion_during(self.course(), [0.0, 0.03])
+        end = np.array(self.DATA["end"])
+        angles = self.in_its_angles(found, np.angle(found.direction))[:, -1]
+        apart = np.angle(np.exp(1j * (angles - end[:7])))
+        assert found.drive[0, -1] == pytest.approx(end[0], rel=1e-8)
+        np.testing.assert_array_less(np.abs(apart), 1e-8 * np.abs(end[:7]))
+        velocities = self.in_its_angles(found, found.angular_velocity)[:, -1]
+        np.testing.assert_allclose(velocities, end[7:14], rtol=1e-6)
+        accelerations = self.in_its_angles(found, found.angular_acceleration)[:, -1]
+        np.testing.assert_allclose(accelerations, end[14:21], rtol=1e-5)
+        np.testing.assert_allclose(self.multipliers(found)[:, -1], end[21:], rtol=1e-5)
+
+    def test_the_motors_work_is_the_energy_gained(self):
+        found = motion_during(self.course(), np.linspace(0, 0.03, 60))
+        energy = kinetic_energy(found) + potential_energy(found)
+        work = self.DATA["parameters"]["mom"] * (found.drive[0] - found.drive[0, 0])
+        np.testing.assert_allclose(energy - energy[0], work, atol=1e-8 * energy.max())
+        loops_are_closed(found, 1e-16)
+
+
+class TestAsAnyOtherMotion:
+    def test_a_falling_rod_bends_as_a_falling_chimney(self):
+        """M = (m g cos/4) x (1 - x/l)^2 at any angle (Madsen, American Journal of Physics 45, 1977, 182)."""
+        m, length = 3.0, 2.0
+        links = (Link("ground", {"O": 0.0}), bar("rod", "O", "A", length, m / length))
+        mechanism = Mechanism(links, (PinDrive("rod", "O"),), {}, gravity=-1j * GRAVITY)
+        found = motion_during(forward(mechanism, [FREE], 1.2, 0.0, 0.5), np.linspace(0, 0.5, 6))
+        xi = np.linspace(0, 1, 9)
+        moment = sample(deflection(found, [Section(EA=1e7, EI=1e4)]), "M", xi)[0]
+        expected = m * GRAVITY * np.cos(found.drive[0])[:, None] / 4 * length * xi * (1 - xi) ** 2
+        np.testing.assert_allclose(moment, expected, atol=1e-10 * np.abs(expected).max())
+
+    def test_its_accelerations_are_those_of_its_velocities(self):
+        """Chebyshev differentiation in time of a coupler point's path."""
+        case = ALL["triad"]()
+        mechanism = replaced(case.mechanism, loads=())
+        course = forward(mechanism, [FREE], case.drive[0, 0], 40.0, 0.02, 1e-12)
+        nodes = 0.01 - 0.01 * np.cos(np.pi * np.arange(65) / 64)
+        found = motion_during(course, nodes)
+        path = position_of(found, "plate", "R")
+        fit = [np.polynomial.Chebyshev.fit(nodes, part, 64).deriv(2)(nodes[8:-8]) for part in (path.real, path.imag)]
+        direct = acceleration_of(found, "plate", "R")[8:-8]
+        np.testing.assert_allclose(fit[0] + 1j * fit[1], direct, atol=1e-5 * np.abs(direct).max())
+
+
+class TestRefusals:
+    def test_a_linkage_that_falls_into_its_limit_says_when_and_where(self):
+        links = (
+            Link("ground", {"O": 0.0, "D": 0.4}),
+            bar("crank", "O", "A", 0.3),
+            bar("coupler", "A", "B", 0.2),
+            bar("rocker", "D", "B", 0.25),
+        )
+        A = 0.3 * np.exp(0.3j)
+        drawing = {"O": 0.0, "D": 0.4, "A": A, "B": apex(A, 0.4, 0.2, 0.25)}
+        mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing)
+        stop = math.acos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
+        with pytest.raises(ForwardError, match='the joint "B" aligns') as caught:
+            forward(mechanism, [Effort(5.0)], 0.3, 0.0, 5.0, 1e-7)
+        assert float(str(caught.value).split('"crank" at ')[1].split(":")[0]) == pytest.approx(stop, abs=1e-5)
+
+    def test_a_drive_that_moves_no_mass(self):
+        mechanism = Mechanism((Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0})), (PinDrive("arm", "O"),), {})
+        with pytest.raises(ForwardError, match="moves no mass"):
+            forward(mechanism, [Effort(1.0)], 0.0, 0.0, 1.0)
+
+    def test_as_many_efforts_as_drives(self):
+        with pytest.raises(ForwardError, match=r"1 efforts or motion laws were given for 2 drive\(s\)"):
+            forward(double_pendulum(), [FREE], 0.0, 0.0, 1.0)
+
+    def test_a_start_that_does_not_close(self):
+        case = ALL["RRR"]()
+        links = [bar("rocker", "D", "B", 0.02) if link.name == "rocker" else link for link in case.mechanism.links]
+        mechanism = replaced(case.mechanism, links=tuple(links), loads=())
+        with pytest.raises(MechanismError, match="cannot be assembled at the start"):
+            forward(mechanism, [FREE], 3.0, 0.0, 1.0)
+
+    def test_one_design_at_a_time(self):
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("arm", {"O": 0.0, "A": np.array([[1.0], [2.0]])}, lumps=(Lump("A", 1.0),)),
+            Link("fore", {"A": 0.0, "T": 1.0}, lumps=(Lump("T", 1.0),)),
+        )
+        mechanism = Mechanism(links, (PinDrive("arm", "O"), PinDrive("fore", "A", "arm")), {})
+        with pytest.raises(MechanismError, match="one design"):
+            forward(mechanism, [FREE, FREE], 0.0, 0.0, 1.0)
+
+    def test_times_beyond_the_integration(self):
+        course = forward(flywheel(), [Effort(constant_law(1.0))], 0.0, 0.0, 1.0)
+        with pytest.raises(ForwardError, match=r"asked at 0 to 1\.5 s, integrated from 0 to 1 s"):
+            motion_during(course, [0.0, 1.5])
