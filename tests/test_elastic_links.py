@@ -1,0 +1,530 @@
+"""Claim: links of any shape deflect as the handbooks say, and as methods written here for the purpose.
+
+Roark is Young, Budynas, Sadegh, Roark's Formulas for Stress and Strain, 8th edition; Gere is Gere, Mechanics of
+Materials, 6th edition; Timoshenko is Timoshenko, Strength of Materials, Part I, 3rd edition.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import scipy.integrate
+from mechanisms import ALL, bar, replaced, steel_four_bar
+from standard_beams import cantilever, propped, still, supported
+
+from elastic import (
+    RIGID,
+    JointCompliance,
+    Section,
+    Taper,
+    circle,
+    deflection,
+    displacement_of,
+    extremes,
+    rectangle,
+    sample,
+    section_of,
+    tapered,
+)
+from rigid import (
+    Beam,
+    LineLoad,
+    Link,
+    Mechanism,
+    PinDrive,
+    PointLoad,
+    Slider,
+    SliderDrive,
+    motion,
+    position_of,
+    reactions,
+)
+
+L, EA, EI = 1.3, 5e6, 70.0
+SECTION = Section(EA, EI)
+INEXTENSIBLE = Section(math.inf, EI)
+
+
+def solved(mechanism, sections=None, **more):
+    return deflection(still(mechanism), sections or [SECTION] * len(mechanism.beams), **more)
+
+
+def down(point, force):
+    return PointLoad("beam", point, -1j * force)
+
+
+class TestLoadsOverPartOfABeam:
+    """Beams cut where the load begins; y up, loads down."""
+
+    a = 0.4
+
+    def test_cantilever_with_a_force_inside(self):
+        """delta_B = P a^2 (3 L - a)/(6 EI), theta_B = P a^2/(2 EI): Gere, Table G-1, case 5."""
+        found = solved(cantilever({"A": 0, "C": self.a, "B": L}, loads=[down("C", 90.0)]))
+        assert sample(found, "w", [1])[1, 0, 0] == pytest.approx(
+            -90 * self.a**2 * (3 * L - self.a) / (6 * EI), rel=1e-12
+        )
+        assert sample(found, "phi", [1])[1, 0, 0] == pytest.approx(-90 * self.a**2 / (2 * EI), rel=1e-12)
+
+    def test_cantilever_loaded_up_to_a_point(self):
+        """delta_B = q a^3 (4 L - a)/(24 EI): Gere, Table G-1, case 2."""
+        load = LineLoad("beam", 0, -90j, -90j)
+        found = solved(cantilever({"A": 0, "C": self.a, "B": L}, loads=[load]))
+        assert sample(found, "w", [1])[1, 0, 0] == pytest.approx(
+            -90 * self.a**3 * (4 * L - self.a) / (24 * EI), rel=1e-12
+        )
+
+    def test_simple_beam_with_a_force_inside(self):
+        """Under the load P a^2 b^2/(3 L EI); theta_A = P a b (L + b)/(6 L EI): Gere, Table G-2, case 5."""
+        found = solved(supported({"A": 0, "C": self.a, "B": L}, loads=[down("C", 90.0)]))
+        b = L - self.a
+        assert sample(found, "w", [1])[0, 0, 0] == pytest.approx(-90 * self.a**2 * b**2 / (3 * L * EI), rel=1e-12)
+        assert sample(found, "phi", [0])[0, 0, 0] == pytest.approx(-90 * self.a * b * (L + b) / (6 * L * EI), rel=1e-12)
+
+    def test_simple_beam_loaded_up_to_a_point(self):
+        """theta_B = q a^2 (2 L^2 - a^2)/(24 L EI): Gere, Table G-2, case 3."""
+        load = LineLoad("beam", 0, -90j, -90j)
+        found = solved(supported({"A": 0, "C": self.a, "B": L}, loads=[load]))
+        expected = 90 * self.a**2 * (2 * L**2 - self.a**2) / (24 * L * EI)
+        assert sample(found, "phi", [1])[1, 0, 0] == pytest.approx(expected, rel=1e-12)
+
+    def test_simple_beam_with_a_couple_inside(self):
+        """A counter-clockwise couple: A turns clockwise by M0 (6 a L - 3 a^2 - 2 L^2)/(6 L EI): Gere, Table G-2, case 9."""
+        found = solved(supported({"A": 0, "C": self.a, "B": L}, loads=[PointLoad("beam", "C", moment=12.0)]))
+        expected = -12.0 * (6 * self.a * L - 3 * self.a**2 - 2 * L**2) / (6 * L * EI)
+        assert sample(found, "phi", [0])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
+
+    def test_overhang(self):
+        """A force at the end of an overhang c behind a span l: P c^2 (l + c)/(3 EI): Gere, section 9.5."""
+        span, over = 0.9, 0.4
+        found = solved(supported({"A": 0, "B": span, "C": span + over}, loads=[down("C", 90.0)], rollers=["B"]))
+        assert sample(found, "w", [1])[1, 0, 0] == pytest.approx(-90 * over**2 * (span + over) / (3 * EI), rel=1e-12)
+
+
+class TestStaticallyIndeterminate:
+    """V is minus what pushes the far end up."""
+
+    def test_propped_uniform(self):
+        """Prop 3 q L/8, moment at the clamp q L^2/8: Gere, section 10.3."""
+        found = solved(propped({"A": 0, "B": L}, loads=[LineLoad("beam", 0, -90j, -90j)]))
+        assert sample(found, "M", [0])[0, 0, 0] == pytest.approx(-90 * L**2 / 8, rel=1e-11)
+        assert sample(found, "V", [1])[0, 0, 0] == pytest.approx(-3 * 90 * L / 8, rel=1e-11)
+
+    def test_propped_triangular(self):
+        """From q0 at the clamp to none at the prop: moment q0 L^2/15, prop q0 L/10 (Roark, Table 8.1, case 2c)."""
+        found = solved(propped({"A": 0, "B": L}, loads=[LineLoad("beam", 0, -90j, 0j)]))
+        assert sample(found, "M", [0])[0, 0, 0] == pytest.approx(-90 * L**2 / 15, rel=1e-11)
+        assert sample(found, "V", [1])[0, 0, 0] == pytest.approx(-90 * L / 10, rel=1e-11)
+
+    def test_continuous_beam_over_three_supports(self):
+        """Moment over the middle support q L^2/8, outer reactions 3 q L/8: Timoshenko, article 47."""
+        loads = [LineLoad("beam", number, -90j, -90j) for number in (0, 1)]
+        found = solved(supported({"A": 0, "B": L, "C": 2 * L}, loads=loads, rollers=["B", "C"]))
+        assert sample(found, "M", [1])[0, 0, 0] == pytest.approx(-90 * L**2 / 8, rel=1e-11)
+        assert sample(found, "V", [1])[1, 0, 0] == pytest.approx(-3 * 90 * L / 8, rel=1e-11)
+
+    def test_fixed_beam(self):
+        """Moments at the ends q L^2/12, at mid-span q L^2/24: Gere, Table in section 10.3. Its base is rigid."""
+        found = solved(fixed_beam(LineLoad("frame", 1, -90j, -90j)), [RIGID, SECTION])
+        assert sample(found, "M", [0, 0.5, 1])[1, 0] == pytest.approx(
+            [-90 * L**2 / 12, 90 * L**2 / 24, -90 * L**2 / 12], rel=1e-11
+        )
+        assert sample(found, "w", [0.5])[1, 0, 0] == pytest.approx(-90 * L**4 / (384 * EI), rel=1e-11)
+
+
+def fixed_beam(*loads):
+    """A beam and a rigid one between the same two points, that held by a drive."""
+    link = Link("frame", {"A": 0.0, "B": L}, (Beam("A", "B"), Beam("A", "B")))
+    return Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), {"A": 0, "B": L}, loads=loads)
+
+
+def direct_stiffness(points, bars, loads, clamped, sections):
+    """Displacements of the joints of a plane frame: six by six members, assembled and solved, as in any textbook."""
+    size = 3 * len(points)
+    K, f = np.zeros((size, size)), np.zeros(size)
+    for (i, j), section in zip(bars, sections, strict=True):
+        way = points[j] - points[i]
+        span, c, s = abs(way), way.real / abs(way), way.imag / abs(way)
+        a, b = section.EA / span, section.EI / span**3
+        k = np.array([
+            [a, 0, 0, -a, 0, 0],
+            [0, 12 * b, 6 * b * span, 0, -12 * b, 6 * b * span],
+            [0, 6 * b * span, 4 * b * span**2, 0, -6 * b * span, 2 * b * span**2],
+            [-a, 0, 0, a, 0, 0],
+            [0, -12 * b, -6 * b * span, 0, 12 * b, -6 * b * span],
+            [0, 6 * b * span, 2 * b * span**2, 0, -6 * b * span, 4 * b * span**2],
+        ])  # fmt: skip
+        turn = np.kron(np.eye(2), [[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        at = np.r_[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+        K[np.ix_(at, at)] += turn.T @ k @ turn
+    for node, (force, moment) in loads.items():
+        f[3 * node : 3 * node + 3] += [force.real, force.imag, moment]
+    free = [k for k in range(size) if k // 3 != clamped]
+    result = np.zeros(size)
+    result[free] = np.linalg.solve(K[np.ix_(free, free)], f[free])
+    return result.reshape(-1, 3)
+
+
+class TestFrames:
+    def test_portal_with_fixed_feet(self):
+        """With k = (I2/I1) h/l the corners carry -q l^2/(6 (k + 2)), feet half: Kleinlogel, Rigid Frame Formulas."""
+        span, height, stiffer, q = 1.1, 0.7, 1.7, 300.0
+        points = {"A": 0.0, "D": span, "B": 1j * height, "C": span + 1j * height}
+        link = Link("frame", points, (Beam("A", "D"), Beam("A", "B"), Beam("B", "C"), Beam("C", "D")))
+        load = LineLoad("frame", 2, -1j * q, -1j * q)
+        mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), points, loads=(load,))
+        legs, beam = Section(math.inf, EI), Section(math.inf, stiffer * EI)
+        found = solved(mechanism, [RIGID, legs, beam, legs])
+        k = stiffer * height / span
+        corner = q * span**2 / (6 * (k + 2))
+        M = sample(found, "M", [0, 0.5, 1])[:, 0]
+        assert M[2] == pytest.approx([-corner, q * span**2 / 8 - corner, -corner], rel=1e-10)
+        # the left leg's y' points left: a push inwards at its foot bends it the other way there
+        assert np.abs(M[1, [0, 2]]) == pytest.approx([corner / 2, corner], rel=1e-10)
+        assert M[1, 0] * M[1, 2] < 0
+
+    @pytest.mark.parametrize("order", [(0, 1, 2, 3, 4), (3, 1, 4, 0, 2)])
+    def test_ring_with_a_brace(self, order):
+        """A square with a diagonal, mixed sections, loads on two corners, beams listed in any order."""
+        points = [0j, 0.8 + 0.1j, 0.9 + 0.9j, -0.1 + 0.7j]
+        bars = [(0, 1), (1, 2), (3, 2), (0, 3), (1, 3)]
+        sections = [Section(EA * (1 + 0.2 * k), EI * (1 + 0.3 * k)) for k in range(5)]
+        names = "ABCD"
+        link = Link("frame", dict(zip(names, points, strict=True)), tuple(
+            Beam(names[bars[k][0]], names[bars[k][1]]) for k in order
+        ))  # fmt: skip
+        loads = (PointLoad("frame", "C", 300 - 200j, 15.0), PointLoad("frame", "D", -90 + 150j))
+        drawing = dict(zip(names, points, strict=True))
+        mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), drawing, loads=loads)
+        found = solved(mechanism, [sections[k] for k in order])
+        given = {2: (300 - 200j, 15.0), 3: (-90 + 150j, 0.0)}
+        expected = direct_stiffness(points, bars, given, 0, sections)
+        for number, name in enumerate(names):
+            moved = displacement_of(found, "frame", name)[0]
+            assert [moved.real, moved.imag] == pytest.approx(expected[number, :2], rel=1e-9, abs=1e-15)
+        ends = sample(found, "phi", [0, 1])[:, 0]
+        for row, k in zip(ends, order, strict=True):
+            assert row == pytest.approx(expected[list(bars[k]), 2], rel=1e-9, abs=1e-15)
+
+    def test_square_ring_pulled_apart(self):
+        """Forces P at the middles of two opposite sides of a square: 3 P l/16 under them, P l/16 at the corners.
+
+        With m at the corners half a loaded side has the mean moment P l/8 - m, half of the next one -m; a quarter of the
+        ring turns at neither end, so that these add up to nothing.
+        """
+        side, P = 0.8, 100.0
+        half = side / 2
+        points = {
+            "A": 0.0, "B": half, "C": half + 1j * side, "D": 1j * side, "E": -half + 1j * side, "F": -half + 0j,
+        }  # fmt: skip
+        beams = [("A", "B"), ("B", "C"), ("C", "D"), ("D", "E"), ("E", "F"), ("F", "A")]
+        link = Link("frame", points, tuple(Beam(*ends) for ends in beams))
+        load = PointLoad("frame", "D", 1j * P)
+        mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), points, loads=(load,))
+        M = sample(solved(mechanism, [INEXTENSIBLE] * 6), "M", [0, 1])[:, 0]
+        assert np.abs(M[[0, 2], [0, 1]]) == pytest.approx([3 * P * side / 16] * 2, rel=1e-10)
+        assert np.abs(M[[0, 1, 1], [1, 0, 1]]) == pytest.approx([P * side / 16] * 3, rel=1e-10)
+
+
+class TestOrderDoesNotMatter:
+    def bent(self, beams, reverse=()):
+        """A branched link: trunk, two arms, loads and masses on it, its beams in an order and directions of choice."""
+        points = {"A": 0.0, "B": 0.5 + 0.1j, "C": 0.9 - 0.1j, "D": 0.6 + 0.5j}
+        ends = [("A", "B"), ("B", "C"), ("B", "D")]
+        masses = [0.7, 0.5, 0.9]
+        taken = [Beam(*(ends[k][::-1] if k in reverse else ends[k]), masses[k]) for k in beams]
+        link = Link("frame", points, tuple(taken))
+        loads = (PointLoad("frame", "C", 30 - 90j, 4.0), PointLoad("frame", "D", -20 - 10j))
+        mechanism = Mechanism(
+            (Link("ground", {"A": 0.0}), link), (PinDrive("frame", "A"),), points, gravity=-9.81j, loads=loads
+        )
+        sections = [Section(EA * (1 + k), EI * (1 + 0.3 * k), kGA=3e4) for k in beams]
+        return deflection(motion(mechanism, [0.3, 1.2], 9.0, 50.0), sections)
+
+    @pytest.mark.parametrize(("beams", "reverse"), [((2, 1, 0), ()), ((1, 2, 0), (0, 1)), ((0, 2, 1), (0, 1, 2))])
+    def test_of_beams_in_a_link(self, beams, reverse):
+        plain, other = self.bent((0, 1, 2)), self.bent(beams, reverse)
+        for point in "ABCD":
+            expected = displacement_of(plain, "frame", point)
+            np.testing.assert_allclose(displacement_of(other, "frame", point), expected, rtol=1e-11, atol=1e-16)
+        stations = np.linspace(0, 1, 5)
+        for field in ("N", "V", "M", "phi"):
+            expected, found = sample(plain, field, stations), sample(other, field, stations)
+            for place, k in enumerate(beams):
+                sign = -1 if field == "V" and k in reverse else 1
+                way = slice(None, None, -1) if k in reverse else slice(None)
+                # turned end for end, y' points the other way, and so does the positive side of a cut
+                sign = -1 if k in reverse and field == "M" else 1
+                scale = np.abs(expected).max()
+                np.testing.assert_allclose(
+                    sign * found[place][:, way], expected[k], atol=1e-11 * scale, err_msg=f"{field} of beam {k}"
+                )
+
+    def test_of_two_beams_for_one(self):
+        """A coupler cut at 0.37 of its length with no joint there deflects as the whole one."""
+        case = ALL["RRR"](loads=())
+        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        whole = deflection(course, case.sections)
+        coupler = case.mechanism.links[2]
+        points = {**coupler.points, "X": 0.37 * coupler.points["B"]}
+        beams = (Beam("A", "X", 0.7), Beam("X", "B", 0.7))
+        links = [
+            replace(link, points=points, beams=beams) if link is coupler else link for link in case.mechanism.links
+        ]
+        sections = [case.sections[0], case.sections[1], case.sections[1], case.sections[2]]
+        halves = deflection(
+            motion(replaced(case.mechanism, links=tuple(links)), case.drive, case.rate, case.rate2), sections
+        )
+        for field in ("N", "V", "M", "u", "w", "phi"):
+            expected = sample(whole, field, [0.1, 0.37, 0.9])[1]
+            found = sample(halves, field, [0.1 / 0.37, 1.0])[1], sample(halves, field, [(0.9 - 0.37) / 0.63])[2]
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(np.concatenate(found, axis=-1), expected, atol=1e-11 * scale)
+
+
+class TestTimoshenkoBeam:
+    kGA = 900.0
+
+    def test_cantilever_tip(self):
+        """P L^3/(3 EI) + P L/(kGA): Timoshenko, article 39."""
+        found = solved(cantilever({"A": 0, "B": L}, loads=[down("B", 5.0)]), [Section(EA, EI, self.kGA)])
+        expected = -5 * L**3 / (3 * EI) - 5 * L / self.kGA
+        assert sample(found, "w", [1])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
+        assert sample(found, "phi", [1])[0, 0, 0] == pytest.approx(-5 * L**2 / (2 * EI), rel=1e-12)
+
+    def test_simple_beam_middle(self):
+        """5 q L^4/(384 EI) + q L^2/(8 kGA)."""
+        load = LineLoad("beam", 0, -5j, -5j)
+        found = solved(supported({"A": 0, "B": L}, loads=[load]), [Section(EA, EI, self.kGA)])
+        expected = -5 * 5 * L**4 / (384 * EI) - 5 * L**2 / (8 * self.kGA)
+        assert sample(found, "w", [0.5])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
+        assert extremes(found, ["w"])["w"].value[0, 0] == pytest.approx(expected, rel=1e-12)
+
+    def test_propped(self):
+        """Shear takes part in what the prop carries: R (L^3/(3 EI) + L/kGA) = q L^4/(8 EI) + q L^2/(2 kGA)."""
+        load = LineLoad("beam", 0, -5j, -5j)
+        found = solved(propped({"A": 0, "B": L}, loads=[load]), [Section(EA, EI, self.kGA)])
+        free = 5 * L**4 / (8 * EI) + 5 * L**2 / (2 * self.kGA)
+        expected = free / (L**3 / (3 * EI) + L / self.kGA)
+        assert sample(found, "V", [1])[0, 0, 0] == pytest.approx(-expected, rel=1e-10)
+
+
+class TestTaperedBeam:
+    def test_cone_with_a_force_at_the_tip(self):
+        """E I w'' = -P (L - x), I ~ t^4 with t = 1 - c x/L: the double integral in closed form, in 40 digits."""
+        big, small = 0.03, 0.011
+        taper, _ = tapered(circle, (big,), (small,))
+        cone = section_of(circle(big), 2e11, taper=taper)
+        found = solved(cantilever({"A": 0, "B": L}, loads=[down("B", 80.0)]), [cone])
+        with mpmath.workdps(40):
+            c = 1 - mpmath.mpf(small) / mpmath.mpf(big)
+            EI0 = mpmath.mpf(2e11) * mpmath.pi * mpmath.mpf(big) ** 4 / 64
+
+            def twice(power, t):
+                """Of t^-power, from t = 1, with no value and no slope there."""
+                return (t ** (2 - power) - 1) / ((power - 1) * (power - 2)) + (t - 1) / (power - 1)
+
+            stations = [mpmath.mpf(k) / 5 for k in range(1, 6)]
+            # 1 - s = (t - (1 - c))/c
+            sags = [(twice(3, 1 - c * s) - (1 - c) * twice(4, 1 - c * s)) / c**3 for s in stations]
+            expected = [float(-80 * mpmath.mpf(L) ** 3 / EI0 * sag) for sag in sags]
+        np.testing.assert_allclose(sample(found, "w", [float(s) for s in stations])[0, 0], expected, rtol=1e-12)
+
+    @pytest.mark.parametrize("c", [0.02, 0.5, 0.9])
+    def test_wedge_with_logarithms(self, c):
+        """I ~ 1 - c x/L: P L^3/EI (3 c^2 - 2 c - 2 (1 - c)^2 log(1 - c))/(2 c^3), in 40 digits.
+
+        The bracket cancels to c^3: at c = 0.02 the closed form would keep ten digits of sixteen.
+        """
+        section = replace(SECTION, taper=Taper(EI=(1.0, -c)))
+        found = solved(cantilever({"A": 0, "B": L}, loads=[down("B", 80.0)]), [section])
+        with mpmath.workdps(40):
+            r = mpmath.mpf(c)
+            factor = (3 * r**2 - 2 * r - 2 * (1 - r) ** 2 * mpmath.log(1 - r)) / (2 * r**3)
+            expected = float(-80 * mpmath.mpf(L) ** 3 / EI * factor)
+        assert sample(found, "w", [1])[0, 0, 0] == pytest.approx(expected, rel=1e-13)
+
+    def test_cone_pulled(self):
+        """F L/(E A) sqrt(A0/A1): Gere, example 2-4."""
+        taper, _ = tapered(circle, (0.03,), (0.011,))
+        pull = PointLoad("beam", "B", 4000.0)
+        found = solved(cantilever({"A": 0, "B": L}, loads=[pull]), [section_of(circle(0.03), 2e11, taper=taper)])
+        expected = 4 * 4000 * L / (math.pi * 2e11 * 0.03 * 0.011)
+        assert sample(found, "u", [1])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
+
+    def test_turned_end_for_end(self):
+        """A coupler tapered one way from A, or the other way from B, deflects alike, its inertia load included."""
+        taper, mass = tapered(rectangle, (0.008, 0.01), (0.004, 0.008), 0.3)
+        back, mass_back = tapered(rectangle, (0.004, 0.008), (0.008, 0.01), 0.3)
+        case = steel_four_bar(6)
+
+        def with_coupler(start, end, shape, how, masses):
+            link = case.mechanism.links[2]
+            beam = Beam(start, end, 7850 * shape.area, masses)
+            links = [replace(one, beams=(beam,)) if one is link else one for one in case.mechanism.links]
+            sections = [case.sections[0], section_of(shape, 210e9, 0.3, taper=how), case.sections[2]]
+            return deflection(motion(replaced(case.mechanism, links=tuple(links)), case.drive, case.rate), sections)
+
+        one = with_coupler("A", "B", rectangle(0.008, 0.01), taper, mass)
+        other = with_coupler("B", "A", rectangle(0.004, 0.008), back, mass_back)
+        for field, sign in (("N", 1), ("V", 1), ("M", -1), ("u", -1), ("w", -1), ("phi", 1)):
+            expected = sample(one, field, [0, 0.3, 1])
+            found = sample(other, field, [1, 0.7, 0])
+            np.testing.assert_allclose(sign * found[1], expected[1], atol=1e-11 * np.abs(expected).max(), err_msg=field)
+            np.testing.assert_allclose(
+                found[2], sample(one, field, [1, 0.7, 0])[2], atol=1e-11 * np.abs(expected).max()
+            )
+
+
+def rail(place):
+    """A cantilever on whose beam a block is held; the block carries a load."""
+    link = Link("rail", {"A": 0.0, "B": L}, (Beam("A", "B", 0.8),))
+    block = Link("block", {"C": 0.0})
+    slider = Slider("guide", "block", "rail", "C", origin=0.0, direction=1.0)
+    mechanism = Mechanism(
+        (Link("ground", {"A": 0.0}), link, block), (PinDrive("rail", "A"), SliderDrive("guide")),
+        {"A": 0, "B": L, "C": place}, (slider,), gravity=-9.81j, loads=(PointLoad("block", "C", 25 - 60j, 7.0),),
+    )  # fmt: skip
+    return motion(mechanism, np.array([[0.4], [place]]), np.array([[3.0], [0.2]]), np.array([[-20.0], [0.5]]))
+
+
+class TestBlockOnAnElasticBeam:
+    place = 0.55
+
+    def fields(self, section, xi):
+        """N, M by hand from the loads, then u, w, phi by Runge and Kutta."""
+        turn = np.exp(-0.4j)
+        force, spin, gain = (25 - 60j) * turn, 3.0, -20.0
+
+        def load(x):
+            return -0.8 * ((1j * gain - spin**2) * x + 9.81j * turn)
+
+        def forces(x):
+            N_V = (
+                scipy.integrate.quad(lambda s: load(s).real, x, L)[0],
+                scipy.integrate.quad(lambda s: load(s).imag, x, L)[0],
+            )
+            M = scipy.integrate.quad(lambda s: load(s).imag * (s - x), x, L)[0]
+            on = x < self.place
+            return N_V[0] + on * force.real, -N_V[1] - on * force.imag, M + on * (7.0 + force.imag * (self.place - x))
+
+        def rates(x, y):
+            N, V, M = forces(x)
+            return [N / section.EA, y[2] - V / section.kGA, M / section.EI]
+
+        found, state, start = [], [0, 0, 0], 0.0
+        marks = sorted({*(xi * L), self.place})
+        for mark in marks:
+            if mark > start:
+                state = scipy.integrate.solve_ivp(rates, (start, mark - 1e-15), state, rtol=1e-11, atol=1e-15).y[:, -1]
+            start = mark
+            if np.isclose(xi * L, mark).any():
+                found.append((*forces(mark), *state))
+        return np.array(found).T
+
+    @pytest.mark.parametrize("kGA", [math.inf, 2000.0])
+    def test_against_direct_integration(self, kGA):
+        section = Section(EA, EI, kGA)
+        found = deflection(rail(self.place), [section])
+        xi = np.array([0.1, 0.35, 0.6, 1.0])
+        expected = self.fields(section, xi)
+        for field, row in zip(("N", "V", "M", "u", "w", "phi"), expected, strict=True):
+            np.testing.assert_allclose(
+                sample(found, field, xi)[0, 0], row, atol=1e-9 * np.abs(row).max(), err_msg=field
+            )
+
+    def test_against_the_beam_cut_there(self):
+        """The same load on a beam of two, at the point where they meet."""
+        whole = deflection(rail(self.place), [SECTION])
+        link = Link("rail", {"A": 0.0, "C": self.place, "B": L}, (Beam("A", "C", 0.8), Beam("C", "B", 0.8)))
+        mechanism = Mechanism(
+            (Link("ground", {"A": 0.0}), link), (PinDrive("rail", "A"),), {"A": 0, "C": self.place, "B": L},
+            gravity=-9.81j, loads=(PointLoad("rail", "C", 25 - 60j, 7.0),),
+        )  # fmt: skip
+        cut = deflection(motion(mechanism, [0.4], 3.0, -20.0), [SECTION] * 2)
+        for field in ("N", "V", "M", "u", "w", "phi"):
+            part = self.place / L
+            found = sample(whole, field, [0.5 * part, part + 0.3 * (1 - part), 1.0])[0, 0]
+            expected = [sample(cut, field, [0.5])[0, 0, 0], *sample(cut, field, [0.3, 1.0])[1, 0]]
+            np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(found).max(), err_msg=field)
+
+    def test_moves_with_the_beam(self):
+        """The block's displacement is the beam's under it, its rotation that of the beam there."""
+        found = deflection(rail(self.place), [SECTION])
+        at = self.place / L
+        moved = np.exp(0.4j) * (sample(found, "u", [at]) + 1j * sample(found, "w", [at]))[0, 0, 0]
+        # along the rail the block's drive holds its distance from the rail's origin
+        carried = displacement_of(found, "block", "C")[0]
+        assert (carried * np.exp(-0.4j)).imag == pytest.approx((moved * np.exp(-0.4j)).imag, rel=1e-11)
+        assert found.angle[2, 0] == pytest.approx(sample(found, "phi", [at])[0, 0, 0], rel=1e-11)
+
+
+class TestWhatDoesNotFit:
+    def four_bar(self, longer=0.0):
+        case = steel_four_bar(12)
+        links = [
+            bar("coupler", "A", "B", 0.3 * (1 + longer), 0.0) if link.name == "coupler"
+            else replace(link, beams=tuple(replace(beam, mass_per_length=0.0) for beam in link.beams))
+            for link in case.mechanism.links
+        ]  # fmt: skip
+        return replaced(case.mechanism, links=tuple(links)), case.drive
+
+    def test_longer_coupler(self):
+        """Without loads a strained link moves the others as a rigid one of the new length does, to first order."""
+        mechanism, drive = self.four_bar()
+        strain = 1e-4
+        found = deflection(motion(mechanism, drive), [SECTION, replace(SECTION, strain=strain), SECTION])
+        longer, shorter = (motion(self.four_bar(sign * strain)[0], drive) for sign in (1, -1))
+        moved = (position_of(longer, "rocker", "B") - position_of(shorter, "rocker", "B")) / 2
+        np.testing.assert_allclose(displacement_of(found, "rocker", "B"), moved, atol=1e-6 * np.abs(moved).max())
+        turned = np.angle(longer.direction[3] / shorter.direction[3]) / 2
+        np.testing.assert_allclose(found.angle[3], turned, atol=1e-6 * np.abs(turned).max())
+        np.testing.assert_allclose(sample(found, "M", [0.5]), 0.0, atol=1e-12)
+
+    def test_heated_beam_between_walls(self):
+        """A beam that cannot grow is pressed with EA alpha T: the beam beside it is rigid."""
+        strain = 12e-6 * 80
+        found = solved(fixed_beam(), [RIGID, replace(SECTION, strain=strain)])
+        assert sample(found, "N", [0, 1])[1, 0] == pytest.approx([-EA * strain] * 2, rel=1e-10)
+        np.testing.assert_allclose(sample(found, "u", [1])[1], 0.0, atol=1e-15)
+
+    def test_soft_pin_is_as_a_short_bar(self):
+        """A pin that gives way moves all as a coupler more compliant by as much, which only pulls, would."""
+        mechanism, drive = self.four_bar()
+        loaded = replaced(mechanism, loads=(PointLoad("rocker", "B", 300 - 500j),))
+        course = motion(loaded, drive)
+        soft = 3e-7
+        plain, given = (
+            deflection(course, [SECTION] * 3),
+            deflection(course, [SECTION] * 3, joints={"B": JointCompliance(soft)}),
+        )
+        longer = [SECTION, replace(SECTION, EA=1 / (1 / EA + soft / 0.3)), SECTION]
+        stretched = deflection(course, longer)
+        scale = np.abs(displacement_of(stretched, "rocker", "B") - displacement_of(plain, "rocker", "B")).max()
+        np.testing.assert_allclose(
+            displacement_of(given, "rocker", "B"), displacement_of(stretched, "rocker", "B"), atol=1e-9 * scale
+        )
+        assert scale > 1e-5
+
+    def test_drive_stiffness(self):
+        """A rigid arm on a soft drive turns by its moment over the stiffness, and all its points with it."""
+        mechanism = cantilever({"A": 0, "B": L}, loads=[down("B", 50.0)])
+        found = solved(mechanism, [RIGID], joints={"A": JointCompliance(rotation=1 / 400.0)})
+        assert found.angle[1, 0] == pytest.approx(-50 * L / 400, rel=1e-13)
+        assert displacement_of(found, "beam", "B")[0] == pytest.approx(-1j * 50 * L**2 / 400, rel=1e-13)
+
+    def test_gap_and_turn(self):
+        """What a joint lacks unloaded shifts and turns what hangs on it."""
+        mechanism = cantilever({"A": 0, "B": L})
+        found = solved(mechanism, [SECTION], joints={"A": JointCompliance(gap=1e-4 - 2e-4j, turn=3e-4)})
+        assert displacement_of(found, "beam", "B")[0] == pytest.approx(1e-4 - 2e-4j + 3e-4j * L, rel=1e-12)
+
+    def test_reactions_of_a_held_arm_are_those_of_statics(self):
+        mechanism = cantilever({"A": 0, "B": L}, loads=[down("B", 50.0)])
+        held = reactions(still(mechanism))
+        assert held.force[0][0] == pytest.approx(50j, rel=1e-13)
+        assert held.moment[0][0] == pytest.approx(50 * L, rel=1e-13)
