@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic.cutting import Contact, Stance, node_loads
 from elastic.frame import Frame, frame
-from elastic.line import Compliance, compliance
+from elastic.line import Compliance, compliance, designs_of
 from elastic.opening import brought_together, opening, require_joints
 from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
@@ -132,14 +132,16 @@ def deflection(
     mechanism = motion.mechanism
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
-    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
-    columns = np.broadcast_shapes(motion.columns, *properties)
-    motion = motion if columns == motion.columns else repeated(motion, columns)
+    sections = tuple(sections)
+    designs = designs_of(sections)
+    if designs:
+        columns = np.broadcast_shapes(motion.columns, designs)
+        motion = motion if columns == motion.columns else repeated(motion, columns)
     table = beam_table(mechanism, len(motion.columns))
     stance = Stance(
         frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns
     )
-    soft = compliance(tuple(sections), len(motion.columns))
+    soft = compliance(sections, len(motion.columns))
     _require_soft_rings(mechanism, stance.frame, soft)
     joints = joints or {}
     require_joints(motion, joints)
@@ -159,7 +161,7 @@ def deflection(
     line, shape = found.line, motion.columns
     return Deflection(
         motion=motion,
-        sections=tuple(sections),
+        sections=sections,
         forces=forces,
         length=table.length,
         q=q,

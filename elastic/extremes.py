@@ -47,7 +47,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = FIELDS) -> dict[str
     array([[0.5]])
     """
     cut = pieces(deflection)
-    bare = not deflection.soft.strain.any() and not deflection.soft.shear.any()
+    bare = not deflection.soft.strained and not deflection.soft.sheared
     found: dict[str, Extreme] = {}
     for chain in (("qx", "N", "u"), ("qy", "V", "M", "phi", "w")):
         wanted = [field for field in chain if field in fields or (field == "phi" and "chord" in fields)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -64,6 +64,16 @@ class Compliance:
     tapered: Any
     ends: tuple[Any, Any, Any, Any] | None
 
+    @cached_property
+    def sheared(self) -> bool:
+        """Whether any beam gives way to shear."""
+        return bool(self.shear.any())
+
+    @cached_property
+    def strained(self) -> bool:
+        """Whether any beam has free strain."""
+        return bool(self.strain.any())
+
     @property
     def unstrained(self) -> Compliance:
         """The same beams without free strain."""
@@ -84,6 +94,13 @@ def compliance(sections: tuple[Section, ...], ndim: int) -> Compliance:
         ends = tuple(np.moveaxis(table, 0, -1)[k].reshape(POWERS, -1, *(1,) * ndim) for k in range(4))
     tapered = per_row([bool(section.taper) for section in sections], ndim, bool)
     return Compliance(rows[0], rows[1], rows[2], strain, tapered, ends)
+
+
+@lru_cache(maxsize=64)
+def designs_of(sections: tuple[Section, ...]) -> tuple[int, ...]:
+    """Shape of the sections' properties: () or (designs, 1)."""
+    values = [value for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
+    return np.broadcast_shapes(*(np.shape(value) for value in values))
 
 
 POWERS = 8
@@ -154,7 +171,7 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, soft: Compliance) -> Line:
     np.multiply(M, length * soft.bend / power[: len(M)], out=phi[1:])
     w = np.zeros((len(M) + 2, *M.shape[1:]))
     np.multiply(phi[1:], length / power[1:], out=w[2:])
-    slide = V * (-length * soft.shear / power[: len(V)]) if soft.shear.any() else None
+    slide = V * (-length * soft.shear / power[: len(V)]) if soft.sheared else None
     if soft.ends is None:
         if slide is not None:
             w[1 : len(V) + 1] += slide
@@ -164,7 +181,7 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, soft: Compliance) -> Line:
         parts = [(u[1:], 0), (phi[1:], 1), (w[2:], 2)] + ([(slide, 3)] if slide is not None else [])
         reached = [(values * soft.ends[kind][: len(values)]).sum(0) for values, kind in parts]
         end = reached[0], reached[2] + (reached[3] if slide is not None else 0.0), reached[1]
-    if soft.strain.any():
+    if soft.strained:
         free = soft.strain * length
         u[1] += free if soft.ends is None else np.where(soft.tapered, 0.0, free)
         end = end[0] + free, end[1], end[2]

@@ -31,19 +31,17 @@ def beam_loads(motion: Motion) -> Any:
     table = beam_table(mechanism, len(motion.columns))
     turning = motion.turning[table.link]
     felt = motion.acceleration[table.link] - mechanism.gravity
-    if table.start.any():
+    if table.offset:
         felt += turning * motion.direction[table.link] * table.start
     loads = np.empty((1 + len(table.mass_taper), *felt.shape), complex)
     np.multiply(felt, np.conj(beam_directions(motion)), out=felt)
-    mass = -table.mass_per_length * table.mass_taper[0]
-    np.multiply(felt, mass, out=loads[0])
-    np.multiply(turning, mass * table.length, out=loads[1])
+    mass, moment = table.resistance
+    np.multiply(felt, mass[0], out=loads[0])
+    np.multiply(turning, moment[0], out=loads[1])
     if len(loads) > 2:
         loads[2:] = 0.0
-        for power, taper in enumerate(table.mass_taper[1:], 1):
-            mass = -table.mass_per_length * taper
-            loads[power] += mass * felt
-            loads[power + 1] += mass * table.length * turning
+        loads[1:-1] += mass[1:] * felt
+        loads[2:] += moment[1:] * turning
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
             number = mechanism.beam_number(load.link, load.beam)
@@ -57,7 +55,7 @@ def beam_directions(motion: Motion) -> Any:
     """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
     table = beam_table(motion.mechanism, len(motion.columns))
     direction = motion.direction[table.link]
-    return direction if np.all(table.unit == 1.0) else direction * table.unit
+    return direction if table.aligned else direction * table.unit
 
 
 def beam_direction(motion: Motion, at: int, number: int) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,22 @@ class BeamTable:
     length: Any
     mass_per_length: Any
     mass_taper: Any
+
+    @cached_property
+    def aligned(self) -> bool:
+        """Whether all beams lie along x' of their links."""
+        return bool(np.all(self.unit == 1.0))
+
+    @cached_property
+    def offset(self) -> bool:
+        """Whether any beam starts elsewhere than at its link's origin."""
+        return bool(self.start.any())
+
+    @cached_property
+    def resistance(self) -> tuple[Any, Any]:
+        """What the acceleration of the start, and i eps - w^2, give in load, by powers of xi, (n, beams, ..., 1)."""
+        mass = -self.mass_per_length * self.mass_taper
+        return mass, mass * self.length
 
 
 @lru_cache(maxsize=64)
