@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid.names import misnamed
+
 if TYPE_CHECKING:
     from rigid.motion import Motion
     from rigid.structure import Structure
@@ -187,7 +189,7 @@ class Mechanism:
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Put the ground first and number the links."""
+        """Put the ground first, number the links and look up all names."""
         ordered = tuple(sorted(self.links, key=lambda link: link.name != GROUND))
         object.__setattr__(self, "links", ordered)
         object.__setattr__(self, "index", {link.name: number for number, link in enumerate(ordered)})
@@ -195,6 +197,9 @@ class Mechanism:
             raise MechanismError('no link is named "ground": name the fixed link so')
         if len(self.index) < len(ordered):
             raise MechanismError("two links have the same name")
+        wrong = misnamed(self)
+        if wrong:
+            raise MechanismError(wrong)
 
     @cached_property
     def beams(self) -> tuple[tuple[int, Beam], ...]:
@@ -210,6 +215,11 @@ class Mechanism:
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
         for slider in self.sliders:
             values += [slider.origin, slider.direction, slider.turn]
+        for load in self.loads:
+            if isinstance(load, PointLoad):
+                values += [load.force, load.moment]
+            elif isinstance(load, LineLoad):
+                values += [load.start, load.end]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     def beam_number(self, link: str, number: int) -> int:

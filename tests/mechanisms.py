@@ -32,7 +32,7 @@ class Case:
 
 def replaced(mechanism, **changes):
     """A copy with other fields; `index` belongs to the constructor."""
-    names = ("links", "drives", "drawing", "sliders", "gravity", "loads")
+    names = ("links", "drives", "drawing", "sliders", "gravity", "loads", "gears")
     return Mechanism(**{name: changes.get(name, getattr(mechanism, name)) for name in names})
 
 

@@ -26,10 +26,14 @@ from mechanisms import (
 
 import rigid.positions
 from rigid import (
+    Beam,
+    LineLoad,
     Link,
+    Lump,
     Mechanism,
     MechanismError,
     PinDrive,
+    PointLoad,
     ReachError,
     Slider,
     SliderDrive,
@@ -332,10 +336,15 @@ class TestReach:
         require_reach(course(four_bar()))
 
 
+def named(beam="B", lump="B"):
+    """A ground and a bar whose beam ends, and whose lump is, at points of these names."""
+    return (Link("ground", {"O": 0.0}), Link("bar", {"A": 0.0, "B": 1.0}, (Beam("A", beam),), (Lump(lump, 1.0),)))
+
+
 class TestMistakes:
     """Every message is raised once, by the mechanism that deserves it."""
 
-    def of(self, *, links=None, drives=None, sliders=(), drawing=None):
+    def of(self, *, links=None, drives=None, sliders=(), drawing=None, loads=()):
         base = (
             Link("ground", {"O": 0.0, "D": 0.4}),
             bar("crank", "O", "A", 0.1),
@@ -344,7 +353,8 @@ class TestMistakes:
         )
         drawing = drawing or {"O": 0.0, "A": 0.1j, "B": 0.28 + 0.25j, "D": 0.4, "E": 0.3 + 0.1j}
         drives = (PinDrive("crank", "O"),) if drives is None else drives
-        return motion(Mechanism(links or base, drives, drawing, sliders), [0.3] * len(drives))
+        mechanism = Mechanism(links or base, drives, drawing, sliders, loads=loads)
+        return motion(mechanism, [0.3] * len(drives))
 
     def links(self, **more):
         base = {"ground": {"O": 0.0, "D": 0.4}, "crank": {"O": 0, "A": 0.1}, "coupler": {"A": 0, "B": 0.3}}
@@ -362,6 +372,18 @@ class TestMistakes:
                 {"drives": (PinDrive("crank", "O"), PinDrive("crank", "O"))},
             ),
             ('drive of "crank" on "rocker": they share no pin "O"', {"drives": (PinDrive("crank", "O", "rocker"),)}),
+            ('beam "A"-"X" of "bar": link "bar" has no point "X"', {"links": named(beam="X")}),
+            ('beam "A"-"A" of "bar" has no length', {"links": named(beam="A")}),
+            ('a lump: link "bar" has no point "X"', {"links": named(lump="X")}),
+            ('slider "rail": there is no link "table"', {"sliders": (Slider("rail", "table", "ground", "A", 0, 1),)}),
+            (
+                'slider "rail": link "crank" has no point "X"',
+                {"sliders": (Slider("rail", "crank", "ground", "X", 0, 1),)},
+            ),
+            ('a load: there is no link "bat"', {"loads": (PointLoad("bat", "A", 1.0),)}),
+            ('a load: link "crank" has no point "X"', {"loads": (PointLoad("crank", "X", 1.0),)}),
+            ('beam 1 of "crank", which has 1 beam(s)', {"loads": (LineLoad("crank", 1, 1.0, 1.0),)}),
+            ('a line load on "ground", which does not move', {"loads": (LineLoad("ground", 0, 1.0, 1.0),)}),
             ('drive of slider "rail": there is no such slider', {"drives": (SliderDrive("rail"),)}),
         ],
     )

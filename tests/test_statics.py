@@ -174,7 +174,18 @@ class TestSingularPositions:
 
 
 class TestDesigns:
-    def test_masses_loads_and_lengths(self):
+    def test_loads(self):
+        """Efforts of three loads at once, their own axis of designs."""
+        case = slider_crank(loads=())
+        sizes = np.array([[0.0], [10.0], [-4.0]])
+        going = motion(replaced(case.mechanism, loads=(PointLoad("rod", "B", sizes, sizes),)), case.drive, 7.0)
+        got = drive_efforts(going, reactions(going))[0]
+        assert got.shape == (3, 24)
+        for number, size in enumerate(sizes[:, 0]):
+            alone = motion(replaced(case.mechanism, loads=(PointLoad("rod", "B", size, size),)), case.drive, 7.0)
+            np.testing.assert_allclose(got[number], drive_efforts(alone, reactions(alone))[0], rtol=1e-11, atol=1e-12)
+
+    def test_masses(self):
         masses = np.array([[0.2], [0.9]])
         case = slider_crank(loads=())
         links = list(case.mechanism.links)

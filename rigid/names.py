@@ -1,0 +1,60 @@
+"""Names in a mechanism that must be somebody's: points of beams and lumps, links and points of sliders and loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rigid.mechanism import Link, Mechanism
+
+
+def misnamed(mechanism: Mechanism) -> str | None:
+    """What is wrong with the first name that is nobody's, or the first beam without length; None where all is well."""
+    return next((words for words in _wrong(mechanism) if words), None)
+
+
+def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
+    for link in mechanism.links:
+        for beam in link.beams:
+            what = f'beam "{beam.start}"-"{beam.end}" of "{link.name}"'
+            yield _no_point(what, link, (beam.start, beam.end)) or _no_length(what, link, beam.start, beam.end)
+        for lump in link.lumps:
+            yield _no_point("a lump", link, (lump.point,))
+    links = {link.name: link for link in mechanism.links}
+    for slider in mechanism.sliders:
+        what = f'slider "{slider.name}"'
+        yield _no_link(what, links, (slider.on, slider.link)) or _no_point(what, links[slider.link], (slider.point,))
+    for load in mechanism.loads:
+        name, point, number = (getattr(load, key, None) for key in ("link", "point", "beam"))
+        if not isinstance(name, str):
+            continue
+        yield _no_link("a load", links, (name,))
+        if isinstance(point, str):
+            yield _no_point("a load", links[name], (point,))
+        if isinstance(number, int):
+            yield _no_beam(links[name], number, moving=links[name] is not mechanism.links[0])
+
+
+def _no_link(what: str, links: Iterable[str], names: Iterable[str]) -> str | None:
+    strange = [name for name in names if name not in links]
+    return f'{what}: there is no link "{strange[0]}"' if strange else None
+
+
+def _no_point(what: str, link: Link, points: Iterable[str]) -> str | None:
+    strange = [point for point in points if point not in link.points]
+    return f'{what}: link "{link.name}" has no point "{strange[0]}"' if strange else None
+
+
+def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
+    return f"{what} has no length" if np.any(link.points[start] == link.points[end]) else None
+
+
+def _no_beam(link: Link, number: int, moving: bool) -> str | None:
+    if not moving:
+        return f'a line load on "{link.name}", which does not move: its beams feel nothing'
+    if not 0 <= number < len(link.beams):
+        return f'a line load on beam {number} of "{link.name}", which has {len(link.beams)} beam(s), counted from 0'
+    return None
