@@ -9,24 +9,34 @@ if TYPE_CHECKING:
         Run,
         Scene,
         SceneError,
+        StructureScene,
         read_scene,
+        read_structure,
         scene_from_dict,
         scene_from_text,
         scene_motion,
+        scene_motion_at,
         scene_times,
         shipped_scenes,
+        shipped_structures,
+        structure_from_text,
     )
 
 __all__ = [
     "Run",
     "Scene",
     "SceneError",
+    "StructureScene",
     "read_scene",
+    "read_structure",
     "scene_from_dict",
     "scene_from_text",
     "scene_motion",
+    "scene_motion_at",
     "scene_times",
     "shipped_scenes",
+    "shipped_structures",
+    "structure_from_text",
 ]
 
 

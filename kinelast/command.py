@@ -6,6 +6,7 @@ Nothing heavy is imported before it is needed: `--help` answers at once.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -38,16 +39,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     try:
-        if options.version:
-            return _version()
-        if options.list:
-            return _list()
-        if not options.scenes:
-            return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
-        return _run(options)
+        return _answer(options)
+    except BrokenPipeError:  # whoever reads the output has seen enough of it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FINE
     except KeyboardInterrupt:
         print("interrupted; finished scenes are kept, --resume goes on from there", file=sys.stderr)
         return INTERRUPTED
+
+
+def _answer(options: argparse.Namespace) -> int:
+    """Do what is asked."""
+    if options.version:
+        return _version()
+    if options.list:
+        return _list()
+    if not options.scenes:
+        return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
+    return _run(options)
 
 
 def _refuse(message: str) -> int:
@@ -71,12 +80,14 @@ def _version() -> int:
 def _list() -> int:
     import tomllib
 
-    from kinelast.scene_files import shipped_scenes
+    from kinelast.scene_files import shipped_scenes, shipped_structures
 
-    scenes = shipped_scenes()
-    width = max(map(len, scenes), default=0)
-    for name, path in scenes.items():
-        _say(f"{name:{width}}  {tomllib.loads(path.read_text(encoding='utf-8')).get('title', '')}", sys.stdout)
+    scenes, structures = shipped_scenes(), shipped_structures()
+    width = max(map(len, (*scenes, *structures)), default=0)
+    for name, path in (*scenes.items(), *structures.items()):
+        note = " (--structure)" if name in structures else ""
+        title = tomllib.loads(path.read_text(encoding="utf-8")).get("title", "")
+        _say(f"{name:{width}}  {title}{note}", sys.stdout)
     return FINE
 
 
@@ -90,6 +101,8 @@ def _run(options: argparse.Namespace) -> int:
     if twice:
         both = " and ".join(str(path) for path in paths if path.stem == twice[0])
         return _refuse(f'two scenes are named "{twice[0]}" and would share a folder: {both}')
+    if options.structure:
+        return _structures(paths, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
@@ -104,6 +117,21 @@ def _run(options: argparse.Namespace) -> int:
     return status
 
 
+def _structures(paths: Sequence[Path], options: argparse.Namespace, status: int) -> int:
+    """The structure of every scene, printed and put into its folder."""
+    from kinelast.output_structure import structure_outcome
+
+    for path in paths:
+        text, line = structure_outcome(path, options.out)
+        if not text:
+            status = BAD_INPUT
+            _say(line, sys.stderr)
+        elif not options.quiet:
+            _say(text, sys.stdout)
+            _say(line, sys.stdout)
+    return status
+
+
 def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
     """The files of the scenes, and what is wrong with those that have none."""
     paths, problems = [], []
@@ -114,9 +142,9 @@ def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
             continue
         from difflib import get_close_matches
 
-        from kinelast.scene_files import shipped_scenes
+        from kinelast.scene_files import shipped_scenes, shipped_structures
 
-        shipped = shipped_scenes()
+        shipped = {**shipped_structures(), **shipped_scenes()}
         if scene in shipped:
             paths.append(shipped[scene])
             continue
@@ -180,8 +208,6 @@ def _outcomes(paths: list[Path], options: argparse.Namespace, request: Request, 
 
 def _one_thread() -> None:
     """Keep the linear algebra of a worker on one core: the scenes run side by side already."""
-    import os
-
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
 

@@ -12,6 +12,7 @@ exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still 
 
 examples:
   deflection-report steel_four_bar
+  deflection-report quick_return --structure
   deflection-report mine.toml --check --animate deflection --frames 120 -o results
   deflection-report designs/*.toml --jobs 4 --resume --quiet
 """
@@ -73,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
     add("--format", choices=("mp4", "gif", "png"), default="mp4", help="of the movies; png: stills [%(default)s]")
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
+    add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
     add("--jobs", type=_at_least(1), default=1, metavar="N", help="scenes computed side by side [%(default)s]")

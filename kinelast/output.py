@@ -10,11 +10,13 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from elastic import deflection
+import numpy as np
+
+from elastic import Deflection, deflection
 from kinelast.output_folder import Request, RequestError, complete, finished, made_from, write_json
 from kinelast.output_results import Peak, Results, peaks
-from kinelast.scene import Scene, SceneError, read_scene, scene_motion
-from rigid import MechanismError, Motion, motion, reachable
+from kinelast.scene import Scene, SceneError, read_scene, scene_motion, scene_motion_at
+from rigid import MechanismError, Motion, reachable
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 Progress = Callable[[str, int, int], None]
@@ -97,13 +99,29 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
         A position is out of reach; positions that are to be left out leave none.
     """
     course, left_out = _course(scene, request)
-    bent = deflection(course, scene.sections)
+    bent = deflection(course, scene.sections, joints=scene.joints)
+    _require_on_beams(scene, bent)
     if request.check is None:
         return Results(scene, bent, left_out=left_out)
+    if scene.joints:
+        raise RequestError("--check knows no joints that give way or do not fit: leave it out, or [joints]")
     from fem_check import compare, solve
 
     progress(f"{scene.name}: finite elements", 0, 1)
     return Results(scene, bent, compare(bent, solve(course, scene.sections, request.check)), left_out)
+
+
+def _require_on_beams(scene: Scene, bent: Deflection) -> None:
+    """Raise where a block leaves the elastic beam that it slides on."""
+    known = np.isfinite(bent.motion.origin).all(axis=0)
+    for contact in bent.contacts:
+        off = known & np.isnan(contact.xi)
+        if off.any():
+            at, beam = scene.mechanism.beams[contact.beam]
+            link = scene.mechanism.links[at].name
+            names = ", ".join(f'"{slider.name}"' for slider in scene.mechanism.sliders if slider.on == link)
+            problem = f'of {names} leaves the beam "{beam.start}"-"{beam.end}" at {bent.motion.time[off][0]:.6g} s'
+            raise SceneError(scene.path, f"links.{link}", "points", f"the block {problem}: let the beam reach further")
 
 
 def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
@@ -121,8 +139,7 @@ def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
             raise SceneError(error.file, error.table, error.key, problem) from None
     if not good.any():
         raise RequestError("no position can be reached")
-    parts = (course.drive[:, good], course.drive_rate[:, good], course.drive_acceleration[:, good], course.time[good])
-    return motion(scene.mechanism, *parts), int((~good).sum())
+    return scene_motion_at(scene, course.time[good]), int((~good).sum())
 
 
 def _write(

@@ -63,6 +63,26 @@ def complete(folder: Path) -> Iterator[Path]:
         shutil.rmtree(part, ignore_errors=True)
 
 
+def add_to(folder: Path, texts: dict[str, str], summary: dict[str, Any]) -> None:
+    """Put texts by their file names into a folder, beside what this program has written there before.
+
+    Parameters
+    ----------
+    summary
+        What a new folder's summary.json says.
+
+    Raises
+    ------
+    OSError
+        They cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    known = _summary_in(folder) or summary
+    write_json(folder / "summary.json", {**known, "files": sorted({*known.get("files", ()), *texts, "summary.json"})})
+
+
 def write_json(path: Path, data: Any) -> None:
     """Indented, strict JSON."""
     path.write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")

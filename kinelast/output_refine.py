@@ -8,18 +8,11 @@ import numpy as np
 
 from elastic import deflection, extremes
 from kinelast.output_results import Peak, Results, peak_positions
-from kinelast.scene import Scene
-from rigid import Motion, Reals, motion
+from kinelast.scene import scene_motion_at
+from rigid import Reals
 
 POINTS = 9  # instants looked at in every bracket in a round
 ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
-
-
-def motion_at(scene: Scene, time: Reals) -> Motion:
-    """The motion of a scene at any instants [s], shape (positions,)."""
-    parts = zip(*(law(time) for law in scene.laws), strict=True)
-    coordinates, rates, accelerations = (np.array(part) for part in parts)
-    return motion(scene.mechanism, coordinates, rates, accelerations, time)
 
 
 def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, list[Peak]]:
@@ -62,8 +55,9 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
 def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Any, Any]:
     """Every name's extreme along its beam and where it is, at its own instants; shapes of `grid`."""
     order = np.argsort(grid, axis=None)
-    course = motion_at(results.scene, grid.ravel()[order])
-    found = extremes(deflection(course, results.deflection.sections), tuple(dict.fromkeys(field for field, _ in names)))
+    course = scene_motion_at(results.scene, grid.ravel()[order])
+    bent = deflection(course, results.scene.sections, joints=results.scene.joints)
+    found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
     back = np.argsort(order).reshape(grid.shape)
     rows = [
         (found[field].value[beam, back[row]], found[field].xi[beam, back[row]])
@@ -77,5 +71,5 @@ def _peak(results: Results, value: float, xi: float, time: float) -> Peak:
     duration = results.scene.run.duration
     if results.scene.run.turn:
         time %= duration
-    drive = tuple(float(law(np.array([time]))[0][0]) for law in results.scene.laws)
+    drive = tuple(scene_motion_at(results.scene, [time]).drive[:, 0].tolist())
     return Peak(value, xi, time, drive, refined=True)

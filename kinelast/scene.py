@@ -2,103 +2,46 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from elastic import RIGID, Section
-from kinelast.scene_drives import DriveLaw, build_drives, build_slider
+from kinelast.scene_course import require_determined, scene_motion, scene_motion_at, scene_times
+from kinelast.scene_data import Run, Scene
+from kinelast.scene_drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene_error import SceneError, fault
-from kinelast.scene_files import shipped_scenes
+from kinelast.scene_files import shipped_scenes, shipped_structures
 from kinelast.scene_format import SceneTable
-from kinelast.scene_links import Body, build_links, drawn_places
-from kinelast.scene_loads import build_load
-from kinelast.scene_parse import parse_scene, parse_toml
-from kinelast.scene_sections import CrossSection
-from rigid import (
-    ConstantSpeed,
-    Mechanism,
-    MechanismError,
-    Motion,
-    PinDrive,
-    ReachError,
-    Reals,
-    SegmentedLaw,
-    motion,
-    require_reach,
-)
+from kinelast.scene_joints import build_joints
+from kinelast.scene_laws import RepeatedLaw, TableLaw
+from kinelast.scene_links import Body
+from kinelast.scene_loads import build_load, build_spring
+from kinelast.scene_parse import parse_scene
+from kinelast.scene_parts import Parts, build_parts
+from kinelast.scene_structure import StructureScene, read_structure, structure_from_text
+from kinelast.scene_text import file_text, of_file, toml_tables
+from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
 
 __all__ = [
     "Run",
     "Scene",
     "SceneError",
+    "StructureScene",
     "read_scene",
+    "read_structure",
     "scene_from_dict",
     "scene_from_text",
     "scene_motion",
+    "scene_motion_at",
     "scene_times",
     "shipped_scenes",
+    "shipped_structures",
+    "structure_from_text",
 ]
 
-
-@dataclass(frozen=True)
-class Run:
-    """Which instants of the motion are looked at.
-
-    Attributes
-    ----------
-    positions
-        How many, from the start on.
-    duration
-        [s].
-    turn
-        The duration is one turn of a drive at constant speed, and its end, which is its start, is not repeated.
-    """
-
-    positions: int
-    duration: float
-    turn: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """A mechanism that is ready to move.
-
-    Attributes
-    ----------
-    name, title, source
-        Stem of the file, and what the scene says of itself.
-    path
-        Of the file, or what stands for it.
-    mechanism
-        Geometry, mass, drives and loads.
-    sections, cross_sections, labels
-        One per beam, in the order of `mechanism.beams`: rigidities (infinite for rigid links), all that is known of
-        the cross-section, and the name of its link, followed by .1, .2 where that has several beams.
-    laws
-        One per drive: time [s] to coordinate, rate and acceleration.
-    run
-        Instants to look at.
-    outlines
-        Corners of the links' drawings in their own axes [m], by link; only links that have one.
-    """
-
-    name: str
-    title: str
-    source: str
-    path: str
-    mechanism: Mechanism
-    sections: tuple[Section, ...]
-    cross_sections: tuple[CrossSection, ...]
-    labels: tuple[str, ...]
-    laws: tuple[DriveLaw, ...]
-    run: Run
-    outlines: Mapping[str, tuple[complex, ...]]
+STILL = 1e-9
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -110,15 +53,7 @@ def read_scene(path: str | Path) -> Scene:
         The file cannot be read or holds a mistake.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise SceneError(str(path), "", "", "there is no such file") from None
-    except OSError as error:
-        raise SceneError(str(path), "", "", f"not readable: {error.strerror}") from None
-    except UnicodeDecodeError as error:
-        raise SceneError(str(path), "", "", f"not a text in UTF-8, byte {error.start + 1}") from None
-    return scene_from_text(text, path.stem, str(path))
+    return scene_from_text(file_text(path), path.stem, str(path))
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
@@ -129,11 +64,7 @@ def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
     SceneError
         The text holds a mistake.
     """
-    try:
-        raw = parse_toml(text)
-    except SceneError as error:
-        raise _of(path, error) from None
-    return scene_from_dict(raw, name, path)
+    return scene_from_dict(toml_tables(text, path), name, path)
 
 
 def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
@@ -144,125 +75,77 @@ def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "")
     SceneError
         A table or a key is wrong.
     """
-    try:
-        table = parse_scene(raw)
-        return _build(table, name, path)
-    except SceneError as error:
-        raise _of(path, error) from None
-
-
-def _of(path: str, error: SceneError) -> SceneError:
-    return SceneError(path, error.table, error.key, error.problem)
+    with of_file(path):
+        return _build(parse_scene(raw), name, path)
 
 
 def _build(table: SceneTable, name: str, path: str) -> Scene:
-    places = drawn_places(table)
-    bodies = build_links(table, places)
-    links = {key: body.link for key, body in bodies.items()}
-    sliders = {key: build_slider(key, entry, links, places) for key, entry in table.sliders.items()}
-    drives, laws = build_drives(table, links, sliders, places)
-    run = _run(table, drives, laws)
-    loads = tuple(build_load(number, load, links, run.duration) for number, load in enumerate(table.loads, 1))
-    gravity = complex(*(table.run.gravity or (0.0, 0.0)))
-    mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, loads)
-    beams = [(body, k) for body in (bodies[link.name] for link in mechanism.links) for k in range(len(body.sections))]
+    if table.structure_only:
+        raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
+    if table.contacts:
+        raise fault(
+            f"contacts.{next(iter(table.contacts))}",
+            "",
+            "contacts belong to a structure alone: add structure_only = true",
+        )
+    if not table.drives:
+        raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
+    parts = build_parts(table)
+    run = _run(table, parts.mechanism.drives, parts.laws)
+    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
+    beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
     scene = Scene(
         name,
         table.title or name.replace("_", " "),
         table.source,
         path,
         mechanism,
-        tuple(RIGID if body.rigid else body.sections[k].elastic for body, k in beams),
-        tuple(body.sections[k] for body, k in beams),
+        tuple(body.sections[k].stiff if body.rigid else body.sections[k].section for body, k in beams),
         tuple(_label(body, k) for body, k in beams),
-        laws,
+        build_joints(table, mechanism),
+        parts.laws,
         run,
-        {key: body.outline for key, body in bodies.items() if body.outline},
+        {body.link.name: body.outline for body in parts.bodies if body.outline},
     )
-    _move(scene, scene_times(scene)[:1])
+    require_determined(scene)
     return scene
+
+
+def _loads(table: SceneTable, parts: Parts, duration: float) -> tuple[Load | LineLoad, ...]:
+    links, sliders = parts.links, {slider.name for slider in parts.mechanism.sliders}
+    loads = [build_load(number, load, links, sliders, duration) for number, load in enumerate(table.loads, 1)]
+    return *loads, *(build_spring(number, spring, links) for number, spring in enumerate(table.springs, 1))
 
 
 def _label(body: Body, number: int) -> str:
     return body.link.name if len(body.sections) == 1 else f"{body.link.name}.{number + 1}"
 
 
-def _run(table: SceneTable, drives: Any, laws: tuple[DriveLaw, ...]) -> Run:
+def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
     steady = [law.speed for drive, law in zip(drives, laws, strict=True)
               if isinstance(drive, PinDrive) and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
-    lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw)]
-    positions = table.run.positions
+    rounds = [law for law in laws if isinstance(law, RepeatedLaw)]
+    lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
+    positions, tolerance = table.run.positions, table.run.tolerance
     if table.run.duration is not None:
-        run = Run(positions, float(table.run.duration), False)
+        run = Run(positions, float(table.run.duration), False, tolerance)
     elif steady:
         run = Run(positions, 2 * pi / abs(steady[0]), True)
+    elif rounds:
+        longest = max(rounds, key=lambda law: law.duration)
+        run = Run(positions, longest.duration, longest.rise == 0.0)
     elif lasting:
         run = Run(positions, max(lasting), False)
     else:
         problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
         raise fault("run", "duration", problem)
     for number, law in enumerate(laws, 1):
-        if isinstance(law, SegmentedLaw) and law.final_speed and run.duration > law.duration * (1 + 1e-12):
+        lasts = isinstance(law, SegmentedLaw | TableLaw) and run.duration > law.duration * (1 + 1e-12)
+        if isinstance(law, SegmentedLaw | TableLaw) and lasts and abs(law.final_speed) > STILL:
             problem = (
                 f"ends at full speed after {law.duration:g} s, but the run lasts {run.duration:g} s: add a segment"
             )
-            raise fault(f"drives[{number}]", "law", problem)
+            key = "law" if isinstance(law, SegmentedLaw) else "motion"
+            raise fault(f"drives[{number}]", key, problem.replace("segment", "segment" if key == "law" else "entry"))
     return run
-
-
-def scene_times(scene: Scene, positions: int | None = None) -> Reals:
-    """Instants of a scene's run [s], shape (positions,); `positions` overrides how many."""
-    count = scene.run.positions if positions is None else positions
-    if count < 1:
-        raise ValueError(f"expected at least 1 position, got {count}")
-    return np.linspace(0.0, scene.run.duration, count, endpoint=not scene.run.turn)
-
-
-def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:
-    """The motion of a scene's mechanism over its run.
-
-    Parameters
-    ----------
-    positions
-        Overrides how many positions are looked at.
-    partial
-        Let positions that cannot be reached be nan, instead of raising.
-
-    Raises
-    ------
-    SceneError
-        The drives ask for positions that cannot be reached; names where and at which joint it stops.
-    """
-    course = _move(scene, scene_times(scene, positions))
-    if not partial:
-        try:
-            require_reach(course)
-        except ReachError as error:
-            table = "links" if "cannot be assembled" in str(error) else "drives[1]"
-            raise SceneError(scene.path, table, "", str(error)) from None
-    return course
-
-
-def _move(scene: Scene, time: Reals) -> Motion:
-    coordinates, rates, accelerations = (
-        np.array(part) for part in zip(*(law(time) for law in scene.laws), strict=True)
-    )
-    try:
-        return motion(scene.mechanism, coordinates, rates, accelerations, time)
-    except MechanismError as error:
-        raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", str(error)) from None
-
-
-def _table(mechanism: Mechanism, message: str) -> str:
-    """The table that a message of the mechanism is about, by the first thing that it names."""
-    quoted = re.findall(r'"([^"]*)"', message)
-    if "is not drawn" in message or "are drawn in line" in message:
-        return "points"
-    if "drive" in message.partition(":")[0]:
-        return "drives"
-    for slider in mechanism.sliders:
-        if f'the slider "{slider.name}"' in message:
-            return f"sliders.{slider.name}"
-    links = [f"links.{name}" for name in quoted if name in mechanism.index]
-    return links[0] if len(links) == 1 else "links"

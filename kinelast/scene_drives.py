@@ -1,130 +1,163 @@
-"""Drives and sliders of a scene, and the laws that the drives follow."""
+"""Drives of a scene, and the laws that they follow or the efforts that they are."""
 
 from __future__ import annotations
 
 import cmath
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
-from kinelast.scene_error import fault, likely
-from kinelast.scene_format import DriveTable, SceneTable, SliderTable
-from kinelast.scene_links import Points, known_point
+from kinelast.scene_error import fault, known_name, likely
+from kinelast.scene_format import SceneTable
+from kinelast.scene_format_motion import DriveTable, JointNameTable
+from kinelast.scene_laws import Lasting, TableLaw, factor_law, repeated
+from kinelast.scene_points import Points, drawn_direction
 from kinelast.scene_quantities import Coordinate
-from rigid import GROUND, ConstantSpeed, LawError, Link, PinDrive, Reals, Segment, SegmentedLaw, Slider, SliderDrive
+from rigid import (
+    GROUND,
+    ConstantSpeed,
+    Effort,
+    LawError,
+    Link,
+    Motion,
+    PinDrive,
+    Reals,
+    Segment,
+    SegmentedLaw,
+    Slider,
+    SliderDrive,
+)
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
+Drive = PinDrive | SliderDrive
 DIMENSIONS = {"rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 SPEEDS = {"rad/s": 'a speed of rotation, as in "100 rad/s" or "3000 rpm"', "m/s": 'a speed, as in "0.2 m/s"'}
+EFFORTS = {"rad": ("N m", 'a moment, as in "3 N m"'), "m": ("N", 'a force, as in "2 kN"')}
 
 
-def known_link(table: str, key: str, link: str, links: Mapping[str, Any]) -> None:
-    """Raise where there is no such link."""
-    if link not in links:
-        raise fault(table, key, f'there is no link "{link}"{likely(link, links)}')
+@dataclass(frozen=True, eq=False)
+class DriveEffort:
+    """A drive given as an effort; its motion follows.
+
+    `effort` [N m or N] along its coordinate, which is `start` [rad or m] with the rate `speed` at first.
+    """
+
+    effort: Effort
+    start: float
+    speed: float
 
 
-def drawn_direction(link: Link, places: Points) -> complex | None:
-    """Unit vector of a link's axes as drawn; None where fewer than two of its points are drawn apart."""
-    if link.name == GROUND:
-        return 1 + 0j
-    drawn = [point for point in link.points if point in places]
-    if len(drawn) < 2:
-        return None
-    seen = places[drawn[1]] - places[drawn[0]]
-    own = complex(link.points[drawn[1]]) - complex(link.points[drawn[0]])
-    if not seen or not own:
-        return None
-    turned = seen / own
-    return turned / abs(turned)
+def build_drives(
+    scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
+) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
+    """All drives with their laws or efforts, in the order of the file."""
+    built: list[tuple[Drive, DriveLaw | DriveEffort]] = []
+    for number, table in enumerate(scene.drives, 1):
+        where = f"drives[{number}]"
+        drive = moved_joint(where, "", table, links, sliders)
+        if scene.structure_only:
+            built.append((drive, ConstantSpeed(0.0, 0.0)))
+            continue
+        _require_one_way(where, table)
+        unit = "rad" if isinstance(drive, PinDrive) else "m"
+        start = _start(where, table, unit, links, places)
+        if table.effort is None:
+            built.append((drive, _law(where, table, unit, start)))
+            continue
+        duration = scene.run.duration
+        if duration is None:
+            raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
+        built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
+    return tuple(drive for drive, _ in built), tuple(law for _, law in built)
 
 
-def build_slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Points) -> Slider:
-    """A slider; its line passes the drawn place of a point and is fixed in its owner."""
-    where = f"sliders.{name}"
-    known_link(where, "link", table.link, links)
-    known_link(where, "on", table.on, links)
-    if table.link == GROUND:
-        raise fault(where, "link", "the ground cannot slide: name the moving link here, and ground under on")
-    if table.link == table.on:
-        raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
-    known_point(where, "through", table.through, links[table.link].points, table.link)
-    if table.through not in places:
-        raise fault(
-            where, "through", f'the point "{table.through}" has no place under [points]{likely(table.through, places)}'
-        )
-    owner = links[table.on]
-    axes = drawn_direction(owner, places)
-    if axes is None:
-        raise fault(where, "on", f'draw two points of the link "{table.on}", so that the line can be fixed in it')
-    own = drawn_direction(links[table.link], places)
-    origin = places[table.through]
-    if owner.name != GROUND:
-        anchor = next(point for point in owner.points if point in places)
-        origin = (origin - places[anchor]) * axes.conjugate() + complex(owner.points[anchor])
-    turn = 1 + 0j if own is None else own * axes.conjugate()
-    return Slider(name, table.link, table.on, table.through, origin, table.direction * axes.conjugate(), turn)
-
-
-def build_drive(
-    number: int, table: DriveTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
-) -> tuple[PinDrive | SliderDrive, DriveLaw]:
-    """A drive and its law."""
-    where = f"drives[{number}]"
+def moved_joint(
+    where: str,
+    inside: str,
+    table: DriveTable | JointNameTable,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+) -> Drive:
+    """The joint that a drive moves or a gear ties; `inside` is the key that its own keys are under."""
     if (table.link is None) == (table.slider is None):
-        raise fault(where, "link", "expected either link or slider, what the drive moves")
-    if (table.speed is None) == (table.law is None):
-        raise fault(where, "speed", "expected either speed or law, how the drive moves")
-    if table.slider is not None:
-        for key in ("at", "on"):
-            if getattr(table, key) not in (None, GROUND):
-                raise fault(where, key, "belongs to a drive of a link: a slider tells itself what it slides on")
-        if table.slider not in sliders:
-            raise fault(where, "slider", f'there is no slider "{table.slider}"{likely(table.slider, sliders)}')
-        return SliderDrive(table.slider), _law(where, table, "m", 0.0)
-    drive = _pin_drive(where, table, links)
-    return drive, _law(where, table, "rad", _drawn_angle(where, table, links, places))
+        raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
+    if table.slider is None:
+        return _pin(where, inside, table, links)
+    for key in ("at", "on"):
+        if getattr(table, key) not in (None, GROUND):
+            raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
+    known_name(where, f"{inside}slider", table.slider, sliders, "slider")
+    return SliderDrive(table.slider)
 
 
-def _pin_drive(where: str, table: DriveTable, links: Mapping[str, Link]) -> PinDrive:
-    """The pin a drive turns about: as said, or the only one that both links share."""
+def _require_one_way(where: str, table: DriveTable) -> None:
+    """Raise where a drive is told in no way or in several, or keys of another way are there."""
+    ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
+    if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
+        raise fault(where, "speed", "expected one of speed, law, motion and effort, how the drive moves")
+    for key in ("table", "against", "extend"):
+        if table.effort is None and getattr(table, key) is not None:
+            raise fault(where, key, "belongs to an effort; a motion through places is motion = [[time, place], ...]")
+    if table.repeat and ways not in (["law"], ["motion"]):
+        raise fault(where, "repeat", "belongs to a law or a motion")
+
+
+def _pin(where: str, inside: str, table: DriveTable | JointNameTable, links: Mapping[str, Link]) -> PinDrive:
+    """The pin a link turns about: as said, or the only one that both links share."""
     assert table.link is not None
-    known_link(where, "link", table.link, links)
-    known_link(where, "on", table.on, links)
+    known_name(where, f"{inside}link", table.link, links)
+    known_name(where, f"{inside}on", table.on, links)
     if table.link == GROUND:
-        raise fault(where, "link", "the ground cannot be driven: name the moving link here, and ground under on")
+        problem = "the ground cannot be moved: name the moving link here, and ground under on"
+        raise fault(where, f"{inside}link", problem)
     if table.link == table.on:
-        raise fault(where, "on", f'the link "{table.link}" cannot turn on itself')
+        raise fault(where, f"{inside}on", f'the link "{table.link}" cannot turn on itself')
     shared = [point for point in links[table.link].points if point in links[table.on].points]
+    both = f'the links "{table.link}" and "{table.on}" share'
     if not shared:
-        raise fault(where, "on", f'the links "{table.link}" and "{table.on}" share no point: no pin to drive')
+        raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
     if table.at is None and len(shared) > 1:
         pins = ", ".join(f'"{point}"' for point in shared)
-        raise fault(where, "at", f'the links "{table.link}" and "{table.on}" share {pins}: say which one is driven')
+        raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
     if table.at is not None and table.at not in shared:
-        problem = f'the links "{table.link}" and "{table.on}" share no point "{table.at}"'
-        raise fault(where, "at", problem + likely(table.at, shared))
+        raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
     return PinDrive(table.link, table.at or shared[0], table.on)
 
 
-def _drawn_angle(where: str, table: DriveTable, links: Mapping[str, Link], places: Points) -> float:
-    """Angle of the driven link's axes from those of the other, as drawn [rad]; 0 where `start` is given instead."""
-    if table.start is not None:
+def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> float:
+    """Coordinate at the start [rad or m]: as given, else as drawn."""
+    if table.motion is not None:
+        if table.start is not None:
+            raise fault(where, "start", "the motion tells where the drive starts: leave it out")
         return 0.0
-    assert table.link is not None
+    if table.start is not None:
+        return _coordinate(where, "start", table.start, unit)
+    if table.link is None:
+        return 0.0
     one, other = (drawn_direction(links[name], places) for name in (table.on, table.link))
     if one is None or other is None:
         raise fault(where, "start", "the key is missing: the drawing does not show at which angle the link starts")
     return cmath.phase(other * one.conjugate())
 
 
-def _law(where: str, table: DriveTable, unit: str, drawn: float) -> DriveLaw:
-    start = drawn if table.start is None else _coordinate(where, "start", table.start, unit)
-    if table.speed is not None:
-        if table.speed.unit not in ("", f"{unit}/s"):
-            raise fault(
-                where, "speed", f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
-            )
-        return ConstantSpeed(start, float(table.speed))
+def _speed(where: str, table: DriveTable, unit: str) -> float:
+    if table.speed is None:
+        return 0.0
+    if table.speed.unit not in ("", f"{unit}/s"):
+        problem = f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
+        raise fault(where, "speed", problem)
+    return float(table.speed)
+
+
+def _law(where: str, table: DriveTable, unit: str, start: float) -> DriveLaw:
+    if table.law is None and table.motion is None:
+        return ConstantSpeed(start, _speed(where, table, unit))
+    law: Lasting = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
+    return repeated(where, "repeat", law) if table.repeat else law
+
+
+def _segments(where: str, table: DriveTable, unit: str, start: float) -> SegmentedLaw:
     assert table.law is not None
     level, segments = start, []
     for number, piece in enumerate(table.law, 1):
@@ -149,15 +182,40 @@ def _law(where: str, table: DriveTable, unit: str, drawn: float) -> DriveLaw:
         raise fault(where, f"law[{error.segment}]", error.problem) from None
 
 
+def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
+    assert table.motion is not None
+    times = tuple(float(time) for time, _ in table.motion)
+    places = tuple(
+        _coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
+    )
+    if times[0] != 0 or any(after <= before for before, after in pairwise(times)):
+        raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
+    return TableLaw(times, places, table.repeat)
+
+
+def _effort(
+    where: str,
+    table: DriveTable,
+    unit: str,
+    start: float,
+    duration: float,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+) -> DriveEffort:
+    assert table.effort is not None
+    size, (own, expected) = float(table.effort), EFFORTS[unit]
+    if table.effort.unit not in ("", own):
+        raise fault(where, "effort", f"expected {expected}, got {size:g} {table.effort.unit}")
+    factor = factor_law(where, table, duration, links, sliders)
+
+    def law(motion: Motion) -> Reals:
+        assert factor is not None
+        return size * factor(motion)
+
+    return DriveEffort(Effort(law if factor else size), start, _speed(where, table, unit))
+
+
 def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> float:
     if value.unit not in ("", unit):
         raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
     return float(value)
-
-
-def build_drives(
-    scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
-) -> tuple[tuple[PinDrive | SliderDrive, ...], tuple[DriveLaw, ...]]:
-    """All drives and their laws, in the order of the file."""
-    built = [build_drive(number, table, links, sliders, places) for number, table in enumerate(scene.drives, 1)]
-    return tuple(drive for drive, _ in built), tuple(law for _, law in built)

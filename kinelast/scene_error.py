@@ -52,3 +52,10 @@ def likely(word: str, choices: Iterable[str]) -> str:
     if names and len(names) <= 12:
         return "; there is " + ", ".join(f'"{name}"' for name in names)
     return ""
+
+
+def known_name(table: str, key: str, name: str, names: Iterable[str], what: str = "link") -> None:
+    """Raise where there is no link, or whatever it is, of a name."""
+    names = list(names)
+    if name not in names:
+        raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')

@@ -10,3 +10,8 @@ MECHANISMS = Path(__file__).parent / "mechanisms"
 def shipped_scenes() -> dict[str, Path]:
     """Paths of the shipped scenes by name."""
     return {path.stem: path for path in sorted(MECHANISMS.glob("*.toml"))}
+
+
+def shipped_structures() -> dict[str, Path]:
+    """Paths of the shipped scenes that describe a structure alone, by name."""
+    return {path.stem: path for path in sorted((MECHANISMS / "structure").glob("*.toml"))}

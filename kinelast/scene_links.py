@@ -4,34 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinelast.scene_error import fault, likely
 from kinelast.scene_format import BeamTable, LinkTable, SceneTable
-from kinelast.scene_parse import check_name
+from kinelast.scene_points import Points, known_point, own_points
 from kinelast.scene_sections import CrossSection, cross_section
-from rigid import GROUND, Beam, Link, Lump
+from rigid import GROUND, Beam, Link, Lump, Slider, cross, mass_moments
 
-Points = Mapping[str, complex]
+ALONG = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A link of a scene: its mechanical model, the cross-section of every beam, whether it is rigid, its outline."""
+    """A link of a scene.
+
+    Its mechanical model, the cross-section of every beam, whether it is rigid, its outline [m], and whether the scene
+    has it without a table of its own.
+    """
 
     link: Link
     sections: tuple[CrossSection, ...]
     rigid: bool
-    outline: tuple[complex, ...]
-
-
-def drawn_places(scene: SceneTable) -> dict[str, complex]:
-    """The drawing: every place under [points], and what the ground says in coordinates [m]."""
-    places = {name: complex(*place) for name, place in scene.points.items()}
-    ground = scene.links.get(GROUND)
-    if ground is not None and isinstance(ground.points, dict):
-        places |= {name: complex(*place) for name, place in ground.points.items()}
-    return places
+    outline: tuple[complex, ...] = ()
+    hidden: bool = False
 
 
 def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
@@ -41,7 +37,6 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
     points = {name: own_points(name, table, places) for name, table in scene.links.items()}
     shared = Counter(point for own in points.values() for point in own)
     held = _point_masses(scene, points)
-    guides = {slider.on for slider in scene.sliders.values()}
     bodies = {}
     for name, table in scene.links.items():
         if name == GROUND:
@@ -49,8 +44,34 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
             continue
         joints = {point for point in points[name] if shared[point] > 1}
         joints |= {slider.through for slider in scene.sliders.values() if slider.link == name}
-        bodies[name] = _moving(scene, name, points[name], held.get(name, {}), joints, name in guides)
+        joints |= {slot.point for slot in scene.slots.values() if slot.link == name}
+        bodies[name] = _moving(scene, name, points[name], held.get(name, {}), joints)
     return bodies
+
+
+def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str, Body]:
+    """The links, where those that guide a slider can: along a beam if elastic, as a body without beams if rigid."""
+    for slider in sliders.values():
+        body = bodies[slider.on]
+        if not body.link.beams:
+            continue
+        if body.rigid:
+            whole = _lump(f"links.{slider.on}", LinkTable(points=[]), body.link)
+            link = replace(body.link, beams=(), lumps=(*body.link.lumps, whole))
+            bodies[slider.on] = replace(body, link=link, sections=())
+        elif not any(_lies_along(slider, body.link, beam) for beam in body.link.beams):
+            problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
+            table = "slots" if bodies[slider.link].hidden else "sliders"
+            raise fault(f"{table}.{slider.name}", "on", problem + "draw it on a beam, or add rigid = true to the link")
+    return bodies
+
+
+def _lies_along(slider: Slider, link: Link, beam: Beam) -> bool:
+    """Whether a slider's line is that of a beam."""
+    way = complex(link.points[beam.end] - link.points[beam.start])
+    off = slider.origin - link.points[beam.start]
+    leaves: complex = abs(cross(way, slider.direction)) + abs(cross(slider.direction, off))
+    return abs(leaves) <= ALONG * abs(way)
 
 
 def likely_ground(scene: SceneTable) -> str:
@@ -59,48 +80,9 @@ def likely_ground(scene: SceneTable) -> str:
     return f'; is it "{hint.split(chr(34))[1]}"?' if "did you mean" in hint else ""
 
 
-def own_points(name: str, table: LinkTable, places: Points) -> dict[str, complex]:
-    """A link's points in its own axes [m]: the first at 0, the second on x', unless coordinates are given."""
-    where = f"links.{name}"
-    if not table.points:
-        raise fault(where, "points", "a link needs at least one point")
-    if isinstance(table.points, dict):
-        if table.length is not None:
-            raise fault(where, "length", "the coordinates of the points tell the length already: leave it out")
-        for point in table.points:
-            check_name(f"{where}.points", point)
-        return {point: complex(*place) for point, place in table.points.items()}
-    for point, count in Counter(table.points).items():
-        if point not in places:
-            raise fault(where, "points", f'the point "{point}" has no place under [points]{likely(point, places)}')
-        if count > 1:
-            raise fault(where, "points", f'the point "{point}" is listed {count} times')
-    if name == GROUND:
-        return {point: places[point] for point in table.points}
-    return _drawn_shape(where, table, [places[point] for point in table.points])
-
-
-def _drawn_shape(where: str, table: LinkTable, places: Sequence[complex]) -> dict[str, complex]:
-    """Own coordinates read from the drawing."""
-    names = list(table.points)
-    if table.length is not None and len(names) != 2:
-        problem = f"tells the size of a link of two points, this one has {len(names)}: give their coordinates, "
-        raise fault(where, "length", problem + "as in points = {A = [0, 0], B = [0.1, 0]}")
-    if len(names) == 1:
-        return {names[0]: 0j}
-    if places[0] == places[1]:
-        raise fault(
-            where, "points", f'"{names[0]}" and "{names[1]}" are drawn at the same place: the link has no length'
-        )
-    length = abs(places[1] - places[0])
-    toward = (places[1] - places[0]) / length
-    own = [(place - places[0]) * toward.conjugate() for place in places]
-    own[1] = complex(length if table.length is None else table.length)
-    return dict(zip(names, own, strict=True))
-
-
 def _ground(table: LinkTable, points: Points) -> Body:
-    for key in ("length", "section", "material", "beams", "mass", "center", "inertia", "masses"):
+    made_of = ("section", "material", "beams", "strain", "temperature")
+    for key in ("length", *made_of, "mass", "center", "inertia", "masses"):
         if getattr(table, key):
             raise fault(f"links.{GROUND}", key, "the ground neither moves nor bends: it has points only")
     return Body(Link(GROUND, points), (), True, _outline(GROUND, table, points))
@@ -123,39 +105,29 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
     return held
 
 
-def known_point(table: str, key: str, point: str, points: Mapping[str, object], link: str) -> None:
-    """Raise where a link has no such point."""
-    if point not in points:
-        raise fault(table, key, f'the link "{link}" has no point "{point}"{likely(point, points)}')
-
-
-def _moving(
-    scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str], guide: bool
-) -> Body:
+def _moving(scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str]) -> Body:
     """A moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
-    stiff = table.rigid or len(points) == 1
-    if not stiff:
-        for key in ("mass", "center", "inertia"):
-            if getattr(table, key) is not None:
-                raise fault(where, key, "only rigid links take it: add rigid = true, or use masses")
-        if guide:
-            raise fault(where, "rigid", "a link that guides a slider has to be rigid: add rigid = true")
+    stiff = table.rigid or len(points) == 1 or scene.structure_only
+    for key in ("strain", "temperature") if stiff else ("mass", "center", "inertia"):
+        if getattr(table, key) is not None:
+            advice = "elastic links take it" if stiff else "rigid links take it: add rigid = true, or use masses"
+            raise fault(where, key, f"only {advice}")
     pieces, sections = _beams(scene, name, points)
     lumps = [Lump(point, mass) for point, mass in held.items()]
-    if not pieces:
+    if not pieces and not scene.structure_only:
         if not stiff:
             problem = "the key is missing: an elastic link needs a section (or add rigid = true and mass)"
             raise fault(where, "section", problem)
         if table.mass is None and not held:
             raise fault(where, "mass", "the key is missing: a rigid link needs mass, or a section and a material")
     given = table.mass is not None or table.center is not None or table.inertia is not None
-    if stiff and (given or (guide and pieces)):
-        lumps.append(_lump(where, table, points, pieces))
+    if stiff and given:
+        lumps.append(_lump(where, table, Link(name, points, pieces)))
         pieces, sections = (), ()
     if pieces:
-        nodes = _tree(where, pieces)
+        nodes = _hanging_together(where, pieces)
         for point in [*joints, *held]:
             if point not in nodes:
                 raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
@@ -190,18 +162,17 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
         section = beam.section or table.section
         if section is None:
             raise fault(where, key, "has no section: give one here or for the whole link")
-        sections.append(cross_section(scene, where, section, beam.material or table.material))
-        beams.append(Beam(beam.start, beam.end, sections[-1].mass_per_length))
+        made = cross_section(scene, where, table, beam, section)
+        sections.append(made)
+        beams.append(Beam(beam.start, beam.end, made.mass_per_length, made.mass_taper))
     return tuple(beams), tuple(sections)
 
 
-def _tree(where: str, beams: Sequence[Beam]) -> set[str]:
-    """Ends of the beams; raises where they close a ring or do not hang together."""
+def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
+    """Ends of the beams; raises where they do not hang together."""
     parts: list[set[str]] = []
     for beam in beams:
         touched = [part for part in parts if {beam.start, beam.end} & part]
-        if any({beam.start, beam.end} <= part for part in touched):
-            raise fault(where, "beams", f'the beams close a ring at "{beam.start}"-"{beam.end}": leave one out')
         parts = [part for part in parts if part not in touched] + [set().union({beam.start, beam.end}, *touched)]
     if len(parts) > 1:
         problem = f'the beams at "{beams[0].start}" and at "{beams[-1].end}" do not hang together'
@@ -209,40 +180,29 @@ def _tree(where: str, beams: Sequence[Beam]) -> set[str]:
     return parts[0]
 
 
-def _lump(where: str, table: LinkTable, points: Points, beams: Sequence[Beam]) -> Lump:
-    """Mass, centre and inertia as given; what is left out from the beams, or from the only point."""
-    mass, first, second = _moments(points, beams)
+def _lump(where: str, table: LinkTable, link: Link) -> Lump:
+    """Mass, centre and inertia as given; what is left out from the link's beams, or from the only point."""
+    points = link.points
+    mass, center, second = (complex(part) for part in mass_moments(Link(link.name, points, link.beams)))
     origin = next(iter(points))
+    if mass:
+        center /= mass
+        second -= mass * abs(center) ** 2
     if table.mass is not None:
-        mass = float(table.mass)
+        mass = complex(table.mass)
     if isinstance(table.center, str):
         known_point(where, "center", table.center, points, where.removeprefix("links."))
-        center = points[table.center]
+        center = complex(points[table.center])
     elif table.center is not None:
         center = complex(*table.center)
-    elif beams:
-        center = first
-    elif len(points) > 1 and mass:
+    elif not link.beams and len(points) > 1 and mass:
         raise fault(
             where, "center", "the key is missing: expected a point's name or [x, y] in the link's axes, as in \"C\""
         )
-    else:
-        center = points[origin]
-    inertia = second if table.inertia is None else float(table.inertia)
-    return Lump(origin, mass, inertia, center - points[origin])
-
-
-def _moments(points: Points, beams: Sequence[Beam]) -> tuple[float, complex, float]:
-    """Mass [kg], centre [m] and moment of inertia about it [kg m^2] of some beams; zeros where there are none."""
-    parts = []
-    for beam in beams:
-        start, way = points[beam.start], points[beam.end] - points[beam.start]
-        parts.append((float(beam.mass_per_length) * abs(way), start + way / 2, abs(way)))
-    mass = sum(part for part, _, _ in parts)
-    if not mass:
-        return 0.0, 0j, 0.0
-    center = sum(part * middle for part, middle, _ in parts) / mass
-    return mass, center, sum(part * (abs(middle - center) ** 2 + length**2 / 12) for part, middle, length in parts)
+    elif not link.beams:
+        center = complex(points[origin])
+    inertia = second.real if table.inertia is None else float(table.inertia)
+    return Lump(origin, mass.real, inertia, center - points[origin])
 
 
 def _outline(name: str, table: LinkTable, points: Points) -> tuple[complex, ...]:

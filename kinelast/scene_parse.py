@@ -10,7 +10,9 @@ from typing import Annotated, Any, get_args, get_origin
 import msgspec
 
 from kinelast.scene_error import fault, likely
-from kinelast.scene_format import BeamTable, SceneTable, SegmentTable, read_quantity
+from kinelast.scene_format import BeamTable, SceneTable, read_quantity
+from kinelast.scene_format_motion import AgainstTable, JointNameTable, SegmentTable, Table
+from kinelast.scene_format_structure import ChainTable
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
@@ -22,7 +24,13 @@ WORDS = {
     "int": "a whole number",
     "bool": "true or false",
 }
-NESTED = {"beams": BeamTable, "law": SegmentTable}
+NESTED = {
+    "beams": BeamTable,
+    "law": SegmentTable,
+    "against": AgainstTable,
+    "driver": JointNameTable,
+    "follower": JointNameTable,
+}
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -33,6 +41,12 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise fault("", "", f"not readable as TOML: {error}") from None
 
 
+def is_chain(raw: Mapping[str, Any]) -> bool:
+    """Whether the tables describe joints in space, and so structure alone."""
+    joints = raw.get("joints")
+    return isinstance(joints, dict) and any(isinstance(joint, dict) and "type" in joint for joint in joints.values())
+
+
 def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
     """Validated tables of a scene.
 
@@ -41,20 +55,29 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
     SceneError
         Names the table and the key that are wrong.
     """
-    fields = {field.name: field for field in msgspec.structs.fields(SceneTable)}
+    if is_chain(raw):
+        raise fault("joints", "", "joints in space are for their structure alone: ask for it with --structure")
+    table: SceneTable = _parsed(raw, SceneTable)
+    return table
+
+
+def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
+    """Validated tables of a chain of joints in space; raises as `parse_scene`."""
+    table: ChainTable = _parsed(raw, ChainTable)
+    return table
+
+
+def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
+    fields = {field.name: field for field in msgspec.structs.fields(whole)}
     for key in raw:
         if key not in fields:
             raise fault("", key, f"there is no such table or key{likely(key, fields)}")
     parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
     for name, field in fields.items():
         if field.required and not raw.get(name):
-            raise fault(name, "", _missing(name))
-    return SceneTable(**parts)
-
-
-def _missing(name: str) -> str:
-    brackets = f"[[{name}]]" if name == "drives" else f"[{name}]" if name == "points" else f"[{name}.NAME]"
-    return f"the table is missing; a scene needs {brackets}"
+            bracket = f"[{name}]" if name == "points" else f"[{name}.NAME]"
+            raise fault(name, "", f"the table is missing; a scene needs {bracket}")
+    return whole(**parts)
 
 
 def _part(name: str, kind: Any, value: Any) -> Any:
@@ -75,7 +98,7 @@ def _part(name: str, kind: Any, value: Any) -> Any:
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
         return [_converted(item, get_args(kind)[0], f"{name}[{number}]") for number, item in enumerate(value, 1)]
-    return _converted(value, kind, *(("", name) if kind is str else (name,)))
+    return _converted(value, kind, *((name,) if isinstance(kind, type) and issubclass(kind, Table) else ("", name)))
 
 
 def check_name(table: str, name: str) -> None:

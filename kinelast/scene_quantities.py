@@ -29,6 +29,20 @@ class Coordinate(Quantity):
     units = ("rad", "m")
 
 
+class Angle(Quantity):
+    """Angle [rad]."""
+
+    expected = 'an angle, as in "30 deg" or 0.5'
+    units = ("rad",)
+
+
+class Abscissa(Quantity):
+    """Time [s], angle [rad] or slide [m]: what a table is against."""
+
+    expected = 'a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"'
+    units = ("s", "rad", "m")
+
+
 class Speed(Quantity):
     """Rate of a drive [rad/s or m/s]."""
 
@@ -47,6 +61,29 @@ class Duration(Time):
     """Time that something lasts [s]."""
 
     above = 0.0
+
+
+class Expansion(Quantity):
+    """Thermal expansion [1/K]."""
+
+    expected = 'an expansion, as in "12e-6 1/K" or 12e-6'
+    units = ("1/K",)
+
+
+class Warming(Quantity):
+    """Change of temperature [K]."""
+
+    expected = 'a change of temperature, as in "40 K" or 40'
+    units = ("K",)
+
+
+class Ratio(Quantity):
+    """Change of a coordinate over that of another [1, m/rad, rad/m]."""
+
+    expected = (
+        'a number, negative for wheels that mesh from outside, or for a rack a length per angle, as in "20 mm/rad"'
+    )
+    units = ("rad/rad", "m/rad", "rad/m")
 
 
 class Mass(Quantity):
@@ -121,6 +158,12 @@ class BendingRigidity(Quantity):
     above = 0.0
 
 
+class ShearRigidity(AxialRigidity):
+    """kappa G A [N]."""
+
+    expected = 'a shear rigidity, as in "3 MN" or 3e6'
+
+
 class Force(Quantity):
     """Component of a force [N]."""
 
@@ -142,11 +185,64 @@ class ForcePerLength(Quantity):
     units = ("N/m",)
 
 
+class Effort(Quantity):
+    """Moment [N m] or force [N] of a drive or a spring."""
+
+    expected = 'a moment, as in "3 N m", or a force, as in "2 kN"'
+    units = ("N m", "N")
+
+
+class Stiffness(Quantity):
+    """Stiffness of a spring [N/m], or of one that turns [N m/rad]."""
+
+    expected = 'a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"'
+    units = ("N/m", "N m/rad")
+    least = 0.0
+
+
+class Damping(Quantity):
+    """Force per speed [N s/m], or moment per speed of rotation [N m s/rad]."""
+
+    expected = 'a damping, as in "5 N s/m", or for a pin "0.1 N m s/rad"'
+    units = ("N s/m", "N m s/rad")
+    least = 0.0
+
+
+class Compliance(Quantity):
+    """Displacement per force [m/N]."""
+
+    expected = 'a compliance, as in "2e-8 m/N" or 2e-8'
+    units = ("m/N",)
+    least = 0.0
+
+
+class TurnCompliance(Quantity):
+    """Rotation per moment [rad/(N m)]."""
+
+    expected = 'a compliance in rotation, as in "1e-4 rad/(N m)" or 1e-4'
+    units = ("rad/(N m)",)
+    least = 0.0
+
+
 class Acceleration(Quantity):
     """Component of an acceleration [m/s^2]."""
 
     expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
     units = ("m/s^2",)
+
+
+class Sizes(tuple[float, float]):
+    """A size at the two ends of a beam [m]: `[start, end]`, linear between, or one size for both."""
+
+    expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a number, a string, or a list of two; ValueError says what was expected."""
+        ends = value if isinstance(value, list) else [value, value]
+        if len(ends) != 2:
+            raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+        return cls(float(Size.read(end)) for end in ends)
 
 
 class Direction(complex):

@@ -22,6 +22,7 @@ meter = [length] = m = metre
 gram = [mass] = g
 second = [time] = s
 radian = [angle] = rad
+kelvin = [temperature] = K
 inch = 0.0254 * meter = in
 foot = 12 * inch = ft = feet
 tonne = 1000 * kilogram = t
@@ -41,7 +42,7 @@ joule = newton * meter = J
 watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
-          "N m", "N/m", "kg/m", "kg/m^3", "kg m^2")  # fmt: skip
+          "N m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
 LARGEST = 1e50  # whose fourth power, as in a second moment of area, is still a number
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
 TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})

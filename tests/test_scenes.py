@@ -10,10 +10,10 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import chord_deflection, deflection
 from kinelast.scene import SceneError, read_scene, scene_from_text, scene_motion, scene_times, shipped_scenes
-from kinelast.scene_format import schema_text
 from kinelast.scene_quantities import (
     Coordinate,
 )
+from kinelast.scene_schema import schema_text
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

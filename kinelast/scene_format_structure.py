@@ -1,0 +1,36 @@
+"""The tables and keys of a scene file that describes structure alone: contacts, and joints in space."""
+
+from __future__ import annotations
+
+from msgspec import field
+
+from kinelast.scene_format_motion import Name, Place, Table
+from kinelast.scene_quantities import Direction, Length
+
+
+class ContactTable(Table, frozen=True, kw_only=True):
+    """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
+
+    links: tuple[str, str]
+    at: Place
+    normal: Direction | None = None
+
+
+class SpatialJointTable(Table, frozen=True, kw_only=True):
+    """A joint between two links in space."""
+
+    links: tuple[str, str]
+    type: str
+    at: tuple[Length, Length, Length] | None = None
+    axis: tuple[float, float, float] | None = None
+    normal: tuple[float, float, float] | None = None
+    pitch: Length | None = None
+
+
+class ChainTable(Table, frozen=True, kw_only=True):
+    """A chain of joints in space, of which the structure is asked."""
+
+    title: str = ""
+    source: str = ""
+    fixed: str | None = None
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)
