@@ -110,7 +110,7 @@ def deflection(
     Raises
     ------
     MechanismError
-        A link's beams close a ring and are all rigid, or do not hang together.
+        A link's beams close a ring and are all rigid, or do not hang together; a slider moves along a tapered beam.
     ValueError
         Too many or too few sections; a soft joint that is none.
 
@@ -143,6 +143,7 @@ def deflection(
     )
     soft = compliance(sections, len(motion.columns))
     _require_soft_rings(mechanism, stance.frame, soft)
+    _require_prismatic_rails(mechanism, stance.frame, sections)
     joints = joints or {}
     require_joints(motion, joints)
     q = beam_loads(motion)
@@ -177,6 +178,17 @@ def deflection(
         contacts=opened.contacts,
         soft=soft,
     )
+
+
+def _require_prismatic_rails(mechanism: Mechanism, links: Frame, sections: tuple[Section, ...]) -> None:
+    """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
+    for place, beam in links.rails.items():
+        if sections[beam].taper is not None:
+            owner = mechanism.links[mechanism.beams[beam][0]].name
+            name = mechanism.structure.joints[place].name
+            raise MechanismError(
+                f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
+            )
 
 
 def _require_soft_rings(mechanism: Mechanism, beams: Frame, soft: Compliance) -> None:

@@ -35,6 +35,7 @@ from rigid import (
     LineLoad,
     Link,
     Mechanism,
+    MechanismError,
     PinDrive,
     PointLoad,
     Slider,
@@ -93,7 +94,7 @@ class TestLoadsOverPartOfABeam:
         assert sample(found, "phi", [1])[1, 0, 0] == pytest.approx(expected, rel=1e-12)
 
     def test_simple_beam_with_a_couple_inside(self):
-        """A counter-clockwise couple: A turns clockwise by M0 (6 a L - 3 a^2 - 2 L^2)/(6 L EI): Gere, Table G-2, case 9."""
+        """Counter-clockwise: A turns the other way by M0 (6 a L - 3 a^2 - 2 L^2)/(6 L EI): Gere, Table G-2, case 9."""
         found = solved(supported({"A": 0, "C": self.a, "B": L}, loads=[PointLoad("beam", "C", moment=12.0)]))
         expected = -12.0 * (6 * self.a * L - 3 * self.a**2 - 2 * L**2) / (6 * L * EI)
         assert sample(found, "phi", [0])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
@@ -461,6 +462,11 @@ class TestBlockOnAnElasticBeam:
         carried = displacement_of(found, "block", "C")[0]
         assert (carried * np.exp(-0.4j)).imag == pytest.approx((moved * np.exp(-0.4j)).imag, rel=1e-11)
         assert found.angle[2, 0] == pytest.approx(sample(found, "phi", [at])[0, 0, 0], rel=1e-11)
+
+    def test_on_a_tapered_beam_is_refused(self):
+        tapering = replace(SECTION, taper=Taper(EI=(1.0, -0.5)))
+        with pytest.raises(MechanismError, match='slider "guide": the beam of "rail" along its line is tapered'):
+            deflection(rail(self.place), [tapering])
 
 
 class TestWhatDoesNotFit:
