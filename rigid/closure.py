@@ -80,8 +80,8 @@ def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, .
     """Solve a placed group once for all right-hand sides; `sine` is what its condition 1/s^2 is taken from."""
     effects = columns(group, tree, cut)
     duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects), ())
-    singular = ~(np.square(sine) * SINGULAR >= 1.0)
-    if singular.any():
+    if not np.min(np.abs(sine)) >= SINGULAR**-0.5:
+        singular = ~(np.square(sine) * SINGULAR >= 1.0)
         duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in duals)
     return Closure(group, tree, cut, duals, tensions)
 

@@ -18,7 +18,9 @@ ROUND_OFF = 4 * np.finfo(float).eps
 
 def _root(square: Any, slack: Any) -> Any:
     """Square root; 0 just below zero, nan further below."""
-    return np.sqrt(np.where((square < 0.0) & (square > -slack), 0.0, square))
+    if not np.min(square) >= 0.0:
+        square = np.where((square < 0.0) & (square > -slack), 0.0, square)
+    return np.sqrt(square)
 
 
 def circle_circle(
@@ -42,11 +44,14 @@ def circle_circle(
     base = second - first
     square = base.real**2 + base.imag**2
     long, short = abs(arm_first), abs(arm_second)
-    x = 0.5 + 0.5 * (long - short) * (long + short) / square
-    y = side * _root(((long + short) ** 2 / square - 1.0) * (1.0 - (long - short) ** 2 / square), slack) / 2.0
+    inverse = 1.0 / square
+    x = 0.5 + (0.5 * (long - short) * (long + short)) * inverse
+    y = (0.5 * side) * _root(((long + short) ** 2 * inverse - 1.0) * (1.0 - (long - short) ** 2 * inverse), slack)
     apex = np.empty(np.broadcast(x, y).shape, complex)
     apex.real, apex.imag = x, y
-    return base * apex / arm_first, base * (apex - 1.0) / arm_second, square * y / (long * short)
+    direction = base * apex * (1.0 / arm_first)
+    apex -= 1.0
+    return direction, base * apex * (1.0 / arm_second), square * y * (1.0 / (long * short))
 
 
 def circle_line(

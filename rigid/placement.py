@@ -11,7 +11,7 @@ from rigid.closure import Columns, JointPlace
 from rigid.drawing import Drawing
 from rigid.dyads import ROUND_OFF
 from rigid.mechanism import Mechanism
-from rigid.plane import dot
+from rigid.plane import dot, unit
 from rigid.structure import Joint
 
 
@@ -79,7 +79,7 @@ class Placement:
         parent, child = joint.parent, joint.child
         slide: Columns = 0.0
         if joint.slider is None:
-            self.direction[child] = self.direction[parent] * np.exp(1j * joint.sense * coordinate)
+            self.direction[child] = self.direction[parent] * unit(joint.sense * coordinate)
         else:
             self.direction[child] = beside(joint, self.direction[parent])
             slide = (

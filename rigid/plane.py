@@ -67,3 +67,10 @@ def imaginary(a: Any) -> Any:
     result = np.zeros(np.shape(a), complex)
     result.imag = a
     return result
+
+
+def unit(angle: Any) -> Any:
+    """Unit vectors exp(i angle), at half the cost of numpy's complex exponential."""
+    result = np.empty(np.shape(angle), complex)
+    result.real, result.imag = np.cos(angle), np.sin(angle)
+    return result

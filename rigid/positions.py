@@ -118,7 +118,8 @@ class Walk:
             placed.sine.append(place_dyad(placed, group, self.drawing, signs))
             return
         sine = self._with_slack(group, 1.0)
-        if self.places is None and np.ndim(sine) and change_points.suspects(sine).any():
+        shallow = np.ndim(sine) and not np.abs(sine).min() >= change_points.SHALLOW  # else nothing is suspect
+        if shallow and self.places is None and change_points.suspects(sine).any():
             self._find_changes(number, sine)
         if self.changes.get(number):
             places = np.arange(placed.drive.shape[-1], dtype=float)
@@ -130,7 +131,7 @@ class Walk:
         """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
         placed = self.placed
         sine = place_dyad(placed, group, self.drawing, flip)
-        if placed.sine and np.isnan(sine).any():
+        if placed.sine and np.isnan(np.min(sine)):
             worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
             placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
             sine = place_dyad(placed, group, self.drawing, flip)
