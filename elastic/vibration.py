@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from elastic.line import designs_of
 from elastic.section import JointCompliance, Section
 from elastic.vibrating_structure import VibratingStructure
-from rigid import SINGULAR, Motion, Reals
+from rigid import SINGULAR, Motion, Reals, repeated
 
 SETTLED = 1e-3
 REFINEMENTS = (1, 3, 5, 7, 9, 12)
@@ -78,10 +79,13 @@ def natural_frequencies(
     >>> round(natural_frequencies(motion(held, [0.0]), [Section(1e6, 1.0)]).lowest, 4)
     3.516
     """
+    designs = designs_of(tuple(sections))
+    if designs:
+        motion = repeated(motion, np.broadcast_shapes(motion.columns, designs))
     count = motion.columns[-1]
     chosen = np.unique(np.linspace(0, count - 1, min(positions, count)).round().astype(int))
-    designs = motion.columns[0] if len(motion.columns) > 1 else 1
-    found = [_of_design(motion, sections, modes, chosen, joints or {}, design, settled) for design in range(designs)]
+    rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)
+    found = [_of_design(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
     omega = np.stack([values for values, _ in found], axis=1)
     return Frequencies(omega if len(motion.columns) > 1 else omega[:, 0], chosen, max(change for _, change in found))
 

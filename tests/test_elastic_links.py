@@ -214,8 +214,8 @@ class TestFrames:
     def test_square_ring_pulled_apart(self):
         """Forces P at the middles of two opposite sides of a square: 3 P l/16 under them, P l/16 at the corners.
 
-        With m at the corners half a loaded side has the mean moment P l/8 - m, half of the next one -m; a quarter of the
-        ring turns at neither end, so that these add up to nothing.
+        With m at the corners half a loaded side has the mean moment P l/8 - m, half of the next one -m; a quarter of
+        the ring turns at neither end, so that these add up to nothing.
         """
         side, P = 0.8, 100.0
         half = side / 2

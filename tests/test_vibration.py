@@ -297,6 +297,15 @@ class TestMechanism:
             one = natural_frequencies(motion(with_coupler(length)[0], case.drive), case.sections).omega
             np.testing.assert_allclose(both[:, design], one, rtol=1e-9)
 
+    def test_sections_of_designs_are_those_of_single_ones(self):
+        case = steel_four_bar(6)
+        course = motion(case.mechanism, case.drive)
+        stiffness = np.array([[20.0], [45.0]])
+        both = natural_frequencies(course, [Section(1e6, stiffness), *case.sections[1:]]).omega
+        for design, EI in enumerate(stiffness[:, 0]):
+            one = natural_frequencies(course, [Section(1e6, EI), *case.sections[1:]]).omega
+            np.testing.assert_allclose(both[:, design], one, rtol=1e-9)
+
     def test_singular_positions_are_nan(self):
         case = steel_four_bar(4)
         out_of_reach = replace(case.mechanism.links[2], points={"A": 0.0, "B": 0.05})
