@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkages import three_cranks
 from mechanisms import ALL, Case, bar, four_bar, replaced, slider_crank, turn
+from test_gears import geared_four_bar
 
 from rigid import (
     Beam,
@@ -121,6 +122,13 @@ class TestThreeFormulations:
         efforts = drive_efforts(course, reactions(course))
         assert relative(virtual_work_efforts(course), efforts) < 1e-13
         assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-13
+
+    def test_of_wheels_and_a_rack(self):
+        course = motion(geared_four_bar(), np.linspace(0.3, 4.0, 9), 20.0, -7.0)
+        efforts = drive_efforts(course, reactions(course))
+        assert relative(virtual_work_efforts(course), efforts) < 1e-12
+        assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-12
+        assert relative(multiplier_forces(course).ground_force, reactions(course).ground_force) < 1e-12
 
     def test_a_redundant_mechanism_has_one_effort_and_says_which_forces_are_open(self):
         given_links = three_cranks().links

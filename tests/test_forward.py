@@ -16,6 +16,7 @@ from rigid import (
     ConstantSpeed,
     Effort,
     ForwardError,
+    Gear,
     Link,
     LinkAngle,
     Lump,
@@ -111,6 +112,19 @@ class TestOneFreedom:
         found = motion_during(forward(mechanism, [FREE], 0.1, 0.0, 2.0), np.linspace(0, 2, 21))
         np.testing.assert_allclose(found.drive[0], 0.1 * np.cos(10 * found.time), atol=1e-10)
 
+    def test_a_wheel_carries_what_it_meshes_with(self):
+        """Reduced inertia of a pinion and a wheel at ratio i: J1 + i^2 J2."""
+        links = (
+            Link("ground", {"O": 0.0, "W": 0.3}),
+            Link("pinion", {"O": 0.0}, lumps=(Lump("O", 1.0, 0.2),)),
+            Link("wheel", {"W": 0.0}, lumps=(Lump("W", 1.0, 3.0),)),
+        )
+        mesh = Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -0.25)
+        mechanism = Mechanism(links, (PinDrive("pinion", "O"),), {}, gears=(mesh,))
+        found = motion_during(forward(mechanism, [Effort(1.5)], 0.0, 0.0, 2.0), np.linspace(0, 2, 5))
+        np.testing.assert_allclose(found.drive_acceleration[0], 1.5 / (0.2 + 3.0 / 16), rtol=1e-12)
+        np.testing.assert_allclose(found.drive[0], 0.75 / (0.2 + 3.0 / 16) * found.time**2, atol=1e-11)
+
     def test_energy_is_constant(self):
         found = motion_during(forward(pendulum(), [FREE], 1.0, 2.0, 3.0, 1e-12), np.linspace(0, 3, 50))
         energy = kinetic_energy(found) + potential_energy(found)
@@ -154,6 +168,29 @@ class TestSeveralDrives:
         )  # fmt: skip
         np.testing.assert_allclose(found.drive[0], 0.2 + w * found.time, rtol=1e-14)
         np.testing.assert_allclose(found.drive[1], own.y[0], atol=1e-9)
+
+    def test_a_drive_that_shakes_drags_the_free_one_along(self):
+        """Point mass on a forearm whose arm swings as p(t): b^2 (p'' + q'') + a b (p'' cos q + p'^2 sin q) = 0."""
+        a, b = 0.5, 0.4
+        mechanism = replaced(double_pendulum(), gravity=0.0)
+
+        def law(time):
+            return (
+                0.3 * np.sin(4 * np.asarray(time)),
+                1.2 * np.cos(4 * np.asarray(time)),
+                -4.8 * np.sin(4 * np.asarray(time)),
+            )
+
+        def rates(time, y):
+            _, rate, rate2 = law(time)
+            return [y[1], -rate2 - a / b * (rate2 * math.cos(y[0]) + rate**2 * math.sin(y[0]))]
+
+        time = np.linspace(0, 2, 11)
+        found = motion_during(forward(mechanism, [law, FREE], 0.5, 0.0, 2.0, 1e-12), time)
+        own = solve_ivp(rates, (0, 2), [0.5, 0.0], "DOP853", t_eval=time, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found.drive[1], own.y[0], atol=1e-9)
+        expected = [rates(*each)[1] for each in zip(time, own.y.T, strict=True)]
+        np.testing.assert_allclose(found.drive_acceleration[1], expected, atol=1e-8)
 
 
 class TestAnyLinkage:
