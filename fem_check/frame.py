@@ -1,19 +1,16 @@
-"""A mechanism as bodies and ties: every beam a body clamped to its own axes, welds and joints between their ends."""
+"""A mechanism as bodies: every beam is one, clamped to its own axes at its start; and where their points are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from rigid import Link, MechanismError, Motion, PinDrive, Slider, position_of
+import numpy as np
 
-Row = tuple[Any, float]
-"""A condition on a tie, by what keeps it: a force of unit length on the child, complex, and whether a moment."""
+from rigid import Link, MechanismError, Motion, Slider, position_of
 
-WELD: tuple[Row, ...] = ((1.0, 0.0), (1j, 0.0), (0.0, 1.0))
-PIN = WELD[:2]
-NO_TURN = WELD[2:]
+LINED_UP = 1e-9
+REACHED = 1e-12  # beyond a beam's end, in its lengths, that counts as on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,31 +28,29 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A point of a body: an end of it (`tip`: the far one) and the arm from that end, in the ground's axes [m]."""
+    """A point of a body: its start, or one of the frame's `spots`, and the arm from there in the ground's axes [m]."""
 
     body: int
-    tip: bool = False
+    spot: int | None = None
     arm: Any = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class Tie:
-    """What keeps the displacement of `child` equal to that of `parent` (None: the ground), row by row."""
-
-    name: str
-    parent: Place | None
-    child: Place | None
-    rows: tuple[Row, ...]
-    drive: int | None = None
 
 
 class Frame:
     """Bodies of a mechanism and the places of its points; the beams come first, in the order of `Mechanism.beams`.
 
+    Attributes
+    ----------
+    bodies
+        Beams, then links without.
+    spots
+        Where beams are moved by more than their axes: beam and xi, shape () or (..., positions). First the end of every
+        beam, then the blocks of sliders on beams; nan where one is beyond its beam.
+
     Raises
     ------
     MechanismError
-        The beams of a link do not hang together; asked for the place of a point that none of them reaches.
+        The beams of a link do not hang together, or none carries a slider; asked for the place of a point that none of
+        them reaches.
     """
 
     def __init__(self, motion: Motion) -> None:
@@ -69,12 +64,14 @@ class Frame:
             self.bodies.append(Body(at, start, end - start))
             self.root.setdefault(at, number)
             self.ends.setdefault((at, beam.start), []).append(Place(number))
-            self.ends.setdefault((at, beam.end), []).append(Place(number, tip=True))
+            self.ends.setdefault((at, beam.end), []).append(Place(number, number))
+        self.spots: list[tuple[int, Any]] = [(number, 1.0) for number in range(len(self.bodies))]
         for at, link in enumerate(links):
             if at and not link.beams:
                 self.root[at] = len(self.bodies)
                 self.bodies.append(Body(at, 0.0))
             _refuse_pieces(link)
+        self.sides = {slider.name: self._sides(slider) for slider in motion.mechanism.sliders}
 
     def place(self, at: int, point: str) -> Place | None:
         """A link's point that carries something: an end of a beam, or any point of a link without beams."""
@@ -85,44 +82,41 @@ class Frame:
             raise MechanismError(
                 f'link "{link.name}": no beam reaches the point "{point}", which carries a joint or a load'
             )
-        return self.carried(at, self.motion.direction[at] * link.points[point])
+        return self._carried(at, self.motion.direction[at] * link.points[point])
 
-    def carried(self, at: int, arm: Any) -> Place | None:
-        """What moves with a link without beams; `arm` from the origin of the link's axes, in the ground's."""
-        return Place(self.root[at], arm=arm) if at else None
-
-    def ties(self) -> Iterator[Tie]:
-        """Welds of the beams, pins, sliders and locked drives."""
-        mechanism = self.motion.mechanism
-        for (_, point), (hub, *others) in self.ends.items():
-            yield from (Tie(point, hub, other, WELD) for other in others)
-        shared: dict[str, list[int]] = {}
-        for at, link in enumerate(mechanism.links):
-            for point in link.points:
-                shared.setdefault(point, []).append(at)
-        for point, (first, *links) in shared.items():
-            yield from (Tie(point, self.place(first, point), self.place(at, point), PIN) for at in links)
-        sliders = {slider.name: slider for slider in mechanism.sliders}
-        for slider in mechanism.sliders:
-            along = self._along(slider)
-            yield Tie(slider.name, *self._sides(slider), ((1j * along, 0.0), *NO_TURN))
-        for number, drive in enumerate(mechanism.drives):
-            if isinstance(drive, PinDrive):
-                parent, child = (self.place(mechanism.index[name], drive.at) for name in (drive.on, drive.link))
-                yield Tie(drive.at, parent, child, NO_TURN, number)
-            else:
-                slider = sliders[drive.slider]
-                yield Tie(slider.name, *self._sides(slider), ((self._along(slider), 0.0),), number)
-
-    def _along(self, slider: Slider) -> Any:
+    def along(self, slider: Slider) -> Any:
         """Unit vector of a slider's line, in the ground's axes."""
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
+    def _carried(self, at: int, arm: Any) -> Place | None:
+        """What moves with a link without beams; `arm` from the origin of the link's axes, in the ground's."""
+        return Place(self.root[at], arm=arm) if at else None
+
     def _sides(self, slider: Slider) -> tuple[Place | None, Place | None]:
         """Where the point is now: on the owner of the line, and on the link that slides."""
-        owner, link = (self.motion.mechanism.index[name] for name in (slider.on, slider.link))
-        arm = position_of(self.motion, link, slider.point) - self.motion.origin[owner]
-        return self.carried(owner, arm), self.place(link, slider.point)
+        motion = self.motion
+        owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
+        arm = position_of(motion, link, slider.point) - motion.origin[owner]
+        if not motion.mechanism.links[owner].beams:
+            return self._carried(owner, arm), self.place(link, slider.point)
+        number = self._rail(slider, owner)
+        body = self.bodies[number]
+        xi = ((arm / motion.direction[owner] - body.start) / body.way).real
+        on_beam = (xi >= -REACHED) & (xi <= 1 + REACHED)
+        self.spots.append((number, np.where(on_beam, np.clip(xi, 0.0, 1.0), np.nan)))
+        return Place(number, len(self.spots) - 1), self.place(link, slider.point)
+
+    def _rail(self, slider: Slider, owner: int) -> int:
+        """The first beam of a link that lies along a slider's line."""
+        line = slider.direction
+        for number, body in enumerate(self.bodies):
+            if body.link == owner:
+                size = np.abs(body.way)
+                aside = np.abs((np.conj(line) * body.way).imag) / size
+                off = np.abs((np.conj(line) * (slider.origin - body.start)).imag) / size
+                if np.max(aside + off) <= LINED_UP:
+                    return number
+        raise MechanismError(f'slider "{slider.name}": no beam of "{slider.on}" lies along its line to carry it')
 
 
 def _refuse_pieces(link: Link) -> None:

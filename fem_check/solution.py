@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic import Section
-from fem_check.equilibrium import Beams, balanced, beams_of, wrenches_of
-from fem_check.frame import Frame, Tie
-from fem_check.unit_beam import STATIONS, unit_beam
-from rigid import GROUND, Mechanism, MechanismError, Motion, Reals
+from elastic import JointCompliance, Section
+from fem_check.beams import beams_of
+from fem_check.equilibrium import balanced, wrenches_of
+from fem_check.fields import fields_of
+from fem_check.frame import Frame
+from fem_check.ties import Tie, ties
+from fem_check.unit_beam import unit_beam
+from rigid import Motion, Reals, repeated
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +65,17 @@ class Solution:
     efforts: Reals
 
 
-def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> Solution:
+def solve(
+    motion: Motion,
+    sections: Sequence[Section],
+    elements: int = 16,
+    joints: Mapping[str, JointCompliance] | None = None,
+) -> Solution:
     """Section forces and displacements of all beams at all positions by finite elements.
 
-    Hermite elements across and quadratic ones along every beam, welds and joints as constraints, drives locked. Loads
-    and statics are found anew from the motion; statically indeterminate mechanisms come out as any other.
+    Hermite elements across and quadratic ones along every beam and for what shear adds; welds and joints as
+    constraints, drives locked; a slider's block divides the element of the beam it is on. Loads and statics are found
+    anew from the motion; statically indeterminate mechanisms come out as any other.
 
     Parameters
     ----------
@@ -76,18 +85,20 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
         One per beam, in the order of `Mechanism.beams`; infinite rigidities are rigid.
     elements
         To every beam.
+    joints
+        By name, the joints that give way or do not fit.
 
     Returns
     -------
-    Solution, nan at singular positions.
+    Solution, nan at singular positions and where a block is beyond its beam.
 
     Raises
     ------
     ValueError
-        The sections are not one per beam, or there is no element.
+        The sections are not one per beam, there is no element, or no joint of a name.
     MechanismError
-        The beams of a link do not hang together or do not reach a point that carries something; or what there are no
-        elements for: shear, taper, a mass of high degree, a slider on beams.
+        The beams of a link do not hang together, do not reach a point that carries something, or none of them lies
+        under the slider that they carry.
 
     Examples
     --------
@@ -100,81 +111,49 @@ def solve(motion: Motion, sections: Sequence[Section], elements: int = 16) -> So
     >>> solve(motion(held, [0.0]), [Section(EA=1e6, EI=1e3)]).w[0, 0, -1].round(12)
     np.float64(0.032)
     """
-    _refuse(motion.mechanism, sections)
-    unit = unit_beam(elements)
+    if len(sections) != len(motion.mechanism.beams):
+        raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
+    motion = _over_designs(motion, sections)
     frame = Frame(motion)
-    ties = list(frame.ties())
+    held = list(ties(frame, joints or {}))
+    rows = [row for tie in held for row in tie.rows]
+    nodes = unit_beam(elements).xi
     with np.errstate(invalid="ignore", over="ignore"):
-        beams = beams_of(frame, sections, unit)
-        wrenches = wrenches_of(frame, ties, beams)
-        multipliers, carried = balanced(motion, beams, wrenches)
-        tip = wrenches.tip[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, wrenches.tip[..., :-1, :, :])
-        tip[..., 2] *= wrenches.size
-        N, V, M, u, w, phi = _fields(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (tip, carried)))
-    forces, efforts = _tie_forces(motion, ties, np.moveaxis(multipliers, -1, 0), wrenches.size)
-    return Solution(motion, tuple(sections), elements, unit.xi, N, V, M, u, w, phi, forces, efforts)
+        beams = beams_of(frame, sections, elements)
+        wrenches = wrenches_of(frame, rows, beams)
+        multipliers, carried = balanced(motion, rows, beams, wrenches)
+        spots = wrenches.spots
+        spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
+        spots[..., 2] *= wrenches.size
+        fields = fields_of(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (spots, carried)))
+    forces, efforts = _tie_forces(motion, held, np.moveaxis(multipliers, -1, 0), wrenches.size)
+    return Solution(
+        motion=motion, sections=tuple(sections), elements=elements, xi=nodes, ties=forces, efforts=efforts, **fields
+    )
 
 
-def _refuse(mechanism: Mechanism, sections: Sequence[Section]) -> None:
-    """Raise rather than answer another question than was asked."""
-    if len(sections) != len(mechanism.beams):
-        raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
-    for (at, beam), section in zip(mechanism.beams, sections, strict=True):
-        where = f'beam "{beam.start}"-"{beam.end}" of "{mechanism.links[at].name}"'
-        if np.any(np.isfinite(section.kGA)):
-            raise MechanismError(f"{where}: the finite element check has no elements with shear")
-        if len(beam.mass_taper) > len(STATIONS) - 1:
-            raise MechanismError(
-                f"{where}: its mass per length is of degree {len(beam.mass_taper) - 1}, the finite element check "
-                f"carries up to degree {len(STATIONS) - 2}"
-            )
-        if section.taper is not None:
-            raise MechanismError(f"{where}: the finite element check has no tapered elements")
-    for slider in mechanism.sliders:
-        if slider.on != GROUND and mechanism.links[mechanism.index[slider.on]].beams:
-            raise MechanismError(
-                f'slider "{slider.name}": the finite element check has no contact that moves along the beams of '
-                f'"{slider.on}"'
-            )
-
-
-def _fields(beams: Beams, tip: Any, carried: Any) -> tuple[Reals, ...]:
-    """N, V, M, u, w, phi at the nodes: unit responses times their loads, and the motion of the beam's axes.
-
-    Parameters
-    ----------
-    tip
-        Force and moment at the beams' far ends, shape (3, beams, ..., positions).
-    carried
-        Displacement, in the ground's axes, and rotation of the bodies, shape (3, bodies, ..., positions).
-    """
-    unit, length = beams.unit, beams.length
-    along = np.moveaxis(np.concatenate((length * beams.load.real, tip[:1])), 0, -1)
-    across = np.moveaxis(np.concatenate((length**2 * beams.load.imag, [length * tip[1], tip[2]])), 0, -1)
-    move = np.conj(beams.axis) * (carried[0, : len(length)] + 1j * carried[1, : len(length)])
-    turn = carried[2, : len(length)]
-    N, V, M = along @ unit.N, (across / length[..., None]) @ unit.V, across @ unit.M
-    u = (along * (length * beams.stretch)[..., None]) @ unit.u
-    u += move.real[..., None] + (length * beams.strain)[..., None] * unit.xi
-    w = (across * (length**2 * beams.bend)[..., None]) @ unit.w
-    w += move.imag[..., None] + (length * turn)[..., None] * unit.xi
-    phi = (across * (length * beams.bend)[..., None]) @ unit.phi
-    phi += turn[..., None]
-    return N, V, M, u, w, phi
+def _over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
+    """The motion once for every design that the sections are of."""
+    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
+    columns = np.broadcast_shapes(motion.columns, *properties)
+    return motion if columns == motion.columns else repeated(motion, columns)
 
 
 def _tie_forces(
-    motion: Motion, ties: Sequence[Tie], multipliers: Any, size: float
+    motion: Motion, held: Sequence[Tie], multipliers: Any, size: float
 ) -> tuple[tuple[TieForce, ...], Reals]:
     """Multipliers gathered to forces and moments, and the drives' efforts."""
     forces, number = [], 0
     efforts = np.full((len(motion.mechanism.drives), *motion.columns), np.nan)
-    for tie in ties:
-        values = multipliers[number : number + len(tie.rows)]
-        force = sum(value * row[0] for value, row in zip(values, tie.rows, strict=True))
-        moment = sum(value * row[1] * size for value, row in zip(values, tie.rows, strict=True))
+    for tie in held:
+        force: Any = 0.0
+        moment: Any = 0.0
+        for row, value in zip(tie.rows, multipliers[number : number + len(tie.rows)], strict=True):
+            multiplier = value * size if row.turns else value
+            _, way, turn = row.parts[0]
+            force, moment = force + multiplier * way, moment + multiplier * turn
         forces.append(TieForce(tie.name, force, moment))
         if tie.drive is not None:
-            efforts[tie.drive] = values[0] * (size if tie.rows[0][1] else 1.0)
+            efforts[tie.drive] = multipliers[number] * (size if tie.rows[0].turns else 1.0)
         number += len(tie.rows)
     return tuple(forces), efforts
