@@ -431,6 +431,8 @@ class TestMistakes:
         case = ALL["arm"]()
         with pytest.raises(MechanismError, match=r"3 drive coordinates were given for 2 drive"):
             motion(case.mechanism, np.zeros((3, 4)))
+        with pytest.raises(MechanismError, match=r"4 drive coordinates were given for 2 drive"):
+            motion(case.mechanism, np.zeros(4))
 
 
 class TestDesigns:
