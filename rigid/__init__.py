@@ -1,6 +1,6 @@
 """Rigid-body motion of planar mechanisms: mechanism in, motion, inertia loads and joint forces out.
 
-Needs numpy only.
+Needs numpy; scipy only to integrate a motion and for cubic tables.
 """
 
 import rigid.memory  # noqa: F401  before any array is made

@@ -1,0 +1,22 @@
+"""The examples of the page on dynamics run as they stand."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PAGE = (Path(__file__).parent.parent / "docs" / "dynamics.md").read_text(encoding="utf-8")
+
+
+def test_its_examples_run(capsys):
+    names: dict = {}
+    for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        exec(block, names)
+    amplitude = float(capsys.readouterr().out.split()[0])
+    # Cosine law at the two positions where crank and coupler align.
+    square = [0.35**2 + 0.25**2 - side**2 for side in (0.3 + 0.1, 0.3 - 0.1)]
+    angles = np.degrees(np.arccos(np.array(square) / (2 * 0.35 * 0.25)))
+    assert amplitude == pytest.approx(abs(angles[0] - angles[1]), abs=1e-9)
+    assert names["cranks"].shape == (1, 2)
+    assert names["energy"][-1] > names["energy"][0]
