@@ -17,6 +17,7 @@ ZOOMS = 12
 TOUCH = 1e-7
 ROUNDED = 16  # the least of POINTS values of a sharp corner is a smaller part than this of the greatest
 SAME = 1e-5
+SHALLOW = 0.5
 
 Sine = Callable[[Any], Any]
 
@@ -24,9 +25,11 @@ Sine = Callable[[Any], Any]
 def suspects(sine: Any) -> Any:
     """Whether |s| falls or rises so steeply that it may touch zero nearby, bool, shape (..., positions - 2)."""
     size = np.abs(sine)
-    middle = 2 * size[..., 1:-1]
+    before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
     with np.errstate(invalid="ignore"):
-        return (middle < size[..., :-2]) | (middle < size[..., 2:])
+        # On uneven positions a zero between two of them shows only as a least value.
+        least = (here <= before) & (here <= after) & (here < SHALLOW)
+        return (2 * here < before) | (2 * here < after) | least
 
 
 def touches(sine_at: Sine, places: Any, row: int) -> list[float]:

@@ -20,6 +20,7 @@ TOLERANCE = 1e-14
 COARSE = 72
 NEAR = 0.1
 FITS = 1e-10
+ROUND_OFF = 4 * np.finfo(float).eps
 
 
 def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
@@ -125,10 +126,18 @@ def _gap(placed: Placement, joint: Joint) -> Columns:
     return joint.sense * np.angle(turned) + 1j * cross(along, opened)
 
 
+def _round_off(placed: Placement, joint: Joint) -> Columns:
+    """What a gap may come to by round-off alone."""
+    ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
+    size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
+    return ROUND_OFF * (size if joint.slider is None else size + 1.0)
+
+
 def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
     """Coordinates of the free joints that close the group; nan where none are found."""
     sense = np.array([group.tree[number].sense for number in group.free]).reshape(-1, *[1] * (coordinates.ndim - 1))
     done = np.zeros(coordinates.shape[1:], bool)
+    before: Any = np.inf
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
             _hang_all(placed, group, coordinates)
@@ -137,6 +146,11 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             settled = np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
+            # Near a singular position round-off in the gaps keeps the steps from vanishing: there is no better place.
+            length = np.abs(step).max(axis=0)
+            shut = [np.abs(gap) <= _round_off(placed, place.joint) for gap, place in zip(gaps, closed.cut, strict=True)]
+            settled |= np.all(shut, axis=0) & (length > before / 4)
+            before = length
             if closed.tensions:
                 size = np.abs([np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column])
                 settled &= np.abs(gaps).max(axis=0) <= FITS * size.max(axis=0)

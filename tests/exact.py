@@ -223,10 +223,10 @@ class Exact:
         return sum(value * part**k for k, value in enumerate(values))
 
 
-def exact(mechanism, sections, drive, drive_rate, drive_rate2):
-    """Motion, forces and deflections at one position."""
+def exact(mechanism, sections, drive, drive_rate, drive_rate2, at=None):
+    """Motion, forces and deflections at one position; `at` are its coordinates where they are known to all digits."""
     with mpmath.workdps(WORKED):
-        q, goal = positions(mechanism, drive)
+        q, goal = positions(mechanism, drive) if at is None else (at, [mpf(float(value)) for value in drive])
         equations = Equations(mechanism, mpmath)
         matrix = equations.matrix(q, goal)
         speed = np.array([mpf(0)] * len(q), object)
