@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +36,19 @@ def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
             yield _no_point("a load", links[name], (point,))
         if isinstance(number, int):
             yield _no_beam(links[name], number, moving=links[name] is not mechanism.links[0])
+        yield from _other_end(load, links)
+
+
+def _other_end(load: object, links: Mapping[str, Link]) -> Iterator[str | None]:
+    """Names of a spring's second link, its anchor there, or the pin that both links share."""
+    name, anchor, pin = (getattr(load, key, None) for key in ("on", "anchor", "at"))
+    if isinstance(name, str):
+        yield _no_link("a spring", links, (name,))
+        if isinstance(anchor, str):
+            yield _no_point("a spring", links[name], (anchor,))
+        if isinstance(pin, str):
+            yield _no_point("a spring", links[name], (pin,))
+            yield _no_point("a spring", links[getattr(load, "link", name)], (pin,))
 
 
 def _no_link(what: str, links: Iterable[str], names: Iterable[str]) -> str | None:

@@ -306,6 +306,21 @@ class TestSprings:
                 felt += lump.mass * (mechanism.gravity - acceleration_of(course, link.name, center))
         assert relative(reactions(course).ground_force, felt) < 1e-12
 
+    @pytest.mark.parametrize(
+        ("spring", "message"),
+        [
+            (Spring("arms", "A", anchor="C"), 'there is no link "arms"'),
+            (Spring("arm", "B", anchor="C"), 'link "arm" has no point "B"'),
+            (Spring("arm", "A", "grounds", "C"), 'a spring: there is no link "grounds"'),
+            (Spring("arm", "A", anchor="G"), 'a spring: link "ground" has no point "G"'),
+            (TorsionSpring("arm", "C"), 'a spring: link "arm" has no point "C"'),
+            (TorsionSpring("arm", "A"), 'a spring: link "ground" has no point "A"'),
+        ],
+    )
+    def test_its_ends_must_be_there(self, spring, message):
+        with pytest.raises(MechanismError, match=message):
+            held_arm(spring)
+
     def test_dampers_turn_all_they_take_into_heat(self):
         spring = Spring("arm", "A", anchor="C", damping=6.0)
         torsion = TorsionSpring("arm", "O", damping=0.7)
