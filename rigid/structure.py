@@ -151,9 +151,16 @@ class _Net:
         self.ties: dict[tuple[str, frozenset[int]], tuple[Gear, Joint]] = {}
         for gear in mechanism.gears:
             key = self._driven(gear.follower)
+            self._require_grounded(gear)
             if key in self.drives or key in self.ties:
                 raise MechanismError(f'the joint "{key[0]}" is moved twice, by a gear and otherwise')
             self.ties[key] = (gear, self._led(gear.driver))
+
+    def _require_grounded(self, gear: Gear) -> None:
+        """Raise where a gear is tied to a slider on a moving link, whose slide its links' places alone do not tell."""
+        for end in (gear.driver, gear.follower):
+            if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
+                raise MechanismError(f'gear: the slider "{end.slider}" runs on a moving link, a rack runs on the ground')
 
     def _led(self, driver: PinDrive | SliderDrive) -> Joint:
         """The joint that drives a gear, from the link it names on to the one that moves."""

@@ -126,6 +126,13 @@ def test_planetary_train_after_willis():
     np.testing.assert_allclose(effort, 5.0 * (1 + sun / ring), rtol=1e-12)
 
 
+def test_a_rack_runs_on_the_ground():
+    course = geared_four_bar()
+    moving = replace(course.sliders[0], on="pinion")
+    with pytest.raises(MechanismError, match='"guide" runs on a moving link'):
+        motion(replace(course, sliders=(moving,)), ANGLES, 1.0)
+
+
 def test_a_joint_is_moved_once():
     course = replace(four_bar(), gears=(Gear(PinDrive("rocker", "D"), PinDrive("wheel", "W"), 2.0),))
     with pytest.raises(MechanismError, match='"W" is moved twice'):
