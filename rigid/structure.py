@@ -160,7 +160,7 @@ class _Net:
         """Raise where a gear is tied to a slider on a moving link, whose slide its links' places alone do not tell."""
         for end in (gear.driver, gear.follower):
             if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
-                raise MechanismError(f'gear: the slider "{end.slider}" runs on a moving link, a rack runs on the ground')
+                raise MechanismError(f'gear: slider "{end.slider}" runs on a moving link, a rack on the ground')
 
     def _led(self, driver: PinDrive | SliderDrive) -> Joint:
         """The joint that drives a gear, from the link it names on to the one that moves."""
