@@ -29,7 +29,10 @@ def suspects(sine: Any) -> Any:
     with np.errstate(invalid="ignore"):
         # On uneven positions a zero between two of them shows only as a least value.
         least = (here <= before) & (here <= after) & (here < SHALLOW)
-        return (2 * here < before) | (2 * here < after) | least
+        found = (2 * here < before) | (2 * here < after) | least
+        for end, beside in ((0, 1), (-1, -2)) if found.size else ():
+            found[..., end] |= (size[..., end] < size[..., beside]) & (size[..., end] < SHALLOW)
+        return found
 
 
 def touches(sine_at: Sine, places: Any, row: int) -> list[float]:

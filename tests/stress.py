@@ -1,0 +1,132 @@
+"""Mechanisms on the edge of what floating point can tell, with their positions in as many digits as asked for.
+
+Near a singular position a walk or an iteration in floats loses the way; here the closed forms of the triangles are
+taken with mpmath instead, from the very floats that the program is given.
+"""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+from exact import WORKED, exact
+from mechanisms import apex, bar
+from mpmath import mpf
+
+from elastic import FIELDS, Section, deflection, sample
+from rigid import Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
+
+EPS = np.finfo(float).eps
+GRAVITY = -9.81j
+STEEL = Section(EA=1.26e7, EI=37.8)
+STATIONS = np.linspace(0, 1, 5)
+
+
+def number(value):
+    """A float or complex as it is, in mpmath."""
+    value = complex(value)
+    return mpmath.mpc(mpf(value.real), mpf(value.imag))
+
+
+def triangle(first, second, long, short, side):
+    """Where circles about two points meet, left of the way between them for side +1."""
+    way = second - first
+    square = way.real**2 + way.imag**2
+    x = (square + long**2 - short**2) / (2 * square)
+    y = mpmath.sqrt(mpmath.fabs(long**2 / square - x**2))
+    return first + way * mpmath.mpc(x, side * y)
+
+
+def coordinates(*links):
+    """(x, y, angle) of links from their origins and angles."""
+    rows = []
+    for origin, angle in links:
+        rows += [mpmath.re(origin), mpmath.im(origin), angle]
+    return np.array([mpf(value) for value in rows], object)
+
+
+class FourBar:
+    """Crank, coupler, rocker of given lengths on a base from 0 to `base`, drawn at the angle `start`."""
+
+    def __init__(self, lengths, base, start, side=1, gravity=GRAVITY, masses=(0.47, 0.47, 0.47), origin=0.0):
+        crank, coupler, rocker = lengths
+        self.side = side
+        ends = origin, origin + base
+        A = ends[0] + crank * np.exp(1j * start)
+        links = (
+            Link("ground", {"O": ends[0], "D": ends[1]}),
+            bar("crank", "O", "A", crank, masses[0]),
+            bar("coupler", "A", "B", coupler, masses[1]),
+            bar("rocker", "D", "B", rocker, masses[2]),
+        )
+        drawing = {"O": ends[0], "A": A, "B": apex(A, ends[1], coupler, rocker, side), "D": ends[1]}
+        self.mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, gravity=gravity)
+        self.sections = [STEEL] * 3
+
+    def at(self, drive, side=None):
+        with mpmath.workdps(WORKED):
+            points = [self.mechanism.links[k].points for k in range(4)]
+            first, last = number(points[0]["O"]), number(points[0]["D"])
+            crank, coupler, rocker = (mpf(float(points[k][name])) for k, name in ((1, "A"), (2, "B"), (3, "B")))
+            angle = mpf(float(drive))
+            A = first + crank * mpmath.expj(angle)
+            B = triangle(A, last, coupler, rocker, self.side if side is None else side)
+            return coordinates((first, angle), (A, mpmath.arg(B - A)), (last, mpmath.arg(B - last)))
+
+
+class SliderCrank:
+    """A crank about 0, a rod, a block on the line y = `offset`; `pressed` where the block drives."""
+
+    def __init__(self, crank, rod, offset, start, pressed=False):
+        self.lengths, self.offset, self.pressed = (crank, rod), offset, pressed
+        A = crank * np.exp(1j * start)
+        B = A.real + np.sqrt(rod**2 - (A.imag - offset) ** 2) + 1j * offset
+        links = (
+            Link("ground", {"O": 0.0}),
+            bar("crank", "O", "A", crank),
+            bar("rod", "A", "B", rod, 0.4),
+            Link("block", {"B": 0.0}, lumps=(Lump("B", 0.3, 0.01, 0.02j),)),
+        )
+        guide = Slider("guide", "block", "ground", "B", 1j * offset, 1.0)
+        drive = SliderDrive("guide") if pressed else PinDrive("crank", "O")
+        self.mechanism = Mechanism(links, (drive,), {"O": 0, "A": A, "B": B}, (guide,), gravity=GRAVITY)
+        self.sections = [STEEL] * 2
+
+    def at(self, drive, side=None):
+        del side
+        with mpmath.workdps(WORKED):
+            crank, rod = (mpf(float(value)) for value in self.lengths)
+            offset, given = mpf(float(self.offset)), mpf(float(drive))
+            if self.pressed:
+                B = mpmath.mpc(given, offset)
+                A = triangle(mpmath.mpc(0), B, crank, rod, 1)
+                angle = mpmath.arg(A)
+            else:
+                angle, A = given, crank * mpmath.expj(given)
+                B = mpmath.mpc(A.real + mpmath.sqrt(rod**2 - (A.imag - offset) ** 2), offset)
+            return coordinates((mpmath.mpc(0), angle), (A, mpmath.arg(B - A)), (B, 0))
+
+
+def references(case, drive, rate, rate2, side=None):
+    """Fields at STATIONS in 50 digits, rounded."""
+    solved = exact(case.mechanism, case.sections, [drive], [rate], [rate2], at=case.at(drive, side))
+    return {field: solved.sampled(field, STATIONS) for field in FIELDS}
+
+
+def scales(fields):
+    """What the errors of fields are measured by: forces by the greatest of N and V, displacements of u and w."""
+    great = {field: np.abs(values).max() for field, values in fields.items()}
+    force, size = max(great["N"], great["V"]), max(great["u"], great["w"])
+    return great | {"N": force, "V": force, "u": size, "w": size}
+
+
+def error(case, drive, rate=7.0, rate2=-3.0, way=(), side=None):
+    """Greatest error of all fields in units of eps, and the condition of the position.
+
+    `way`: positions that the mechanism passes before; `side`: where it is then, if not as drawn.
+    """
+    course = motion(case.mechanism, [*way, drive], rate, rate2)
+    solved = deflection(course, case.sections)
+    expected = references(case, drive, rate, rate2, side)
+    by = scales(expected)
+    worst = max(np.abs(sample(solved, field, STATIONS)[:, -1] - expected[field]).max() / by[field] for field in FIELDS)
+    return worst / EPS, course.condition[-1]

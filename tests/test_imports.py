@@ -1,0 +1,69 @@
+"""Claim: nothing is imported that is not asked for, and packages import each other one way."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {
+    "scipy",
+    "skfem",
+    "meshio",
+    "pyvista",
+    "vtk",
+    "vtkmodules",
+    "matplotlib",
+    "imageio",
+    "pint",
+    "jinja2",
+    "msgspec",
+}
+OURS = ("rigid", "elastic", "fem_check", "animations", "kinelast")
+
+CANTILEVER = """
+from elastic import *
+from rigid import *
+arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 5.0),))
+turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2})
+solved = deflection(motion(turning, [0.0, 1.0], 3.0), [Section(EA=1e6, EI=1e3)])
+extremes(solved), sample(solved, "w", [0.0, 0.5, 1.0]), reactions(solved.motion)
+"""
+HELP = "from kinelast.command import main; assert main([{!r}]) == 0"
+
+
+def imported(program):
+    """Names of the top-level packages in a fresh interpreter after a program."""
+    show = "import sys; print('#', *{name.partition('.')[0] for name in sys.modules})"
+    run = subprocess.run(
+        [sys.executable, "-c", f"{program}\n{show}"], capture_output=True, text=True, check=True, timeout=60
+    )
+    return set(run.stdout.splitlines()[-1].split()[1:])
+
+
+@pytest.mark.parametrize(
+    ("program", "needed"),
+    [
+        ("import rigid", {"numpy", "rigid"}),
+        ("import elastic", {"numpy", "rigid", "elastic"}),
+        (CANTILEVER, {"numpy", "rigid", "elastic"}),
+        ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
+        ("import animations", {"numpy", "rigid", "elastic", "animations"}),
+        ("import kinelast", {"kinelast"}),
+        (HELP.format("--help"), {"kinelast", "argparse"}),
+        (HELP.format("--list"), {"kinelast", "argparse", "tomllib"}),
+    ],
+    ids=["rigid", "elastic", "an answer", "fem_check", "animations", "kinelast", "--help", "--list"],
+)
+def test_nothing_is_imported_that_is_not_needed(program, needed):
+    """Of numpy, the heavy packages and ours, these and no others."""
+    found = imported(program)
+    assert needed <= found
+    assert found & (HEAVY | {"numpy"} | set(OURS)) == needed & (HEAVY | {"numpy"} | set(OURS))
+
+
+def test_of_third_parties_rigid_and_elastic_bring_numpy_alone():
+    """Whatever an installation has: no package beyond the standard library, numpy and what a bare start has."""
+    more = imported("import elastic") - imported("pass") - set(sys.stdlib_module_names)
+    assert {name for name in more if not name.startswith("_")} == {"numpy", "rigid", "elastic"}
