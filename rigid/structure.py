@@ -355,12 +355,7 @@ def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
     if len(links) == 2 and all(joint.slider for joint in joints):
         return True
     return any(
-        sum(
-            2 + joint.moved
-            for joint in joints
-            if {joint.parent, joint.child} - set(links) and joint.child == link
-        )
-        > 3
+        sum(2 + joint.moved for joint in joints if {joint.parent, joint.child} - set(links) and joint.child == link) > 3
         for link in links
         if len(links) > 1
     )
