@@ -5,6 +5,17 @@ It takes the motion, the masses, the loads and the sections; loads, statics and 
 
 from fem_check.comparison import TOLERANCE, Comparison, Worst, compare
 from fem_check.solution import Solution, TieForce, solve
+from fem_check.vibration import natural_frequencies
 from fem_check.vtu import write_vtu_series
 
-__all__ = ["TOLERANCE", "Comparison", "Solution", "TieForce", "Worst", "compare", "solve", "write_vtu_series"]
+__all__ = [
+    "TOLERANCE",
+    "Comparison",
+    "Solution",
+    "TieForce",
+    "Worst",
+    "compare",
+    "natural_frequencies",
+    "solve",
+    "write_vtu_series",
+]

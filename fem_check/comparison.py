@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from rigid import Reals
 TOLERANCE = 1e-8
 FLOOR = 1e-6
 """A field that stays below this part of its companions counts as zero, and is measured against that part of them."""
+AT_NODE = 1e-9
+"""How near to a node, in lengths of the beam, a block may be for the section forces that jump there to be compared."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,8 @@ class Comparison:
         The same against the field's greatest magnitude on that beam alone, which asks more of a beam that bends little.
     compared
         Number of positions at which both sides have an answer (all, where no beam asks for one). Where one side has an
-        answer and the other has none, the difference is infinite.
+        answer and the other has none, the difference is infinite. Positions where a slider's block is beyond its beam
+        are left out, and so are N, V, M at a node that a block is at.
     tolerance
         On `relative`.
     """
@@ -79,6 +83,7 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float = TOLER
         )
     values = np.array([sample(deflection, field, solution.xi) for field in FIELDS])
     found = np.array([getattr(solution, field) for field in FIELDS])
+    _leave_out(deflection, solution.xi, values, found)
     one, other = np.isfinite(values), np.isfinite(found)
     magnitude = np.where(one, np.abs(values), 0.0)
     difference = np.where(
@@ -86,23 +91,55 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float = TOLER
     )
     beams = values.shape[1]
     flat = difference.reshape(len(FIELDS), beams, int(np.prod(values.shape[2:])))
-    length = np.array([np.max(value) for value in deflection.length])
-    by_beam = _scales(magnitude.reshape(flat.shape).max(axis=2, initial=0.0), length)
-    scale = _scales(magnitude.reshape(len(FIELDS), flat[0].size).max(axis=1, initial=0.0), length.max(initial=0.0))
+    floor = _Floor(deflection)
+    by_beam = floor.lifted(magnitude.reshape(flat.shape).max(axis=2, initial=0.0))
+    scale = floor.lifted_over_all(magnitude.reshape(len(FIELDS), flat[0].size).max(axis=1, initial=0.0))
     greatest = flat.max(axis=2, initial=0.0)
     worst = tuple(_worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(FIELDS) if beams)
-    compared = int((one & other).all(axis=(0, 1, -1)).sum())
+    compared = int((one & other)[3:].all(axis=(0, 1, -1)).sum())
     return Comparison(
         worst, _ratio(greatest, scale[:, None]), _ratio(greatest, by_beam), compared, solution.elements, tolerance
     )
 
 
-def _scales(greatest: Reals, length: Reals) -> Reals:
-    """Greatest magnitudes, lifted to `FLOOR` of what the greater of N and V, or of u and w, would make of them."""
-    force, size = FLOOR * greatest[:2].max(axis=0), FLOOR * greatest[3:5].max(axis=0)
+def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -> None:
+    """Mark what is not asked: positions whose blocks are beyond their beams, and section forces that jump at a node."""
+    for contact in deflection.contacts:
+        lost = np.isnan(contact.xi)
+        jump = np.abs(xi - np.asarray(contact.xi)[..., None]) <= AT_NODE
+        for array in (values, found):
+            array[:, :, lost] = np.nan
+            array[:3, contact.beam][:, jump] = np.nan
+
+
+class _Floor:
+    """What fields are measured against at least: `FLOOR` of what forces and displacements would make of them."""
+
+    def __init__(self, deflection: Deflection) -> None:
+        self.length = np.array([np.max(value) for value in deflection.length])
+        self.stretch, self.bend = (
+            np.array([np.max(1.0 / np.asarray(getattr(section, name), float)) for section in deflection.sections])
+            for name in ("EA", "EI")
+        )
+
+    def lifted(self, greatest: Reals) -> Reals:
+        """Greatest magnitudes of the six fields on every beam, shape (6, beams), lifted to the floor."""
+        return _lifted(greatest, self.length, self.stretch * self.length, self.bend * self.length**3)
+
+    def lifted_over_all(self, greatest: Reals) -> Reals:
+        """The same over all beams, shape (6,): the longest and the softest set the floor."""
+        soft = ((row * self.length**power).max(initial=0.0) for row, power in ((self.stretch, 1), (self.bend, 3)))
+        return _lifted(greatest, self.length.max(initial=0.0), *soft)
+
+
+def _lifted(greatest: Reals, length: Any, stretched: Any, bent: Any) -> Reals:
+    """Greatest magnitudes, lifted to `FLOOR` of what the others would make of them on a beam of such a size."""
+    force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        lifts = np.array([force, force, force * length, size, size, np.nan_to_num(size / length)])
-    lifted: Reals = np.maximum(greatest, lifts)
+        force = np.maximum(force, np.nan_to_num(greatest[2] / length))
+        size_u, size_w = np.maximum(moved, force * stretched), np.maximum(moved, force * bent)
+        turned = np.nan_to_num(size_w / length)
+    lifted: Reals = np.maximum(greatest, FLOOR * np.array([force, force, force * length, size_u, size_w, turned]))
     return lifted
 
 
