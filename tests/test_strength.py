@@ -199,6 +199,17 @@ class TestStress:
         assert found.value[0, 0] == pytest.approx(5000 / 2e-4 + 900 * 0.36 / 8 / (0.01 * 0.02**2 / 6), rel=1e-13)
         assert found.xi[0, 0] == pytest.approx(0.5, abs=1e-12)
 
+    @pytest.mark.parametrize("end", [0.03, 0.02])
+    def test_stubby_beam_is_stressed_most_at_its_axis(self, end):
+        """A third as long as deep: sqrt(3) 1.5 P/(b h), where it is thinnest, exceeds P L 6/(b h^2)."""
+        taper, _ = tapered(rectangle, (0.03, 0.01), (end, 0.01))
+        shape = rectangle(0.03, 0.01)
+        section = section_of(shape, E, taper=taper if end < 0.03 else None)
+        found = stress_extremes(bent(section, PointLoad("beam", "B", 200 - 5000j), length=0.01))["mises"]
+        expected = math.hypot(200, math.sqrt(3) * 1.5 * 5000) / (0.01 * end)
+        assert found.value[0, 0] == pytest.approx(expected, rel=1e-9)
+        assert end == 0.03 or found.xi[0, 0] == 1.0
+
     @pytest.mark.parametrize("name", ["RRR", "RRP", "six-bar", "RPR, elastic lever"])
     @pytest.mark.parametrize("kind", ["axial", "left", "normal", "shear", "mises"])
     def test_extremes_bound_the_samples_closely(self, name, kind):
@@ -319,6 +330,9 @@ class TestBuckling:
         taper, _ = tapered(circle, (0.02,), (0.01,))
         cone = self.pressed(1.0, section_of(circle(0.02), E, taper=taper))
         assert slenderness(cone)[0, 0] == pytest.approx(0.8 / (0.02 / 4), rel=1e-9)
+        taper, _ = tapered(circle, (0.01,), (0.02,))
+        other_way = self.pressed(1.0, section_of(circle(0.01), E, taper=taper))
+        assert slenderness(other_way)[0, 0] == pytest.approx(0.8 / (0.02 / 4), rel=1e-9)
         assert np.isnan(slenderness(self.pressed(1.0, RIGID))[0, 0])
 
 

@@ -32,7 +32,7 @@ from elastic import (
     section_of,
     tapered,
 )
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
+from rigid import Beam, Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, motion
 
 LENGTH, EI, MASS = 1.7, 23.0, 0.9
 SLENDER = Section(EA=1e9, EI=EI)
@@ -157,6 +157,18 @@ class TestAddedMass:
             cantilever({"A": 0, "B": LENGTH}, MASS), [RIGID], 1, {"A": JointCompliance(rotation=1 / 50.0)}
         )
         assert found == pytest.approx(math.sqrt(50.0 / (MASS * LENGTH**3 / 3)), rel=1e-12)
+
+
+def test_geared_arms():
+    """An arm on a soft drive carries a wheel that turns r times as fast on it: c/(J1 + m l^2 + J2 (1 + r)^2)."""
+    ratio, m, J = -2.5, 0.7, 0.05
+    wheel = Link("wheel", {"B": 0.0}, lumps=(Lump("B", m, J),))
+    links = (Link("ground", {"A": 0.0}), bar("arm", "A", "B", LENGTH, MASS), wheel)
+    gear = Gear(PinDrive("arm", "A"), PinDrive("wheel", "B", "arm"), ratio)
+    mechanism = Mechanism(links, (PinDrive("arm", "A"),), {"A": 0, "B": LENGTH}, gears=(gear,))
+    found = frequencies(mechanism, [RIGID], 1, {"A": JointCompliance(rotation=1 / 50.0)})
+    expected = math.sqrt(50.0 / (MASS * LENGTH**3 / 3 + m * LENGTH**2 + J * (1 + ratio) ** 2))
+    assert found == pytest.approx(expected, rel=1e-12)
 
 
 def coupled_cantilevers(EA):
@@ -329,6 +341,13 @@ class TestForcing:
         assert found.omega[1] == pytest.approx(5.0, rel=1e-12)
         assert found.share[1] == pytest.approx(1.0, abs=1e-12)
         assert found.strong().tolist() == [1]
+
+    def test_mean_and_harmonic(self):
+        """A force that turns with the arm and one that does not: F + P cos, with energies F^2 and P^2/2."""
+        loads = (PointLoad("beam", "B", 3j, turning=True), PointLoad("beam", "B", -4j))
+        course = motion(cantilever({"A": 0, "B": 1.0}, loads=loads), np.arange(9) * 2 * np.pi / 9, 5.0)
+        found = harmonics(deflection(course, [SLENDER]), period_of(course))
+        assert found.share[:3] == pytest.approx(np.sqrt([9 / 17, 8 / 17, 0]), abs=1e-12)
 
     def test_shares_are_of_the_energy(self):
         case = steel_four_bar(90)
