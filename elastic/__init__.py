@@ -3,19 +3,24 @@
 Needs numpy and `rigid` only.
 """
 
-from elastic.accuracy import PathDeviation, angle_error, path_deviation, point_displacements
-from elastic.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
-from elastic.cautions import LIMITS, Caution, Limit, cautions
-from elastic.chunks import deflection_in_chunks
-from elastic.cycle import Peak, over_cycle, period_of, rms
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from elastic.deflection import FIELDS, Deflection, deflection
 from elastic.extremes import Extreme, extremes
-from elastic.forcing import Harmonics, harmonics, quasi_static_error
 from elastic.sampling import chord_deflection, coefficients, displacement_of, sample
 from elastic.section import RIGID, JointCompliance, Section, Taper
-from elastic.shapes import Shape, circle, rectangle, section_of, tapered, tube
-from elastic.strength import safety_factor, stress, stress_extremes, stress_range
-from elastic.vibration import Frequencies, natural_frequencies
+
+if TYPE_CHECKING:
+    from elastic.accuracy import PathDeviation, angle_error, path_deviation, point_displacements
+    from elastic.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
+    from elastic.cautions import LIMITS, Caution, Limit, cautions
+    from elastic.chunks import deflection_in_chunks
+    from elastic.cycle import Peak, over_cycle, period_of, rms
+    from elastic.forcing import Harmonics, harmonics, quasi_static_error
+    from elastic.shapes import Shape, circle, rectangle, section_of, tapered, tube
+    from elastic.strength import safety_factor, stress, stress_extremes, stress_range
+    from elastic.vibration import Frequencies, natural_frequencies
 
 __all__ = [
     "FIELDS",
@@ -64,3 +69,24 @@ __all__ = [
     "tapered",
     "tube",
 ]
+
+_LATER = {
+    "elastic.accuracy": ("PathDeviation", "angle_error", "path_deviation", "point_displacements"),
+    "elastic.buckling": ("euler_loads", "euler_ratio", "least_axial_force", "slenderness"),
+    "elastic.cautions": ("Caution", "LIMITS", "Limit", "cautions"),
+    "elastic.chunks": ("deflection_in_chunks",),
+    "elastic.cycle": ("Peak", "over_cycle", "period_of", "rms"),
+    "elastic.forcing": ("Harmonics", "harmonics", "quasi_static_error"),
+    "elastic.shapes": ("Shape", "circle", "rectangle", "section_of", "tapered", "tube"),
+    "elastic.strength": ("safety_factor", "stress", "stress_extremes", "stress_range"),
+    "elastic.vibration": ("Frequencies", "natural_frequencies"),
+}
+_MODULES = {name: module for module, names in _LATER.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """What not every user takes is imported when it is asked for."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found = getattr(import_module(_MODULES[name]), name)
+    return found

@@ -3,42 +3,13 @@
 Needs numpy; scipy only to integrate a motion and for cubic tables.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 import rigid.memory  # noqa: F401  before any array is made
-from rigid.analysis import (
-    DeadPoint,
-    Limit,
-    Transmission,
-    dead_points,
-    limits,
-    swing,
-    time_ratio,
-    transmission_angles,
-    velocity_ratio,
-)
-from rigid.assur import AssurGroup, assur_groups
-from rigid.chunks import COLUMNS, design_chunks, motion_in_chunks, of_designs
 from rigid.closure import SINGULAR, JointPlace
-from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
 from rigid.displacements import displacements
-from rigid.effort import EquationOfMotion, equation_of_motion, multiplier_forces, reduced_inertia, virtual_work_efforts
-from rigid.energy import dissipated_power, kinetic_energy, load_power, potential_energy
-from rigid.force_laws import TableError, constant_law, law_of, law_of_rate, law_of_time, sum_of_laws, table_curve
 from rigid.forces import JointForces, self_stresses
-from rigid.forward import Course, Effort, ForwardError, MotionLaw, forward, motion_during
-from rigid.graph import (
-    Branch,
-    Graph,
-    components,
-    cyclomatic_number,
-    fundamental_loops,
-    graph_from_incidence,
-    incidence,
-    loop_walk,
-    spanning_tree,
-)
-from rigid.input_output import Action, force_law, joint_rates, velocity_law
-from rigid.inverse import drive_values
-from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
 from rigid.loads import (
     balancing_forces,
     beam_direction,
@@ -66,28 +37,76 @@ from rigid.mechanism import (
     Slider,
     SliderDrive,
 )
-from rigid.mechanism_graphs import bar_graph, link_graph
-from rigid.mobility import (
-    RANK_TOLERANCE,
-    Chain,
-    Mobility,
-    kinematic_matrix,
-    link_motions,
-    mobility,
-    self_stress,
-    static_matrix,
-    stressed_joints,
-)
 from rigid.motion import Motion, acceleration_of, motion, position_of, repeated, stacked, velocity_of, with_rates
-from rigid.pairs import Contact, Pair, kutzbach, mobility_count, pairs
-from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
 from rigid.plane import cross, dot
-from rigid.posture import Posture, assembled, flat_triangles, posture
 from rigid.reach import ReachError, reachable, require_reach, stops
-from rigid.spatial import JOINT_TYPES, SYNONYMS, JointType, SpatialJoint, kinematic_torsor, spatial_chain, static_torsor
-from rigid.springs import Spring, TorsionSpring
 from rigid.structure import Joint, Structure, structure
 from rigid.tables import beam_table, mass_moments, per_row
+
+if TYPE_CHECKING:
+    from rigid.analysis import (
+        DeadPoint,
+        Limit,
+        Transmission,
+        dead_points,
+        limits,
+        swing,
+        time_ratio,
+        transmission_angles,
+        velocity_ratio,
+    )
+    from rigid.assur import AssurGroup, assur_groups
+    from rigid.chunks import COLUMNS, design_chunks, motion_in_chunks, of_designs
+    from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
+    from rigid.effort import (
+        EquationOfMotion,
+        equation_of_motion,
+        multiplier_forces,
+        reduced_inertia,
+        virtual_work_efforts,
+    )
+    from rigid.energy import dissipated_power, kinetic_energy, load_power, potential_energy
+    from rigid.force_laws import TableError, constant_law, law_of, law_of_rate, law_of_time, sum_of_laws, table_curve
+    from rigid.forward import Course, Effort, ForwardError, MotionLaw, forward, motion_during
+    from rigid.graph import (
+        Branch,
+        Graph,
+        components,
+        cyclomatic_number,
+        fundamental_loops,
+        graph_from_incidence,
+        incidence,
+        loop_walk,
+        spanning_tree,
+    )
+    from rigid.input_output import Action, force_law, joint_rates, velocity_law
+    from rigid.inverse import drive_values
+    from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
+    from rigid.mechanism_graphs import bar_graph, link_graph
+    from rigid.mobility import (
+        RANK_TOLERANCE,
+        Chain,
+        Mobility,
+        kinematic_matrix,
+        link_motions,
+        mobility,
+        self_stress,
+        static_matrix,
+        stressed_joints,
+    )
+    from rigid.pairs import Contact, Pair, kutzbach, mobility_count, pairs
+    from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
+    from rigid.posture import Posture, assembled, flat_triangles, posture
+    from rigid.spatial import (
+        JOINT_TYPES,
+        SYNONYMS,
+        JointType,
+        SpatialJoint,
+        kinematic_torsor,
+        spatial_chain,
+        static_torsor,
+    )
+    from rigid.springs import Spring, TorsionSpring
 
 __all__ = [
     "COLUMNS",
@@ -236,3 +255,86 @@ __all__ = [
     "virtual_work_efforts",
     "with_rates",
 ]
+
+_LATER = {
+    "rigid.analysis": (
+        "DeadPoint",
+        "Limit",
+        "Transmission",
+        "dead_points",
+        "limits",
+        "swing",
+        "time_ratio",
+        "transmission_angles",
+        "velocity_ratio",
+    ),
+    "rigid.assur": ("AssurGroup", "assur_groups"),
+    "rigid.chunks": ("COLUMNS", "design_chunks", "motion_in_chunks", "of_designs"),
+    "rigid.coordinates": ("Coordinate", "Distance", "LinkAngle", "Offset", "Path", "PointCoordinate", "Rated", "Slide"),
+    "rigid.effort": (
+        "EquationOfMotion",
+        "equation_of_motion",
+        "multiplier_forces",
+        "reduced_inertia",
+        "virtual_work_efforts",
+    ),
+    "rigid.energy": ("dissipated_power", "kinetic_energy", "load_power", "potential_energy"),
+    "rigid.force_laws": (
+        "TableError",
+        "constant_law",
+        "law_of",
+        "law_of_rate",
+        "law_of_time",
+        "sum_of_laws",
+        "table_curve",
+    ),
+    "rigid.forward": ("Course", "Effort", "ForwardError", "MotionLaw", "forward", "motion_during"),
+    "rigid.graph": (
+        "Branch",
+        "Graph",
+        "components",
+        "cyclomatic_number",
+        "fundamental_loops",
+        "graph_from_incidence",
+        "incidence",
+        "loop_walk",
+        "spanning_tree",
+    ),
+    "rigid.input_output": ("Action", "force_law", "joint_rates", "velocity_law"),
+    "rigid.inverse": ("drive_values",),
+    "rigid.laws": ("CURVES", "ConstantSpeed", "LawError", "Segment", "SegmentedLaw"),
+    "rigid.mechanism_graphs": ("bar_graph", "link_graph"),
+    "rigid.mobility": (
+        "Chain",
+        "Mobility",
+        "RANK_TOLERANCE",
+        "kinematic_matrix",
+        "link_motions",
+        "mobility",
+        "self_stress",
+        "static_matrix",
+        "stressed_joints",
+    ),
+    "rigid.pairs": ("Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
+    "rigid.planar": ("mechanism_mobility", "planar_chain", "redundant_joints", "self_stress_forces"),
+    "rigid.posture": ("Posture", "assembled", "flat_triangles", "posture"),
+    "rigid.spatial": (
+        "JOINT_TYPES",
+        "JointType",
+        "SYNONYMS",
+        "SpatialJoint",
+        "kinematic_torsor",
+        "spatial_chain",
+        "static_torsor",
+    ),
+    "rigid.springs": ("Spring", "TorsionSpring"),
+}
+_MODULES = {name: module for module, names in _LATER.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """What not every user takes is imported when it is asked for."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found = getattr(import_module(_MODULES[name]), name)
+    return found
