@@ -14,7 +14,7 @@ from elastic.section import RIGID, JointCompliance, Section, Taper
 if TYPE_CHECKING:
     from elastic.accuracy import PathDeviation, angle_error, path_deviation, point_displacements
     from elastic.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
-    from elastic.cautions import LIMITS, Caution, Limit, cautions
+    from elastic.caution import LIMITS, Caution, Limit, cautions
     from elastic.chunks import deflection_in_chunks
     from elastic.cycle import Peak, over_cycle, period_of, rms
     from elastic.forcing import Harmonics, harmonics, quasi_static_error
@@ -73,7 +73,7 @@ __all__ = [
 _LATER = {
     "elastic.accuracy": ("PathDeviation", "angle_error", "path_deviation", "point_displacements"),
     "elastic.buckling": ("euler_loads", "euler_ratio", "least_axial_force", "slenderness"),
-    "elastic.cautions": ("Caution", "LIMITS", "Limit", "cautions"),
+    "elastic.caution": ("Caution", "LIMITS", "Limit", "cautions"),
     "elastic.chunks": ("deflection_in_chunks",),
     "elastic.cycle": ("Peak", "over_cycle", "period_of", "rms"),
     "elastic.forcing": ("Harmonics", "harmonics", "quasi_static_error"),
@@ -88,5 +88,8 @@ def __getattr__(name: str) -> Any:
     """What not every user takes is imported when it is asked for."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found = getattr(import_module(_MODULES[name]), name)
-    return found
+    home = _MODULES[name]
+    module = import_module(home)
+    # all of its names at once: one is the module's own, which the import has put in its place
+    globals().update({own: getattr(module, own) for own in _LATER[home]})
+    return globals()[name]
