@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     )
     from rigid.energy import dissipated_power, kinetic_energy, load_power, potential_energy
     from rigid.force_laws import TableError, constant_law, law_of, law_of_rate, law_of_time, sum_of_laws, table_curve
-    from rigid.forward import Course, Effort, ForwardError, MotionLaw, forward, motion_during
+    from rigid.forward_dynamics import Course, Effort, ForwardError, MotionLaw, forward, motion_during
     from rigid.graph import (
         Branch,
         Graph,
@@ -81,9 +81,12 @@ if TYPE_CHECKING:
     )
     from rigid.input_output import Action, force_law, joint_rates, velocity_law
     from rigid.inverse import drive_values
+    from rigid.kinematic_pairs import Contact, Pair, kutzbach, mobility_count, pairs
     from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
     from rigid.mechanism_graphs import bar_graph, link_graph
-    from rigid.mobility import (
+    from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
+    from rigid.postures import Posture, assembled, flat_triangles, posture
+    from rigid.ranks import (
         RANK_TOLERANCE,
         Chain,
         Mobility,
@@ -94,9 +97,6 @@ if TYPE_CHECKING:
         static_matrix,
         stressed_joints,
     )
-    from rigid.pairs import Contact, Pair, kutzbach, mobility_count, pairs
-    from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
-    from rigid.posture import Posture, assembled, flat_triangles, posture
     from rigid.spatial import (
         JOINT_TYPES,
         SYNONYMS,
@@ -288,7 +288,7 @@ _LATER = {
         "sum_of_laws",
         "table_curve",
     ),
-    "rigid.forward": ("Course", "Effort", "ForwardError", "MotionLaw", "forward", "motion_during"),
+    "rigid.forward_dynamics": ("Course", "Effort", "ForwardError", "MotionLaw", "forward", "motion_during"),
     "rigid.graph": (
         "Branch",
         "Graph",
@@ -304,7 +304,7 @@ _LATER = {
     "rigid.inverse": ("drive_values",),
     "rigid.laws": ("CURVES", "ConstantSpeed", "LawError", "Segment", "SegmentedLaw"),
     "rigid.mechanism_graphs": ("bar_graph", "link_graph"),
-    "rigid.mobility": (
+    "rigid.ranks": (
         "Chain",
         "Mobility",
         "RANK_TOLERANCE",
@@ -315,9 +315,9 @@ _LATER = {
         "static_matrix",
         "stressed_joints",
     ),
-    "rigid.pairs": ("Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
+    "rigid.kinematic_pairs": ("Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
     "rigid.planar": ("mechanism_mobility", "planar_chain", "redundant_joints", "self_stress_forces"),
-    "rigid.posture": ("Posture", "assembled", "flat_triangles", "posture"),
+    "rigid.postures": ("Posture", "assembled", "flat_triangles", "posture"),
     "rigid.spatial": (
         "JOINT_TYPES",
         "JointType",

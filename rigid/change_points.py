@@ -18,6 +18,7 @@ TOUCH = 1e-7
 ROUNDED = 16  # the least of POINTS values of a sharp corner is a smaller part than this of the greatest
 SAME = 1e-5
 SHALLOW = 0.5
+CLEARLY = 1.01
 
 Sine = Callable[[Any], Any]
 
@@ -28,10 +29,11 @@ def suspects(sine: Any) -> Any:
     before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
     with np.errstate(invalid="ignore"):
         # On uneven positions a zero between two of them shows only as a least value.
-        least = (here <= before) & (here <= after) & (here < SHALLOW)
-        found = (2 * here < before) | (2 * here < after) | least
+        least = (here * CLEARLY < before) & (here <= after * CLEARLY)
+        least |= (here * CLEARLY < after) & (here <= before * CLEARLY)
+        found = (2 * here < before) | (2 * here < after) | (least & (here < SHALLOW))
         for end, beside in ((0, 1), (-1, -2)) if found.size else ():
-            found[..., end] |= (size[..., end] < size[..., beside]) & (size[..., end] < SHALLOW)
+            found[..., end] |= (size[..., end] * CLEARLY < size[..., beside]) & (size[..., end] < SHALLOW)
         return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigid.mechanism import MechanismError, PinDrive, Reals
 from rigid.motion import Motion, motion, with_rates
-from rigid.posture import Posture
+from rigid.postures import Posture
 
 CLOSES = 1e-6
 STEPS = 60

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigid.mechanism import MechanismError, Reals
-from rigid.mobility import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
+from rigid.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]
 DETERMINED = 1e-9

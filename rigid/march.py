@@ -13,7 +13,7 @@ from rigid.plane import cross, dot
 from rigid.structure import Group, Joint
 
 if TYPE_CHECKING:
-    from rigid.posture import Posture
+    from rigid.postures import Posture
 
 STEPS = 40
 TOLERANCE = 1e-14

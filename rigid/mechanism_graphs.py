@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from rigid.graph import Branch, Graph
+from rigid.kinematic_pairs import Contact, pairs
 from rigid.mechanism import GROUND, Link, Mechanism
-from rigid.pairs import Contact, pairs
 
 
 def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Graph:

@@ -17,7 +17,7 @@ from rigid.positions import place
 from rigid.structure import Structure
 
 if TYPE_CHECKING:
-    from rigid.posture import Posture
+    from rigid.postures import Posture
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from rigid.kinematic_pairs import Contact, Pair, pairs
 from rigid.mechanism import Complexes, Mechanism, Reals, Slider
 from rigid.mechanism_graphs import link_graph
-from rigid.mobility import Chain, Mobility, mobility, self_stress, stressed_joints
-from rigid.pairs import Contact, Pair, pairs
-from rigid.posture import Posture, assembled, slide_line
+from rigid.postures import Posture, assembled, slide_line
+from rigid.ranks import Chain, Mobility, mobility, self_stress, stressed_joints
 
 
 def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:

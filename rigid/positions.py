@@ -18,7 +18,7 @@ from rigid.placement import Placement
 from rigid.structure import Group, Structure
 
 if TYPE_CHECKING:
-    from rigid.posture import Posture
+    from rigid.postures import Posture
 
 AT_MOST = 1e-6  # slack behind a singular position
 STRIDE = 0.1  # of a pin's drive on the way from the drawing [rad]

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid.mechanism import MechanismError, PinDrive
 from rigid.motion import Motion, motion
-from rigid.posture import Posture
+from rigid.postures import Posture
 
 HALVINGS = 60
 

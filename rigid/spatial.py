@@ -14,7 +14,7 @@ import numpy as np
 
 from rigid.graph import Branch, Graph
 from rigid.mechanism import GROUND, MechanismError, Reals
-from rigid.mobility import Chain
+from rigid.ranks import Chain
 
 Vector = tuple[float, float, float]
 ROTATIONS = ("Ωx", "Ωy", "Ωz")

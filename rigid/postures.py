@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from rigid.drawing import Drawing
+from rigid.kinematic_pairs import Pair, pairs
 from rigid.mechanism import Complexes, Mechanism, MechanismError, Reals, Slider
 from rigid.motion import Motion
-from rigid.pairs import Pair, pairs
 from rigid.plane import cross
 
 CLOSED = 1e-9

@@ -16,7 +16,7 @@ from rigid.analysis import aligned_joint
 from rigid.effort import equation_of_motion
 from rigid.mechanism import Law, Mechanism, MechanismError, Reals
 from rigid.motion import Motion, motion, with_rates
-from rigid.posture import Posture
+from rigid.postures import Posture
 from rigid.tracking import Tracker
 
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
