@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic.deflection import Deflection, deflection
 from elastic.section import JointCompliance, Section
-from rigid import COLUMNS, Mechanism, design_chunks, motion_in_chunks, of_designs
+from rigid import Mechanism, columns_of, design_chunks, motion_in_chunks, of_designs
 
 
 def deflection_in_chunks(
@@ -20,7 +20,7 @@ def deflection_in_chunks(
     drive_acceleration: Any = 0.0,
     time: Any = None,
     joints: Mapping[str, JointCompliance] | None = None,
-    columns: int = COLUMNS,
+    columns: int | None = None,
 ) -> Iterator[Deflection]:
     """Deflections as of `deflection(motion(...), sections)`, a chunk at a time.
 
@@ -51,6 +51,7 @@ def deflection_in_chunks(
     >>> float(max(chunk.N[0].max() for chunk in chunks))
     90.0
     """
+    columns = columns_of(mechanism) if columns is None else columns
     count = np.shape(drive)[-1]
     properties = [np.shape(value) for one in sections for value in (one.EA, one.EI, one.kGA, one.strain)]
     designs = np.broadcast_shapes(mechanism.designs, *properties)

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
         velocity_ratio,
     )
     from rigid.assur import AssurGroup, assur_groups
-    from rigid.chunks import COLUMNS, design_chunks, motion_in_chunks, of_designs
+    from rigid.chunks import columns_of, design_chunks, motion_in_chunks, of_designs
     from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
     from rigid.effort import (
         EquationOfMotion,
@@ -109,7 +109,6 @@ if TYPE_CHECKING:
     from rigid.springs import Spring, TorsionSpring
 
 __all__ = [
-    "COLUMNS",
     "CURVES",
     "GROUND",
     "JOINT_TYPES",
@@ -180,6 +179,7 @@ __all__ = [
     "beam_directions",
     "beam_loads",
     "beam_table",
+    "columns_of",
     "components",
     "constant_law",
     "cross",
@@ -292,6 +292,7 @@ _LATER = {
     "rigid.graph": (
         "Branch",
         "Graph",
+        "columns_of",
         "components",
         "cyclomatic_number",
         "fundamental_loops",

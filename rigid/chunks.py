@@ -13,7 +13,8 @@ from rigid.mechanism import Link, Mechanism
 from rigid.motion import Motion, courses, motion
 from rigid.positions import drawn_coordinates
 
-COLUMNS = 8192
+CELLS = 24576  # links times columns that stay in the cache
+COLUMNS = 1024  # below which what calls cost alone counts for more than that
 SEAM = 3  # positions of the chunk before that are passed again, so that a change point at the seam is seen
 FIRM = 1e6  # condition beyond which a position does not tell the branch well
 
@@ -24,7 +25,7 @@ def motion_in_chunks(
     drive_rate: Any = 0.0,
     drive_acceleration: Any = 0.0,
     time: Any = None,
-    columns: int = COLUMNS,
+    columns: int | None = None,
 ) -> Iterator[Motion]:
     """The same as `motion`, a chunk at a time: memory does not grow with the positions or designs.
 
@@ -36,7 +37,8 @@ def motion_in_chunks(
     mechanism, drive, drive_rate, drive_acceleration, time
         As for `motion`.
     columns
-        Positions, or designs times positions, in a chunk: about so many, and at least one design.
+        Positions, or designs times positions, in a chunk: about so many, and at least one design. Left out, as many as
+        stay in the cache, and 1024 at least.
 
     Yields
     ------
@@ -50,11 +52,17 @@ def motion_in_chunks(
     >>> [len(chunk.time) for chunk in motion_in_chunks(turning, [0.1 * k for k in range(20)], columns=8)]
     [8, 8, 4]
     """
+    columns = columns_of(mechanism) if columns is None else columns
     if columns <= SEAM:
         raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
     asked = courses(mechanism, drive, drive_rate, drive_acceleration, time)
     for rows in design_chunks(mechanism.designs, len(asked[-1]), columns):
         yield from _along(of_designs(mechanism, rows, mechanism.designs), asked, columns)
+
+
+def columns_of(mechanism: Mechanism) -> int:
+    """Columns of a chunk of a mechanism: some 8,000 of a four-bar, 2,000 of thirteen bars."""
+    return max(CELLS // max(len(mechanism.links) - 1, 1), COLUMNS)
 
 
 def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:
