@@ -269,7 +269,7 @@ _LATER = {
         "velocity_ratio",
     ),
     "rigid.assur": ("AssurGroup", "assur_groups"),
-    "rigid.chunks": ("COLUMNS", "design_chunks", "motion_in_chunks", "of_designs"),
+    "rigid.chunks": ("columns_of", "design_chunks", "motion_in_chunks", "of_designs"),
     "rigid.coordinates": ("Coordinate", "Distance", "LinkAngle", "Offset", "Path", "PointCoordinate", "Rated", "Slide"),
     "rigid.effort": (
         "EquationOfMotion",
@@ -292,7 +292,6 @@ _LATER = {
     "rigid.graph": (
         "Branch",
         "Graph",
-        "columns_of",
         "components",
         "cyclomatic_number",
         "fundamental_loops",
