@@ -93,13 +93,19 @@ def require_determined(scene: Scene) -> None:
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
         first = motion(mechanism, np.array(start)[:, None])
+        if (first.condition <= SINGULAR).all():
+            return
+        _require_no_flat_triangle(scene)
     except MechanismError as error:
+        _require_no_flat_triangle(scene)
         raise SceneError(scene.path, _table(mechanism, str(error)), "", str(error)) from None
-    if (first.condition <= SINGULAR).all():
-        return
+
+
+def _require_no_flat_triangle(scene: Scene) -> None:
+    """Raise where three links pinned to one another lie in one line: no drawing and no drive can help that."""
     try:
-        flat = flat_triangles(assembled(mechanism))
-    except MechanismError:  # the motion tells better where it does not close
+        flat = flat_triangles(assembled(scene.mechanism))
+    except MechanismError:  # what does not close is told elsewhere
         return
     if flat:
         names = ", ".join(f'"{name}"' for name in flat[0])

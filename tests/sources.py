@@ -1,0 +1,20 @@
+"""What the tests of the source documents share."""
+
+import numpy as np
+
+from kinelast.scene import read_scene, shipped_scenes
+from rigid import drive_efforts, multiplier_forces, reactions, virtual_work_efforts
+
+
+def shipped(name):
+    return read_scene(shipped_scenes()[name])
+
+
+def number(course, link):
+    return course.mechanism.index[link]
+
+
+def three_ways(course):
+    """Effort of the first drive by Newton and Euler, virtual work, and multipliers, shape (3, positions)."""
+    newton = drive_efforts(course, reactions(course))[0]
+    return np.array([newton, virtual_work_efforts(course)[0], drive_efforts(course, multiplier_forces(course))[0]])
