@@ -6,6 +6,7 @@ The bending stress is that of a symmetric section, -M y/I; the left fibre is on 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -50,17 +51,17 @@ def stress(deflection: Deflection, kind: str, stations: Any) -> Any:
     >>> stress(bent, "left", [0.0, 0.5]).round()
     array([[[6.e+08, 3.e+08]]])
     """
-    if kind == "mises":
-        axial, shear = (stress(deflection, part, stations) for part in ("axial", "shear"))
-        left, right = (np.abs(stress(deflection, part, stations)) for part in ("left", "right"))
-        return np.maximum(np.maximum(left, right), np.sqrt(axial**2 + 3 * shear**2))
     per_N, per_V, per_M = _per_force(deflection, np.asarray(stations, float))
     if kind == "shear":
         return sample(deflection, "V", stations) * per_V
     axial = sample(deflection, "N", stations) * per_N
     if kind == "axial":
         return axial
-    return axial + SIDES[kind] * sample(deflection, "M", stations) * per_M
+    bending = sample(deflection, "M", stations) * per_M
+    if kind == "mises":
+        at_axis = np.sqrt(axial**2 + 3 * (sample(deflection, "V", stations) * per_V) ** 2)
+        return np.maximum(np.abs(axial) + np.abs(bending), at_axis)
+    return axial + SIDES[kind] * bending
 
 
 SIDES = {"left": -1.0, "right": 1.0}
@@ -94,6 +95,7 @@ def stress_extremes(deflection: Deflection, kinds: Sequence[str] = GREATEST) -> 
     """
     cut = pieces(deflection)
 
+    @cache
     def along(kind: str) -> Extreme:
         if kind == "shear" and not any(section.taper for section in deflection.sections):
             force = extremes(deflection, ["V"])["V"]
