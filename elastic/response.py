@@ -10,6 +10,8 @@ import numpy as np
 from elastic.cutting import Contact, Nodes, Stance, end_loads, put, root_of
 from elastic.line import Compliance, Line, elastic_line, section_forces
 
+CLOSINGS = 2  # of rings: what round-off leaves open between beams of very different stiffness is closed again
+
 Bent = dict[tuple[int, str], tuple[Any, Any]]
 
 
@@ -126,16 +128,17 @@ def _closed(stance: Stance, soft: Compliance, nodes: Nodes, q: Any, moving: tupl
             put(loads, (cut.link, cut.node), *(np.broadcast_to(-value, still) for value in pair))
             columns.append(_openings(own, _open_response(own, soft.unstrained, loads, none, ()).bent))
     flexibility = np.moveaxis(np.array(columns), (0, 1), (-1, -2))
-    openings = np.moveaxis(_openings(stance, _open_response(stance, soft, nodes, q, moving).bent), 0, -1)
     scale = 1.0 / np.sqrt(np.abs(np.diagonal(flexibility, axis1=-2, axis2=-1)))
     scaled = flexibility * scale[..., :, None] * scale[..., None, :]
-    redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
     closed = dict(nodes)
-    for number, cut in enumerate(cuts):
-        along, across, moment = (redundants[..., 3 * number + row] for row in range(3))
-        force = stance.link[cut.link] * (along + 1j * across)
-        put(closed, (cut.link, cut.free), force, moment)
-        put(closed, (cut.link, cut.node), -force, -moment)
+    for _ in range(CLOSINGS):
+        openings = np.moveaxis(_openings(stance, _open_response(stance, soft, closed, q, moving).bent), 0, -1)
+        redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
+        for number, cut in enumerate(cuts):
+            along, across, moment = (redundants[..., 3 * number + row] for row in range(3))
+            force = stance.link[cut.link] * (along + 1j * across)
+            put(closed, (cut.link, cut.free), force, moment)
+            put(closed, (cut.link, cut.node), -force, -moment)
     return closed
 
 

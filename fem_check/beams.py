@@ -14,7 +14,7 @@ from fem_check.block import Block
 from fem_check.frame import Frame
 from fem_check.loads import distributed
 from fem_check.unit_beam import DEGREE, UnitBeam, unit_beam
-from rigid import stacked
+from rigid import Motion, repeated, stacked
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +99,13 @@ class Beams:
 
 def _sum(unit: Any, load: Any) -> Any:
     return sum(value * own for value, own in zip(unit, load, strict=True))
+
+
+def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
+    """The motion once for every design that the sections are of."""
+    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
+    columns = np.broadcast_shapes(motion.columns, *properties)
+    return motion if columns == motion.columns else repeated(motion, columns)
 
 
 def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:

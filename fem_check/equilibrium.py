@@ -82,35 +82,75 @@ def balanced(motion: Motion, rows: Sequence[Row], beams: Beams, wrenches: Wrench
     -------
     Shapes (..., positions, rows) [N, moments over the size] and (..., positions, bodies, 3) [m, rad].
     """
-    total, spots, size = wrenches.total, wrenches.spots, wrenches.size
-    freedoms = total.shape[-2] * 3
-    compliance, bent = _ends(beams, size)
-    soft = np.array([row.soft * (size**2 if row.turns else 1.0) for row in rows])
-    unit = max(float(np.max(compliance, initial=0.0)), float(np.max(soft, initial=0.0))) or 1.0
-    flexed = np.empty_like(spots)
-    ends = len(beams.length)
-    flexed[..., :ends, :] = np.einsum("...rki,...kij->...rkj", spots[..., :ends, :], compliance / unit)
-    if beams.blocks:
-        flexed[..., ends:, :] = 0.0
-        for loaded, moved, coupling in _couplings(beams, size):
-            flexed[..., moved, :] += np.einsum("...ri,...ji->...rj", spots[..., loaded, :], coupling / unit)
-        bent = np.concatenate((bent, _block_bent(beams, size)), axis=-2)
-    flat = spots.reshape(*motion.columns, len(rows) + 1, -1)
-    gaps = flexed.reshape(flat.shape) @ np.swapaxes(flat[..., :-1, :], -1, -2)
-    gaps[..., -1, :] += np.einsum("...rk,...k->...r", flat[..., :-1, :], bent.reshape(*motion.columns, -1) / unit)
-    for number, row in enumerate(rows):
-        gaps[..., number, number] += soft[number] / unit
-        gaps[..., -1, number] -= row.wanted * ((size if row.turns else 1.0) / unit)
-    matrix = np.zeros((*motion.columns, len(rows) + freedoms, len(rows) + freedoms))
-    known = total.reshape(*motion.columns, len(rows) + 1, freedoms)
-    matrix[..., : len(rows), : len(rows)] = gaps[..., :-1, :]
-    matrix[..., : len(rows), len(rows) :] = known[..., :-1, :]
-    matrix[..., len(rows) :, : len(rows)] = np.swapaxes(known[..., :-1, :], -1, -2)
-    right = -np.concatenate((gaps[..., -1, :], known[..., -1, :]), axis=-1)
-    found = _solved(matrix, right, motion.condition <= SINGULAR)
-    carried = found[..., len(rows) :].reshape(*motion.columns, -1, 3) * unit
-    carried[..., 2] /= size
-    return found[..., : len(rows)], carried
+    system = _System(motion.columns, rows, beams, wrenches)
+    regular = motion.condition <= SINGULAR
+    count, freedoms = len(rows), wrenches.total.shape[-2] * 3
+    matrix = np.zeros((*motion.columns, count + freedoms, count + freedoms))
+    matrix[..., :count, :count] = system.opened(wrenches.spots[..., :-1, :, :])
+    matrix[..., np.arange(count), np.arange(count)] += system.soft
+    matrix[..., :count, count:] = system.known[..., :-1, :]
+    matrix[..., count:, :count] = np.swapaxes(system.known[..., :-1, :], -1, -2)
+    found = _solved(matrix, system.left(None), regular)
+    if count > freedoms:
+        found += _solved(matrix, system.left(found), regular)
+    carried = found[..., count:].reshape(*motion.columns, -1, 3) * system.unit
+    carried[..., 2] /= wrenches.size
+    return found[..., :count], carried
+
+
+class _System:
+    """Gaps of the rows, in units of the softest place's, and balance of the bodies.
+
+    Attributes
+    ----------
+    unit
+        [m/N].
+    soft
+        Of the rows, shape (rows,).
+    known
+        Resultants on the bodies of a unit of every row, and of the loads, shape (..., positions, rows + 1, freedoms).
+    """
+
+    def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> None:
+        size, self._spots = wrenches.size, wrenches.spots
+        compliance, bent = _ends(beams, size)
+        if beams.blocks:
+            bent = np.concatenate((bent, _block_bent(beams, size)), axis=-2)
+        soft = np.array([row.soft * (size**2 if row.turns else 1.0) for row in rows])
+        self.unit = max(float(np.max(compliance, initial=0.0)), float(np.max(soft, initial=0.0))) or 1.0
+        self.soft = soft / self.unit
+        self._ends = compliance / self.unit
+        self._couplings = [(loaded, moved, matrix / self.unit) for loaded, moved, matrix in _couplings(beams, size)]
+        self.known = wrenches.total.reshape(*columns, len(rows) + 1, -1)
+        self._flat = self._spots[..., :-1, :, :].reshape(*columns, len(rows), -1)
+        self._given = np.einsum("...rk,...k->...r", self._flat, bent.reshape(*columns, -1) / self.unit)
+        for number, row in enumerate(rows):
+            self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
+
+    def opened(self, loads: Any) -> Any:
+        """Gaps of all rows, (..., positions, loads, rows), under loads on the spots, (..., positions, loads, spots, 3)."""
+        moved = np.zeros_like(loads)
+        ends = self._ends.shape[-3]
+        moved[..., :ends, :] = np.einsum("...rki,...kij->...rkj", loads[..., :ends, :], self._ends)
+        for loaded, at, matrix in self._couplings:
+            moved[..., at, :] += np.einsum("...ri,...ji->...rj", loads[..., loaded, :], matrix)
+        return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
+
+    def left(self, found: Any) -> Any:
+        """What multipliers and displacements leave open and unbalanced, negated; None stands for none.
+
+        Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
+        """
+        count = len(self.soft)
+        loads = self._spots[..., -1:, :, :]
+        gaps, balance = self._given, self.known[..., -1, :]
+        if found is not None:
+            force, displacement = found[..., :count], found[..., count:]
+            own = np.einsum("...r,...rki->...ki", force, self._spots[..., :-1, :, :])
+            loads = loads + own[..., None, :, :]
+            gaps = gaps + (self.known[..., :-1, :] @ displacement[..., None])[..., 0] + force * self.soft
+            balance = balance + (force[..., None, :] @ self.known[..., :-1, :])[..., 0, :]
+        return -np.concatenate((gaps + self.opened(loads)[..., 0, :], balance), axis=-1)
 
 
 def _ends(beams: Beams, size: float) -> tuple[Any, Any]:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section
-from fem_check.beams import beams_of
+from fem_check.beams import beams_of, over_designs
 from fem_check.equilibrium import balanced, wrenches_of
 from fem_check.fields import fields_of
 from fem_check.frame import Frame
 from fem_check.ties import Tie, ties
 from fem_check.unit_beam import unit_beam
-from rigid import Motion, Reals, repeated
+from rigid import Motion, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ def solve(
     """
     if len(sections) != len(motion.mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
-    motion = _over_designs(motion, sections)
+    motion = over_designs(motion, sections)
     frame = Frame(motion)
     held = list(ties(frame, joints or {}))
     rows = [row for tie in held for row in tie.rows]
@@ -130,13 +130,6 @@ def solve(
     return Solution(
         motion=motion, sections=tuple(sections), elements=elements, xi=nodes, ties=forces, efforts=efforts, **fields
     )
-
-
-def _over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
-    """The motion once for every design that the sections are of."""
-    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
-    columns = np.broadcast_shapes(motion.columns, *properties)
-    return motion if columns == motion.columns else repeated(motion, columns)
 
 
 def _tie_forces(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section
+from fem_check.beams import over_designs
 from fem_check.frame import Frame, Place
 from fem_check.ties import Row, ties
 from fem_check.vibrating_body import one_of, vibrating_beam, vibrating_lumps
@@ -67,6 +68,7 @@ def natural_frequencies(
         raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
     if elements < 1:
         raise ValueError(f"{elements} elements: a beam takes one or more")
+    motion = over_designs(motion, sections)
     chosen = np.arange(motion.columns[-1]) if positions is None else np.asarray(positions, int)
     frame = Frame(motion)
     held = [row for tie in ties(frame, joints or {}) for row in tie.rows]
