@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastic.frame import Branch, Frame
+from elastic.gearing import gear_loads
 from rigid import JointForces, Motion, cross, point_loads
 
 Nodes = dict[tuple[int, str], tuple[Any, Any]]
@@ -63,13 +64,16 @@ def node_loads(motion: Motion, frame: Frame) -> Nodes:
 
 
 def with_joints(nodes: Nodes, motion: Motion, frame: Frame, forces: JointForces) -> Nodes:
-    """The same with the joint forces."""
+    """The same with the joint forces, and with what gears ask of the links that drive them."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         if joint.child in frame.trees and joint.child_point:
             put(nodes, (joint.child, joint.child_point), force, moment)
         if joint.parent in frame.trees and joint.parent_point:
             put(nodes, (joint.parent, joint.parent_point), -force, -moment)
+    for at, point, force, moment in gear_loads(motion, forces):
+        if at in frame.trees:
+            put(nodes, (at, point), force, moment)
     return nodes
 
 

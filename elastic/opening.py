@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastic.cutting import Contact, Nodes, Stance, contacts, with_joints
+from elastic.gearing import led
 from elastic.line import Compliance
 from elastic.response import Response, beyond_contact, respond
 from elastic.section import JointCompliance
@@ -51,6 +52,7 @@ def opening(
     gaps: list[Any] = []
     turns: list[Any] = []
     nothing = (0.0, 0.0)
+    places = [place for closed in motion.closures for place in closed.joints]
     on_rails = dict(zip(stance.frame.rails, moving, strict=True))
     for number, joint in enumerate(motion.structure.joints):
         child = found.bent.get((joint.child, joint.child_point or ""), nothing)
@@ -64,12 +66,9 @@ def opening(
             own = joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
-        if joint.gear is not None and joint.slider is None and joint.gear.driver.slider is None:
-            driver = joint.gear.driver
-            ends = [found.bent.get((link, driver.name), nothing)[1] for link in joint.gear.ends]
-            turn = turn + joint.sense * joint.gear.ratio * (ends[1] - ends[0])
-        gaps.append(gap)
-        turns.append(turn)
+        along, turned = led(places[number], found.bent)
+        gaps.append(gap + along)
+        turns.append(turn + turned)
     return Opening(found, moving, gaps, turns)
 
 

@@ -128,7 +128,7 @@ class _System:
             self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
 
     def opened(self, loads: Any) -> Any:
-        """Gaps of all rows, (..., positions, loads, rows), under loads on the spots, (..., positions, loads, spots, 3)."""
+        """Gaps of all rows, (..., loads, rows), under loads on the spots, (..., loads, spots, 3)."""
         moved = np.zeros_like(loads)
         ends = self._ends.shape[-3]
         moved[..., :ends, :] = np.einsum("...rki,...kij->...rkj", loads[..., :ends, :], self._ends)

@@ -70,7 +70,9 @@ def _led(hinge: JointPlace, shift: list[Columns], turning: list[Columns]) -> Col
     on, link = gear.ends
     if gear.driver.slider is None:
         return sense * gear.ratio * minus(np.imag(turning[link]), np.imag(turning[on]))
-    return sense * gear.ratio * dot(gear.driver.slider.direction, shift[link])
+    slider = gear.driver.slider
+    moved = _moved(shift, turning, link, slider.turn * gear.driver.at_child)
+    return sense * gear.ratio * dot(slider.direction, moved)
 
 
 def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns) -> Columns:

@@ -120,8 +120,8 @@ def _lead(hinge: JointPlace, load: Columns, twist: Columns, force: list[Columns]
         _push(link, 0.0, 0.0, effort, force, moment)
         _push(on, 0.0, 0.0, -effort, force, moment)
     else:
-        way = gear.driver.slider.direction
-        _push(link, 0.0, times(effort, way), 0.0, force, moment)
+        slider = gear.driver.slider
+        _push(link, slider.turn * gear.driver.at_child, times(effort, slider.direction), 0.0, force, moment)
 
 
 def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
