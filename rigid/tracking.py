@@ -16,7 +16,7 @@ from rigid.tables import mass_table
 STEPS = 25
 ROUND_OFF = 1e-15
 FAR = 0.25
-PIECES = 64
+PIECES = 1024
 SLOW = 0.05
 FITS = 1e-10
 FIRST = 1e6
