@@ -181,6 +181,9 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, soft: Compliance) -> Line:
         parts = [(u[1:], 0), (phi[1:], 1), (w[2:], 2)] + ([(slide, 3)] if slide is not None else [])
         reached = [(values * soft.ends[kind][: len(values)]).sum(0) for values, kind in parts]
         end = reached[0], reached[2] + (reached[3] if slide is not None else 0.0), reached[1]
+        if slide is not None:
+            w[1 : len(V) + 1] += np.where(soft.tapered, 0.0, slide)
+            slide = np.where(soft.tapered, slide, 0.0)
     if soft.strained:
         free = soft.strain * length
         u[1] += free if soft.ends is None else np.where(soft.tapered, 0.0, free)
