@@ -83,11 +83,7 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
     if table.structure_only:
         raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
     if table.contacts:
-        raise fault(
-            f"contacts.{next(iter(table.contacts))}",
-            "",
-            "contacts belong to a structure alone: add structure_only = true",
-        )
+        raise fault("contacts", "", "they are for a structure alone: add structure_only = true, or give [[gears]]")
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_parts(table)
@@ -125,7 +121,8 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
     steady = [law.speed for drive, law in zip(drives, laws, strict=True)
               if isinstance(drive, PinDrive) and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
-    rounds = [law for law in laws if isinstance(law, RepeatedLaw)]
+    rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
+              if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     positions, tolerance = table.run.positions, table.run.tolerance
     if table.run.duration is not None:
@@ -133,8 +130,8 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     elif steady:
         run = Run(positions, 2 * pi / abs(steady[0]), True)
     elif rounds:
-        longest = max(rounds, key=lambda law: law.duration)
-        run = Run(positions, longest.duration, longest.rise == 0.0)
+        longest, turns = max(rounds, key=lambda each: each[0].duration)
+        run = Run(positions, longest.duration, longest.closes(turns))
     elif lasting:
         run = Run(positions, max(lasting), False)
     else:

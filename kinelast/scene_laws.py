@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import cached_property
-from math import isclose
+from math import isclose, pi
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from rigid import Law, LinkAngle, Reals, Slide, TableError, law_of, law_of_time,
 
 Triple = tuple[Reals, Reals, Reals]
 OVER = 1e-12
+BACK = 1e-12
 
 
 class Lasting(Protocol):
@@ -94,6 +95,13 @@ class RepeatedLaw:
         first, last = self.law([0.0, self.duration])[0]
         return float(last - first)
 
+    def closes(self, turns: bool) -> bool:
+        """Whether one round brings the mechanism back; `turns`: an angle, which whole turns bring back too."""
+        rest = self.rise
+        if turns:
+            rest -= 2 * pi * round(rest / (2 * pi))
+        return abs(rest) <= BACK * (1 + abs(self.rise))
+
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape."""
         time = np.asarray(time, float)
@@ -142,7 +150,7 @@ def factor_law(
         return law_of_time(curve)
     if isinstance(coordinate, Slide):
         return law_of(coordinate, curve)
-    if at[-1] - at[0] > 2 * np.pi * (1 + OVER):
+    if at[-1] - at[0] > 2 * pi * (1 + OVER):
         raise fault(where, "table", "covers more than a turn, expected angles within one")
     return _turning(coordinate, curve, float(at[0] + at[-1]) / 2)
 

@@ -16,6 +16,12 @@ from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_t
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'
+TABLE = 'point = "B"\nmoment = 1\ntable = [[0, 1], [9, 1]]\n'
+SPRING = '[[springs]]\nlink = "rocker"\nstiffness = 1\n'
+SLOT = (
+    '[sliders.slot]\nlink = "block"\non = "rocker"\nthrough = "A"',
+    '[slots.slot]\nlink = "crank"\non = "rocker"\npoint = "A"',
+)
 
 
 def add(text: str) -> tuple[str, str]:
@@ -167,6 +173,58 @@ MISTAKES = [
     ("axes", FOUR_BAR, [add(LOAD + 'axes = "truning"')], "loads[1]", "axes", 'one of fixed, turning.*did you mean "turning"'),
     ("table backwards", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = 1\ntable = [[1, 0], [0, 1]]')], "loads[1]", "table", "times that grow"),
     ("table too short", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = 1\ntable = [[0, 0], ["20 ms", 1]]')], "loads[1]", "table", 'or extend = "hold"'),
+    ("against nothing", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = 1\nagainst = {link = "crank"}')], "loads[1]", "against", "belongs to a table"),
+    ("against no link", FOUR_BAR, [add(LOAD + TABLE + 'against = {link = "krank"}')], "loads[1]", "against.link", 'did you mean "crank"'),
+    ("against no slider", FOUR_BAR, [add(LOAD + TABLE + 'against = {slider = "guide"}')], "loads[1]", "against.slider", 'no slider "guide"'),
+    ("against both", FOUR_BAR, [add(LOAD + TABLE + 'against = {slider = "a", link = "b"}')], "loads[1]", "against", "either link or slider"),
+    ("against an unknown key", FOUR_BAR, [add(LOAD + TABLE + 'against = {lnk = "b"}')], "loads[1]", "against.lnk", 'did you mean "link"'),
+    ("table in other units", FOUR_BAR, [add(LOAD + TABLE.replace("0, 1", '"0 m", 1'))], "loads[1]", "table[1]", 'a time, as in "50 ms", got 0 m'),
+    ("table of over a turn", FOUR_BAR, [add(LOAD + TABLE.replace("9, 1", "9, 1") + 'against = {link = "crank"}')], "loads[1]", "table", "more than a turn"),
+    ("table too short for a cubic", FOUR_BAR, [add(LOAD + TABLE + 'interpolation = "cubic"')], "loads[1]", "table", "at least 4"),
+    # Springs.
+    ("spring of no end", FOUR_BAR, [add(SPRING)], "springs[1]", "point", "either point, an end of the spring, or at"),
+    ("spring of one end", FOUR_BAR, [add(SPRING + 'point = "B"')], "springs[1]", "anchor", 'the point of "ground"'),
+    ("spring to itself", FOUR_BAR, [add(SPRING + 'on = "rocker"\nat = "B"')], "springs[1]", "on", "to itself does nothing"),
+    ("spring at no point", FOUR_BAR, [add(SPRING + 'point = "B"\nanchor = "A"')], "springs[1]", "anchor", '"ground" has no point "A"'),
+    ("spring of no stiffness", FOUR_BAR, [add('[[springs]]\nlink = "rocker"\nat = "D"')], "springs[1]", "stiffness", "the key is missing"),
+    ("spring in other units", FOUR_BAR, [add(SPRING.replace("1", '"1 N/m"') + 'at = "D"')], "springs[1]", "stiffness", 'as in "3 N m/rad", got 1 N/m'),
+    ("angle of a straight spring", FOUR_BAR, [add(SPRING + 'point = "B"\nangle = 1')], "springs[1]", "angle", "about a pin"),
+    ("anchor of a spring about a pin", FOUR_BAR, [add(SPRING + 'at = "D"\nanchor = "O"')], "springs[1]", "anchor", "between points"),
+    ("spring off the beams", FOUR_BAR, [('["A", "B"]', '["A", "B", "P"]\nbeams = [["A", "B"]]'), add(SPRING.replace("rocker", "coupler") + 'point = "P"\nanchor = "O"')],
+     "springs[1]", "point", 'no beam of "coupler" reaches'),
+    # Gears, slots, joints.
+    ("gear on itself", FOUR_BAR, [add('[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "coupler"}\nratio = 2')], "gears[1]", "follower.on", "share no point"),
+    ("gear of nothing", FOUR_BAR, [add('[[gears]]\ndriver = {}\nfollower = {link = "rocker"}\nratio = 2')], "gears[1]", "driver.link", "either link or slider"),
+    ("gear without ratio", FOUR_BAR, [add('[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = 0')], "gears[1]", "ratio", "not zero"),
+    ("ratio of a rack", FOUR_BAR, [add('[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = "2 mm/rad"')], "gears[1]", "ratio", "expected a number, got 0.002"),
+    ("slot of no link", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "roker"')], "slots.slot", "on", 'did you mean "rocker"'),
+    ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
+    ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),
+    ("slot as a slider", QUICK_RETURN, [add('[slots.slot]\npoint = "A"\nlink = "crank"\non = "rocker"\ndirection = [0, 1]')], "slots.slot", "", "a slider has this name"),
+    ("joint of no name", FOUR_BAR, [add('[joints.P]\ncompliance = 1')], "joints", "P", 'there is no joint "P"'),
+    ("pin without moment", FOUR_BAR, [add("[joints.B]\nrotation = 1")], "joints.B", "rotation", "carries no moment"),
+    ("contacts", FOUR_BAR, [add('[contacts.mesh]\nlinks = ["crank", "rocker"]\nat = [0, 0]')], "contacts", "", "add structure_only = true"),
+    # Sections.
+    ("three sizes", FOUR_BAR, [('"6 mm"', "[1, 2, 3]")], "sections.bar", "depth", r"two for the ends of the beam.*got \[1, 2, 3\]"),
+    ("a size of zero", FOUR_BAR, [('"6 mm"', "[1, 0]")], "sections.bar", "depth", "greater than zero"),
+    ("shear without Poisson's ratio", FOUR_BAR, [("poisson = 0.3", ""), ("[run]", '[run]\ntheory = "timoshenko"')], "materials.steel", "poisson", "timoshenko"),
+    ("a G that cannot be", FOUR_BAR, [("poisson = 0.3", 'G = "50 GPa"')], "materials.steel", "G", "Poisson's ratio of 1.1"),
+    ("shear of any shape", FOUR_BAR, [('"rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', '"properties"\nA = 1e-4\nI = 1e-9'),
+     ("[run]", '[run]\ntheory = "timoshenko"')], "sections.bar", "shear_area", "timoshenko"),
+    ("shear of rigidities", FOUR_BAR, [('"rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', '"rigidities"\nEA = 1e4\nEI = 1e2\nmass_per_length = 1'),
+     ('material = "steel"', ""), ("[run]", '[run]\ntheory = "timoshenko"')], "sections.bar", "kGA", "timoshenko"),
+    ("warm without expansion", FOUR_BAR, [(CRANK, CRANK + 'temperature = "9 K"\n')], "materials.steel", "expansion", "temperature of a beam"),
+    ("warm rigid link", FOUR_BAR, [(CRANK, CRANK + 'rigid = true\ntemperature = "9 K"\n')], "links.crank", "temperature", "only elastic links"),
+    ("strain beyond linear theory", FOUR_BAR, [(CRANK, CRANK + "strain = 0.2\n")], "links.crank", "strain", "<= 0.1"),
+    # Drives in other ways.
+    ("table of a speed", FOUR_BAR, [("speed", "table = [[0, 0], [1, 1]]\nspeed")], "drives[1]", "table", "belongs to an effort"),
+    ("repeated speed", FOUR_BAR, [("speed", "repeat = true\nspeed")], "drives[1]", "repeat", "belongs to a law or a motion"),
+    ("motion with start", FOUR_BAR, [('speed = "100 rad/s"', "start = 1\nmotion = [[0, 0], [1, 1], [2, 2], [3, 3]]")], "drives[1]", "start", "leave it out"),
+    ("motion from later", FOUR_BAR, [('speed = "100 rad/s"', "motion = [[1, 0], [2, 1], [3, 2], [4, 3]]")], "drives[1]", "motion", "start at 0"),
+    ("motion in metres", FOUR_BAR, [('speed = "100 rad/s"', 'motion = [[0, 0], [1, "1 m"], [2, 1], [3, 2]]')], "drives[1]", "motion[2]", "expected an angle"),
+    ("effort in newtons", FOUR_BAR, [('speed = "100 rad/s"', 'effort = "3 N"'), ("[run]", "[run]\nduration = 1")], "drives[1]", "effort", 'as in "3 N m", got 3 N'),
+    ("joints in space", FOUR_BAR, [add('[joints.B]\ntype = "pivot"')], "joints", "", "ask for it with --structure"),
+    ("structure alone", "structure_only = true\n" + FOUR_BAR, [], "", "structure_only", "ask for it with --structure"),
     # What only the mechanism as a whole tells.
     ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
@@ -194,7 +252,9 @@ def test_the_message_names_file_table_key_and_problem():
     with pytest.raises(SceneError) as caught:
         scene_from_text(edited(FOUR_BAR, ('"6 mm"', '"6 kg"')), "mine", "mine.toml")
     assert str(caught.value) == 'mine.toml: [sections.bar] depth: expected a length, as in "100 mm" or 0.1, got "6 kg"'
-    with pytest.raises(SceneError, match=r"^mine.toml: \[\[drives\]\] no. 1 speed: expected one of speed, law, motion and effort"):
+    with pytest.raises(
+        SceneError, match=r"^mine.toml: \[\[drives\]\] no. 1 speed: expected one of speed, law, motion and effort"
+    ):
         scene_from_text(edited(FOUR_BAR, ('speed = "100 rad/s"', "")), "mine", "mine.toml")
 
 

@@ -1,0 +1,191 @@
+"""What a scene says of beams and joints that give way: tapers, shear, free strain, rings, guides, soft joints."""
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, QUICK_RETURN, edited
+
+from elastic import deflection, displacement_of, extremes, sample, stress
+from kinelast.command import main
+from kinelast.scene import scene_from_text, scene_motion
+from rigid import Slide, mass_moments
+
+ARM = """
+[materials.steel]
+E = 200e9
+density = 8000
+poisson = 0.25
+expansion = "12e-6 1/K"
+yield = "300 MPa"
+
+[sections.bar]
+shape = "rectangle"
+depth = "20 mm"
+width = "10 mm"
+
+[points]
+O = [0, 0]
+A = [0.4, 0]
+
+[links.ground]
+points = ["O"]
+
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+
+[[drives]]
+link = "arm"
+law = [{curve = "dwell", duration = 1}]
+
+[[loads]]
+link = "arm"
+point = "A"
+force = [0, "-100 N"]
+
+[run]
+positions = 2
+"""
+A, I, L, P = 2e-4, 0.01 * 0.02**3 / 12, 0.4, 100.0  # noqa: E741
+E = 200e9
+
+
+def bent(text):
+    scene = scene_from_text(text)
+    return deflection(scene_motion(scene), scene.sections, joints=scene.joints)
+
+
+def tip(text):
+    """Displacement of the arm's end [m], complex."""
+    return displacement_of(bent(text), "arm", "A")[0]
+
+
+class TestSections:
+    """Sections against the cantilever of the handbooks."""
+
+    def test_a_slender_arm(self):
+        assert tip(ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
+
+    @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
+    def test_shear_counts_in_timoshenkos_theory(self, given):
+        # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
+        text = edited(ARM, ("positions = 2", 'positions = 2\ntheory = "timoshenko"'), ("poisson = 0.25", given))
+        k = 10 * 1.25 / (12 + 11 * 0.25)
+        assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
+
+    @pytest.mark.parametrize(
+        ("shape", "kGA"),
+        [('shape = "properties"\nA = 2e-4\nI = "6666 mm^4"\nshear_area = "150 mm^2"', 80e9 * 1.5e-4),
+         ('shape = "rigidities"\nEA = 1e7\nEI = 1000\nmass_per_length = 1\nkGA = "3 MN"', 3e6)],
+    )  # fmt: skip
+    def test_any_shape_may_tell_its_shear_rigidity(self, shape, kGA):
+        plain = edited(ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
+        if "rigidities" in shape:
+            plain = edited(plain, ('material = "steel"', ""))
+        sheared = edited(plain, ("positions = 2", 'positions = 2\ntheory = "timoshenko"'))
+        assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
+
+    def test_two_sizes_taper(self):
+        # Roark: a cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
+        text = edited(ARM, ('depth = "20 mm"', 'depth = ["20 mm", "10 mm"]'))
+        x = (np.arange(200000) + 0.5) / 200000 * L
+        depth = 0.02 - 0.01 * x / L
+        expected = np.mean(P * (L - x) ** 2 / (E * 0.01 * depth**3 / 12)) * L
+        assert tip(text) == pytest.approx(-1j * expected, rel=1e-9)
+        (arm,) = scene_from_text(text).mechanism.links[1:]
+        mass, first, _ = mass_moments(arm)
+        assert mass == pytest.approx(8000 * 0.01 * 0.015 * L)
+        assert first / mass == pytest.approx(L * (20 + 2 * 10) / (3 * (20 + 10)))
+
+    @pytest.mark.parametrize("shape", ['"circle"\ndiameter', '"tube"\ninner = "5 mm"\nouter'])
+    def test_round_sections_taper_too(self, shape):
+        drawn = '"rectangle"\ndepth = "20 mm"\nwidth = "10 mm"'
+        text = edited(ARM, (drawn, f'{shape} = ["20 mm", "10 mm"]'))
+        hole = 0.005 if "inner" in shape else 0.0
+        x = (np.arange(200000) + 0.5) / 200000 * L
+        inertia = np.pi * ((0.02 - 0.01 * x / L) ** 4 - hole**4) / 64
+        assert tip(text) == pytest.approx(-1j * np.mean(P * (L - x) ** 2 / (E * inertia)) * L, rel=1e-8)
+
+    def test_stress_and_yield_come_from_shape_and_material(self):
+        text = edited(ARM, ("force", "moment = 0\nforce"))
+        found = bent(text)
+        assert stress(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
+        assert found.sections[0].yield_stress == 300e6
+
+    def test_rigid_links_have_stress_but_do_not_bend(self):
+        found = bent(edited(ARM, ('material = "steel"', 'material = "steel"\nrigid = true')))
+        assert stress(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
+        assert np.abs(found.w).max() == 0.0
+
+    @pytest.mark.parametrize(
+        ("where", "strain"),
+        [('temperature = "50 K"', 6e-4), ("strain = 1e-3", 1e-3), ('strain = 1e-3\ntemperature = "-50 K"', 4e-4),
+         ('temperature = "9 K"\nbeams = [{from = "O", to = "A", temperature = "50 K"}]', 6e-4)],
+    )  # fmt: skip
+    def test_warm_beams_are_longer(self, where, strain):
+        longer = tip(edited(ARM, ('material = "steel"', f'material = "steel"\n{where}')))
+        assert longer.real == pytest.approx(strain * L, rel=1e-12)
+        assert longer.imag == pytest.approx(tip(ARM).imag, rel=1e-12)
+
+    def test_beams_may_close_a_ring(self):
+        # A square frame pulled at two opposite corners: its sides bend to F a/4 at their ends, a half the diagonal.
+        square = edited(
+            ARM,
+            ("A = [0.4, 0]", "A = [0.4, 0]\nB = [0.2, 0.2]\nC = [0.2, -0.2]"),
+            ('["O", "A"]\n', '["O", "A", "B", "C"]\nbeams = [["O", "B"], ["B", "A"], ["A", "C"], ["C", "O"]]\n'),
+            ('[0, "-100 N"]', '["100 N", 0]'),
+        )
+        moments = sample(bent(square), "M", [0.0, 1.0])[:, 0]
+        # By symmetry the ends of a side take equal and opposite moments but for what its own stretch makes them.
+        assert np.abs(moments) == pytest.approx(np.full((4, 2), P * 0.2 / 4), rel=3e-3)
+
+
+class TestGuides:
+    """A block on an elastic link bends the beam under it."""
+
+    elastic = edited(
+        QUICK_RETURN,
+        ('rigid = true\nmass = 0.4\ncenter = [0.25, 0]\ninertia = "8e-3 kg m^2"', 'section = "s"'),
+        ("mass = 0.05", "mass = 0"),
+        ("[points]", '[sections.s]\nshape = "rigidities"\nEA = 1e7\nEI = 30\nmass_per_length = 0\n[points]'),
+        ("[run]", '[[loads]]\nlink = "rocker"\npoint = "D"\nforce = [0, "10 N"]\naxes = "turning"\n[run]'),
+    )
+
+    def test_the_moment_is_greatest_under_the_block(self):
+        scene = scene_from_text(self.elastic)
+        course = scene_motion(scene)
+        found = deflection(course, scene.sections)
+        reach = 0.4 + Slide("slot").value(course)
+        largest = extremes(found, ("M",))["M"]
+        assert largest.value[0] == pytest.approx(10 * (0.5 - reach), rel=1e-9)
+        assert largest.xi[0] == pytest.approx(reach / 0.5, rel=1e-9)
+
+    def test_a_beam_that_ends_too_soon_is_told(self, tmp_path, capsys):
+        short = tmp_path / "short.toml"
+        short.write_text(edited(self.elastic, ("D = [0.0, 0.5]", "D = [0.0, 0.39]"), ('"D"\nforce', '"D"\nforce')))
+        assert main([str(short), "-o", str(tmp_path / "out")]) == 2
+        assert 'the block of "slot" leaves the beam "C"-"D" at 0 s' in capsys.readouterr().err
+
+
+class TestSoftJoints:
+    """Joints that give way or do not fit."""
+
+    def soft(self, keys):
+        return tip(edited(ARM, ("[[drives]]", f"[joints.O]\n{keys}\n[[drives]]"))) - tip(ARM)
+
+    def test_compliance_gives_way_along_the_force(self):
+        assert self.soft('compliance = "2e-6 m/N"') == pytest.approx(-1j * 2e-6 * P, rel=1e-9)
+
+    def test_a_soft_drive_turns(self):
+        assert self.soft('rotation = "1e-4 rad/(N m)"') == pytest.approx(-1j * 1e-4 * P * L * L, rel=1e-9)
+
+    def test_gap_and_turn(self):
+        assert self.soft('gap = ["1 mm", "-2 mm"]') == pytest.approx(1e-3 - 2e-3j, rel=1e-9)
+        assert self.soft('turn = "0.1 deg"') == pytest.approx(1j * np.radians(0.1) * L, rel=1e-9)
+
+    def test_the_command_takes_them_but_not_with_the_check(self, tmp_path, capsys):
+        path = tmp_path / "soft.toml"
+        path.write_text(edited(FOUR_BAR, ("[run]", '[joints.B]\ncompliance = "1e-6 m/N"\n[run]')))
+        assert main([str(path), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+        assert main([str(path), "-o", str(tmp_path / "out"), "--check"]) == 2
+        assert "--check knows no joints" in capsys.readouterr().err
