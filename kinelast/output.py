@@ -188,6 +188,10 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
+def _safe(factor: float | None) -> str:
+    return "" if factor is None else f", safety {factor:.3g}"
+
+
 def _line(figures: dict[str, Any]) -> str:
     """The gist of a scene in one line."""
     from kinelast.report_numbers import coordinate, number, quantity
@@ -199,6 +203,10 @@ def _line(figures: dict[str, Any]) -> str:
         drives = (f"{name} {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
         size = quantity(abs(largest["value"]), largest["unit"])
         words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
+    stress = figures["largest_stress"]
+    if stress:
+        safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
+        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['label']}{_safe(safety)})")
     condition = figures["run"]["largest_condition"]["value"]
     if condition is not None:
         words.append(f"condition {number(condition, 3)}")

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import deflection, extremes
-from kinelast.output_results import Peak, Results, peak_positions
+from elastic import deflection
+from kinelast.output_results import Peak, Results, extremes_of, peak_positions
 from kinelast.scene import scene_motion_at
 from rigid import Reals
 
@@ -57,7 +57,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
     order = np.argsort(grid, axis=None)
     course = scene_motion_at(results.scene, grid.ravel()[order])
     bent = deflection(course, results.scene.sections, joints=results.scene.joints)
-    found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
+    found = extremes_of(bent, tuple(dict.fromkeys(field for field, _ in names)))
     back = np.argsort(order).reshape(grid.shape)
     rows = [
         (found[field].value[beam, back[row]], found[field].xi[beam, back[row]])

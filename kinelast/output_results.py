@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Extreme, displacement_of, extremes
+from elastic import (
+    FIELDS,
+    Caution,
+    Deflection,
+    Extreme,
+    Frequencies,
+    PathDeviation,
+    cautions,
+    euler_ratio,
+    extremes,
+    natural_frequencies,
+    path_deviation,
+    period_of,
+    slenderness,
+    stress_extremes,
+)
 from kinelast.scene import Scene
 from rigid import SINGULAR, Mechanism, Motion, PinDrive, Reals, drive_efforts
 
@@ -18,7 +33,11 @@ if TYPE_CHECKING:
     from fem_check import Comparison
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m", "qx": "N/m", "qy": "N/m"}
-EXTREME_FIELDS = (*FIELDS, "chord")
+STRESSES = {"normal_stress": "normal", "shear_stress": "shear", "mises_stress": "mises"}
+UNITS |= dict.fromkeys(STRESSES, "Pa")
+EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
+FEW = 16  # positions that tell too little of a cycle
+INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,20 +67,52 @@ class Results:
 
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
-        """Value of largest magnitude along every beam, per field, shape (beams, positions)."""
-        if not self.mechanism.beams:
-            none = np.zeros((0, *self.motion.columns))
-            return {field: Extreme(none, none) for field in EXTREME_FIELDS}
-        return extremes(self.deflection, EXTREME_FIELDS)
+        """Value of largest magnitude along every beam, per field and stress, shape (beams, positions)."""
+        return extremes_of(self.deflection, EXTREME_FIELDS)
+
+    @cached_property
+    def euler_ratio(self) -> Reals:
+        """Compression over Euler's load, shape (beams, positions)."""
+        none = np.zeros((0, *self.motion.columns))
+        return euler_ratio(self.deflection) if self.mechanism.beams else none
+
+    @cached_property
+    def slenderness(self) -> list[float]:
+        """Length over radius of gyration of every beam; nan of a rigid one."""
+        return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
+
+    @cached_property
+    def deviations(self) -> dict[str, PathDeviation]:
+        """Of every named point that moves, shape (positions,)."""
+        return {point: _wide(self, link, point) for point, link in points_of(self.mechanism)}
 
     @cached_property
     def displacements(self) -> dict[str, Any]:
         """Of every named point that moves [m], complex, shape (positions,)."""
-        columns = self.motion.columns
-        return {
-            point: np.broadcast_to(displacement_of(self.deflection, link, point), columns)
-            for point, link in points_of(self.mechanism)
-        }
+        return {point: deviation.displacement for point, deviation in self.deviations.items()}
+
+    @cached_property
+    def frequencies(self) -> Frequencies | None:
+        """Natural frequencies at some of the positions; None where no link has beams."""
+        if not self.mechanism.beams:
+            return None
+        return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+
+    @cached_property
+    def period(self) -> float:
+        """Duration of the cycle [s]; nan where the motion is none."""
+        period = period_of(self.motion)
+        run = self.scene.run
+        once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
+        return run.duration if math.isnan(period) and once else period
+
+    @cached_property
+    def cautions(self) -> list[Caution]:
+        """Figures that leave the range in which the theory holds."""
+        if not self.mechanism.beams:
+            return []
+        period = None if math.isnan(self.period) else self.period
+        return cautions(self.deflection, self.frequencies, period)
 
     @cached_property
     def efforts(self) -> Reals:
@@ -72,6 +123,23 @@ class Results:
     def singular(self) -> Any:
         """Whether a position is too near a singular one to be computed, shape (positions,)."""
         return ~(self.motion.condition <= SINGULAR)
+
+
+def extremes_of(deflection: Deflection, fields: Sequence[str]) -> dict[str, Extreme]:
+    """Values of largest magnitude along every beam, of fields and stresses by the names of `EXTREME_FIELDS`."""
+    if not deflection.sections:
+        none = np.zeros((0, *deflection.motion.columns))
+        return {field: Extreme(none, none) for field in fields}
+    found = extremes(deflection, [field for field in fields if field not in STRESSES])
+    stresses = stress_extremes(deflection, [STRESSES[field] for field in fields if field in STRESSES])
+    return {field: stresses[STRESSES[field]] if field in STRESSES else found[field] for field in fields}
+
+
+def _wide(results: Results, link: int, point: str) -> PathDeviation:
+    """Deviation of a point at every position, also where it is the same at all."""
+    columns = results.motion.columns
+    found = path_deviation(results.deflection, results.mechanism.links[link].name, point)
+    return PathDeviation(*(np.broadcast_to(part, columns) for part in (found.along, found.normal, found.displacement)))
 
 
 @dataclass(frozen=True)

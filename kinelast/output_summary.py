@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS
+from elastic import FIELDS, LIMITS
+from kinelast.output_accuracy import angle_figures, output_figure, point_figures
+from kinelast.output_figures import coordinates, figure, largest
 from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words
-from kinelast.report_trust import findings, left_out, lowest_frequency, slendernesses
-
-
-def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
-    """A value and its unit; null where there is no number."""
-    size = float(value)
-    return {"value": size if math.isfinite(size) else None, "unit": unit, **more}
+from kinelast.output_strength import strength_figures, vibration_figures
+from kinelast.report_trust import caution_figures, findings, left_out
 
 
 def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
@@ -26,7 +24,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
     found
         The peaks per field, see `output_results.peaks`.
     """
-    lowest = lowest_frequency(results)
+    points, angles = point_figures(results), angle_figures(results)
     scene, motion, forces = results.scene, results.motion, results.deflection.forces
     return {
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
@@ -36,34 +34,34 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             "left_out": results.left_out,
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),
-            "largest_condition": _largest(results, np.where(results.singular, np.nan, motion.condition), "1"),
+            "largest_condition": largest(results, np.where(results.singular, np.nan, motion.condition), "1"),
         },
         "links": _links(results),
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
         "peaks": _peaks(results, found),
-        "largest_deflection": _largest_deflection(results, found),
-        "points": {
-            point: {"displacement": _largest(results, np.abs(moved), "m")}
-            for point, moved in results.displacements.items()
-        },
+        "largest_deflection": _greatest(results, found, "w"),
+        "largest_stress": _greatest(results, found, "mises_stress"),
+        "strength": strength_figures(results, found),
+        "points": points,
+        "angle_errors": angles,
+        "output": output_figure(results, points, angles),
         "joints": [
-            {"joint": joint, "on": link, "force": _largest(results, np.abs(force), "N")}
+            {"joint": joint, "on": link, "force": largest(results, np.abs(force), "N")}
             for (joint, link), force in zip(joint_words(results), forces.force, strict=True)
         ],
         "drives": {
-            name: {"coordinate": coordinate, "effort": _largest(results, effort, unit)}
+            name: {"coordinate": coordinate, "effort": largest(results, effort, unit)}
             for (name, coordinate, _, unit), effort in zip(drive_words(scene.mechanism), results.efforts, strict=True)
         },
         "shaking": {
-            "force": _largest(results, np.abs(forces.ground_force), "N"),
-            "moment": _largest(results, forces.ground_moment, "N m"),
+            "force": largest(results, np.abs(forces.ground_force), "N"),
+            "moment": largest(results, forces.ground_moment, "N m"),
         },
-        "lowest_frequency_at_most": figure(lowest, "rad/s"),
+        "vibration": vibration_figures(results),
         "check": check_summary(results),
-        "trust": [
-            {"level": finding.level, "heading": finding.heading, "text": finding.text}
-            for finding in findings(results, found, lowest)
-        ],
+        "cautions": caution_figures(results),
+        "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
+        "trust": [asdict(finding) for finding in findings(results)],
         "not_computed": left_out(results),
     }
 
@@ -71,7 +69,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
 def _links(results: Results) -> list[dict[str, Any]]:
     rows = []
     mechanism, sections = results.mechanism, results.deflection.sections
-    for number, (label, slender) in enumerate(zip(results.scene.labels, slendernesses(results), strict=True)):
+    for number, label in enumerate(results.scene.labels):
         at, beam = mechanism.beams[number]
         rows.append(
             {
@@ -83,8 +81,8 @@ def _links(results: Results) -> list[dict[str, Any]]:
                 "mass_per_length": figure(beam.mass_per_length, "kg/m"),
                 "EA": figure(sections[number].EA, "N"),
                 "EI": figure(sections[number].EI, "N m^2"),
+                "tapered": sections[number].taper is not None or len(beam.mass_taper) > 1,
                 "rigid": not math.isfinite(float(sections[number].EI)),
-                "slenderness": figure(slender, "1"),
             }
         )
     return rows
@@ -105,44 +103,25 @@ def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],
         time=figure(peak.time, "s"),
-        drive=_coordinates(results, peak.drive),
+        drive=coordinates(results, peak.drive),
         between_positions=peak.refined,
     )
 
 
-def _coordinates(results: Results, values: Any) -> dict[str, Any]:
-    return {
-        name: figure(value, unit)
-        for (name, _, unit, _), value in zip(drive_words(results.mechanism), values, strict=True)
-    }
-
-
-def _largest_deflection(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any] | None:
-    """The greatest |w| of all beams; none where no link has beams or no position could be computed."""
-    beam = greatest_beam(found)
+def _greatest(results: Results, found: dict[str, list[Peak]], field: str) -> dict[str, Any] | None:
+    """The greatest magnitude of a field on all beams; none where no link has beams or nothing is known."""
+    beam = greatest_beam(found, field)
     if beam is None:
         return None
-    label = results.scene.labels[beam]
-    return {"label": label, **_peak(results, "w", found["w"][beam], beam)}
+    return {"label": results.scene.labels[beam], **_peak(results, field, found[field][beam], beam)}
 
 
-def greatest_beam(found: dict[str, list[Peak]]) -> int | None:
-    """Number of the beam that deflects most."""
-    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in found["w"]]
+def greatest_beam(found: dict[str, list[Peak]], field: str) -> int | None:
+    """Number of the beam on which a field is greatest."""
+    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in found[field]]
     if not sizes or max(sizes) < 0:
         return None
     return sizes.index(max(sizes))
-
-
-def _largest(results: Results, values: Any, unit: str) -> dict[str, Any]:
-    """The value of largest magnitude over the positions, with time and drive."""
-    motion = results.motion
-    values = np.broadcast_to(values, motion.columns)
-    size = np.where(np.isfinite(values), np.abs(values), -1.0)
-    at = int(size.argmax())
-    if size[at] < 0:
-        return figure(math.nan, unit)
-    return figure(values[at], unit, time=figure(motion.time[at], "s"), drive=_coordinates(results, motion.drive[:, at]))
 
 
 def check_summary(results: Results) -> dict[str, Any] | None:

@@ -22,8 +22,10 @@ def position_columns(results: Results) -> dict[str, Reals]:
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
             columns[f"{label}.{field}_max [{UNITS[field]}]"] = extreme.value[beam]
+        columns[f"{label}.euler_ratio [1]"] = results.euler_ratio[beam]
     for point, moved in results.displacements.items():
         _add_vector(columns, f"{point}.d{{}} [m]", moved)
+        columns[f"{point}.off_path [m]"] = results.deviations[point].normal
     forces = deflection.forces
     for (joint, link), force, moment in zip(joint_words(results), forces.force, forces.moment, strict=True):
         _add_vector(columns, f"{joint}.F{{}}_on_{link} [N]", force)

@@ -9,32 +9,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import FIELDS, sample
-from kinelast.output_results import EXTREME_FIELDS, UNITS, Peak, Results, drive_words, joint_words
+from elastic import FIELDS
+from kinelast.output_results import Peak, Results, drive_words
 from kinelast.output_summary import greatest_beam
-from kinelast.report_charts import line_chart, map_image, strokes
+from kinelast.report_charts import Axis, line_charts
+from kinelast.report_cycle import MOST_MAPPED, NAMES, SYMBOLS, axis, cycle_charts, cycle_maps, legend
 from kinelast.report_drawing import mechanism_drawing
-from kinelast.report_numbers import coordinate, number, quantity, scale_of, ticks
-from rigid import PinDrive, Reals
+from kinelast.report_numbers import coordinate, number, quantity
+from kinelast.report_trust import CAUTION, GOOD, OPEN, ORDER, POOR
 
 if TYPE_CHECKING:
     from jinja2 import Template
 
-NAMES = {
-    "qx": "load along",
-    "qy": "load across",
-    "N": "axial force",
-    "V": "shear force",
-    "M": "bending moment",
-    "u": "displacement along",
-    "w": "deflection",
-    "phi": "slope",
-    "chord": "deflection from chord",
+VERDICTS = {
+    GOOD: "These figures can be relied on.",
+    CAUTION: "These figures are to be taken with care",
+    POOR: "These figures are not to be relied on in every respect",
 }
-SYMBOLS = {"qx": "q<sub>x</sub>", "qy": "q<sub>y</sub>", "phi": "φ", "chord": "w<sub>chord</sub>"}
-MAPPED = ("qx", "qy", "N", "M", "phi", "u", "w")
-MOST_MAPPED = 16
-ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
+TABLED = (*FIELDS, "chord")
+AT_END = 1e-6
 
 
 @cache
@@ -45,7 +38,7 @@ def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.globals.update(quantity=_quantity, share=_share, checked=FIELDS)
+    environment.globals.update(quantity=_quantity, hertz=_hertz, percent=_percent, share=_share, checked=FIELDS)
     return environment.get_template("report.html")
 
 
@@ -54,6 +47,16 @@ def _quantity(figure: dict[str, Any], digits: int = 4) -> str:
     if figure["value"] is None:
         return number(math.nan)
     return quantity(figure["value"], figure["unit"], digits)
+
+
+def _hertz(figure: dict[str, Any], digits: int = 4) -> str:
+    """A frequency of the summary in hertz."""
+    return number(math.nan if figure["value"] is None else figure["value"] / (2 * math.pi), digits) + " Hz"
+
+
+def _percent(figure: dict[str, Any], digits: int = 2) -> str:
+    """A share of the summary."""
+    return number(math.nan if figure["value"] is None else 100 * figure["value"], digits) + " %"
 
 
 def _share(value: float | None) -> str:
@@ -78,24 +81,61 @@ def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[st
     from markupsafe import Markup
 
     drawing, caption = _drawing(results, found)
+    over = axis(results)
+    charts = cycle_charts(results)
+    svgs = line_charts(over, charts)
+    labels = results.scene.labels
+    verdict = min((finding["level"] for finding in figures["trust"] if finding["level"] != OPEN), key=ORDER.index)
     return _template().render(
         figures=figures,
-        fields=[(field, NAMES[field], Markup(SYMBOLS.get(field, field))) for field in EXTREME_FIELDS],
+        fields=[(field, NAMES[field], Markup(SYMBOLS.get(field, field))) for field in TABLED],
         drawing=Markup(drawing),
         caption=caption,
-        charts=[(heading, legend, Markup(svg)) for heading, legend, svg in _charts(results)],
-        maps=_maps(results),
-        map_names=[(NAMES[field], Markup(SYMBOLS.get(field, field))) for field in MAPPED],
-        unmapped=max(0, len(results.scene.labels) - MOST_MAPPED),
-        axis=axis(results)[1],
+        charts=[(chart.heading, legend(chart), Markup(svg)) for chart, svg in zip(charts, svgs, strict=True)],
+        maps=Markup(cycle_maps(results, over)) if labels else "",
+        unmapped=max(0, len(labels) - MOST_MAPPED),
+        stressed=any(peaks["normal_stress"]["value"] is not None for peaks in figures["peaks"].values()),
+        verdict=verdict,
+        verdict_words=VERDICTS[verdict],
+        reasons=list(
+            dict.fromkeys(finding["heading"].lower() for finding in figures["trust"] if finding["level"] == verdict)
+        ),
+        safety=_safety(figures),
+        times_drive=_inverse(figures),
         refined=figures["made_from"]["options"]["refine"],
-        at=lambda figure: at_drive(figure, results),
+        at=lambda figure: at_drive(figure, over),
+        place=lambda label, figure: _place(figures, label, figure),
     )
+
+
+def _safety(figures: dict[str, Any]) -> dict[str, Any] | None:
+    """The least safety factor, its link, and how it is graded; None where none is known."""
+    known = {label: row for label, row in figures["strength"].items() if row["safety_factor"]["value"] is not None}
+    if not known:
+        return None
+    label = min(known, key=lambda each: known[each]["safety_factor"]["value"])
+    found, limits = known[label]["safety_factor"], figures["limits"]["yield"]
+    share = 1.0 / found["value"]
+    level = POOR if share > limits["beyond"] else CAUTION if share > limits["watch"] else GOOD
+    return {"label": label, "figure": found, "limit": known[label]["yield_stress"], "level": level}
+
+
+def _place(figures: dict[str, Any], label: str, figure: dict[str, Any]) -> str:
+    """Where along its link a figure is: one of its ends, or the distance from the first."""
+    link = next(link for link in figures["links"] if link["label"] == label)
+    way = figure["along"]["value"] / link["length"]["value"]
+    return link["from"] if way < AT_END else link["to"] if way > 1 - AT_END else _quantity(figure["along"], 3)
+
+
+def _inverse(figures: dict[str, Any]) -> dict[str, Any]:
+    """The lowest natural frequency over the drive's speed."""
+    ratio = (figures["vibration"] or {}).get("drive_to_lowest", {}).get("value")
+    return {"value": 1.0 / ratio if ratio else None, "unit": "1"}
 
 
 def _drawing(results: Results, found: dict[str, list[Peak]]) -> tuple[str, str]:
     """The mechanism where it deflects most, and what the picture shows."""
-    beam = greatest_beam(found)
+    beam = greatest_beam(found, "w")
     position = 0
     if beam is not None:
         size = np.abs(results.extremes["w"].value[beam])
@@ -113,73 +153,11 @@ def _drawing(results: Results, found: dict[str, list[Peak]]) -> tuple[str, str]:
     )
 
 
-def at_drive(figure: dict[str, Any], results: Results) -> str:
-    """Where in the cycle a figure of the summary is found, in words."""
-    drives = figure.get("drive")
-    if not drives or figure["value"] is None:
+def at_drive(figure: dict[str, Any], over: Axis) -> str:
+    """Where in the cycle a figure of the summary is found, in words: at an angle of the drive that turns, or when."""
+    if figure["value"] is None or "drive" not in figure:
         return ""
-    if axis(results)[1].endswith("[deg]") or len(drives) == 1:
-        first = next(iter(drives.values()))
+    if over.label.endswith("[deg]"):
+        first = next(iter(figure["drive"].values()))
         return coordinate(first["value"], first["unit"])
     return _quantity(figure["time"])
-
-
-def axis(results: Results) -> tuple[Reals, str, list[float]]:
-    """What the cycle is drawn over: the first drive's angle where it turns one way throughout, else the time."""
-    motion = results.motion
-    drive, values = results.mechanism.drives[0], motion.drive[0]
-    steps = np.diff(values)
-    if isinstance(drive, PinDrive) and len(steps) and (np.all(steps > 0) or np.all(steps < 0)):
-        angles = np.degrees(values)
-        low, high = sorted((float(angles[0]), float(angles[-1])))
-        step = next((step for step in ANGLE_STEPS if high - low <= 8 * step), 360 * math.ceil((high - low) / 2880))
-        marks = [float(step * k) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-        return angles, f"angle of {drive.link} [deg]", marks
-    factor, unit = scale_of(float(np.abs(motion.time).max()), "s")
-    times = motion.time * factor
-    return times, f"time [{unit}]", ticks(float(times[0]), float(times[-1]), 6)
-
-
-def _charts(results: Results) -> list[tuple[str, list[tuple[str, str, str]], str]]:
-    """Headings, legends (name, colour, dashes) and curves over the cycle."""
-    x, x_label, marks = axis(results)
-    forces, labels = results.deflection.forces, results.scene.labels
-    wanted: list[tuple[str, str, dict[str, Any]]] = []
-    for field in ("w", "chord", "M") if labels else ():
-        sizes = np.abs(results.extremes[field].value)
-        heading = f"Largest {NAMES[field]} along each link"
-        wanted.append((heading, UNITS[field], dict(zip(labels, sizes, strict=True))))
-    efforts: dict[str, dict[str, Any]] = {}
-    for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.efforts, strict=True):
-        efforts.setdefault(unit, {})[name] = effort
-    wanted += [("Drive moment" if unit == "N m" else "Drive force", unit, curves) for unit, curves in efforts.items()]
-    joints = {
-        f"{joint} on {link}": np.abs(force)
-        for (joint, link), force in zip(joint_words(results), forces.force, strict=True)
-    }
-    wanted.append(("Joint forces", "N", joints))
-    shaking = {
-        "size": np.abs(forces.ground_force),
-        "x": np.real(forces.ground_force),
-        "y": np.imag(forces.ground_force),
-    }
-    wanted.append(("Shaking force on the ground", "N", shaking))
-    wanted.append(("Shaking moment about the origin", "N m", {"moment": forces.ground_moment}))
-    charts = []
-    for heading, unit, curves in wanted:
-        full = {name: np.broadcast_to(values, results.motion.columns) for name, values in curves.items()}
-        legend = [(name, *strokes(index)) for index, name in enumerate(full)] if len(full) > 1 else []
-        charts.append((heading, legend, line_chart(x, full, unit, x_label, marks)))
-    return charts
-
-
-def _maps(results: Results) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Per link its name and, per field, the range and the picture of the field along it over the cycle."""
-    stations = np.linspace(0.0, 1.0, 31)
-    rows: list[tuple[str, list[tuple[str, str]]]] = [(label, []) for label in results.scene.labels[:MOST_MAPPED]]
-    for field in MAPPED if rows else ():
-        values = sample(results.deflection, field, stations)
-        for (_, pictures), own in zip(rows, values, strict=False):
-            largest = float(np.nanmax(np.abs(own), initial=0.0)) if np.isfinite(own).any() else 0.0
-            pictures.append((f"±{quantity(largest, UNITS[field], 3)}" if largest else "0", map_image(own)))
-    return rows

@@ -1,24 +1,43 @@
 """How far the figures of a scene can be trusted: what the theory leaves out, sized for this scene.
 
-Rules of thumb, each with the figure it rests on; docs/report.md says where they come from.
+Limits and where they come from: docs/report.md and docs/strength.md.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, deflection, displacement_of, sample
-from kinelast.output_results import Peak, Results
+from elastic import LIMITS
+from kinelast.output_figures import at_position
+from kinelast.output_results import Results
+from kinelast.output_strength import fastest_drive
 from kinelast.report_numbers import number
-from rigid import PinDrive, Reals, beam_directions, dot, motion
 
-GOOD, CAUTION, POOR = "good", "caution", "poor"
-TRIALS = 60  # positions looked at for the natural frequency
-SHEAR_SHARE = 30.0  # 48 E I/(5 kappa G A l^2) = 30/slenderness^2 at E/G = 2.6, kappa = 5/6
+GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
+ORDER = (POOR, CAUTION, OPEN, GOOD)
+HEADINGS = {
+    "slenderness": "Slender links",
+    "deflection": "Small displacements",
+    "axial force": "Buckling",
+    "yield": "Strength",
+    "vibration": "Quasi-static answer",
+}
+WITHIN = {
+    "slenderness": "all links are longer than {:.0f} radii of gyration",
+    "deflection": "none deflects by more than {:.0%} of its length",
+    "axial force": "none is pressed with more than {:.0%} of Euler's load",
+    "yield": "none is stressed to more than {:.0%} of its yield stress",
+    "vibration": "vibration would change the deflection by less than about {:.0%}",
+}
+UNKNOWN = {
+    "yield": "strength: no yield stress or dimensions of the sections are given",
+    "vibration": "vibration: the motion is no cycle, and no drive turns",
+}
 
 
 @dataclass(frozen=True)
@@ -30,15 +49,10 @@ class Finding:
     text: str
 
 
-def findings(results: Results, found: dict[str, list[Peak]], lowest: float) -> list[Finding]:
-    """All that can be said about a scene's figures; `lowest` as `lowest_frequency` gives it."""
-    return [
-        _positions(results),
-        *_check(results),
-        _displacements(results, found),
-        *_shear(results),
-        *_vibration(results, lowest),
-    ]
+def findings(results: Results) -> list[Finding]:
+    """All that can be said about a scene's figures, the worst first."""
+    found = [_positions(results), *_check(results), *_cautions(results), *_within(results)]
+    return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
 def _positions(results: Results) -> Finding:
@@ -62,7 +76,7 @@ def _check(results: Results) -> list[Finding]:
     heading = "Finite element check"
     comparison = results.comparison
     if comparison is None:
-        return [Finding(CAUTION, heading, "Not made. Run with --check to compare with independent finite elements.")]
+        return [Finding(OPEN, heading, "Not made. Run with --check to compare with independent finite elements.")]
     largest = max((worst.relative for worst in comparison.worst), default=0.0)
     text = (
         f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
@@ -71,128 +85,87 @@ def _check(results: Results) -> list[Finding]:
     return [Finding(GOOD if comparison.passed else POOR, heading, text)]
 
 
-def _displacements(results: Results, found: dict[str, list[Peak]]) -> Finding:
-    """Linear theory takes loads and geometry of the undeformed position."""
-    heading = "Small displacements"
-    lengths = results.deflection.length[:, 0]
-    if not len(lengths):
-        return Finding(GOOD, heading, "No link has beams.")
-    shares = [abs(peak.value) / float(length) for peak, length in zip(found["w"], lengths, strict=True)]
-    if not np.isfinite(shares).any():
-        return Finding(POOR, heading, "Nothing could be computed.")
-    worst = int(np.nanargmax(shares))
-    turn = float(np.nanmax([abs(peak.value) for peak in found["phi"]]))
-    level = GOOD if shares[worst] < 0.005 else CAUTION if shares[worst] < 0.05 else POOR
-    verdict = {
-        GOOD: "linear theory holds well",
-        CAUTION: "expect errors of linear theory of some per cent",
-        POOR: "beyond linear theory: read the figures as an alarm, not as values",
-    }[level]
-    text = (
-        f"Links deflect by up to {number(100 * shares[worst], 2)} % of their length ({results.scene.labels[worst]}) "
-        f"and turn by up to {number(math.degrees(turn), 2)}°: {verdict}."
-    )
-    return Finding(level, heading, text)
-
-
-def _shear(results: Results) -> list[Finding]:
-    """Shear deformation and rotary inertia are left out: right for slender links."""
-    rows = zip(slendernesses(results), results.scene.labels, results.deflection.sections, strict=True)
-    known = [(slender, label) for slender, label, section in rows if math.isfinite(slender) and np.isinf(section.kGA)]
-    if not known:
-        return []
-    least, label = min(known)
-    share = SHEAR_SHARE / least**2
-    level = GOOD if share < 0.01 else CAUTION if share < 0.1 else POOR
-    text = (
-        f"Least slenderness {number(least, 3)} ({label}): shear, left out, would add about {number(100 * share, 2)} % "
-        "to the bending of that link."
-    )
-    return [Finding(level, "Slender links", text)]
-
-
-def _vibration(results: Results, lowest: float) -> list[Finding]:
-    """Inertia of the elastic motion itself is left out: right where the links are quick to follow."""
-    speeds = [np.abs(rate).max() for drive, rate in _drives(results) if isinstance(drive, PinDrive)]
-    speed = float(max(speeds, default=0.0))
-    if not math.isfinite(lowest):
-        return []
-    bound = number(lowest / (2 * math.pi), 3)
-    text = f"The lowest natural frequency is at most {bound} Hz (by Rayleigh's quotient, the drives held)"
-    if not speed:
-        return [
-            Finding(CAUTION, "Quasi-static answer", text + ". Loads that change as fast will make the links vibrate.")
+def _cautions(results: Results) -> Iterator[Finding]:
+    """One for each kind of caution: the worst of its links in full, the others by name."""
+    for kind, heading in HEADINGS.items():
+        own = [caution for caution in results.cautions if caution.kind == kind]
+        if not own:
+            continue
+        worst = (min if LIMITS[kind].beyond < LIMITS[kind].watch else max)(own, key=lambda caution: caution.figure)
+        names = [
+            results.scene.labels[caution.beam] for caution in own if caution.beam is not None and caution is not worst
         ]
-    ratio = lowest / speed
-    level = GOOD if ratio > 20 else CAUTION if ratio > 8 else POOR
-    verdict = {
-        GOOD: "the links follow their loads",
-        CAUTION: "vibration, left out, will change the deflection noticeably",
-        POOR: "the links will vibrate and this quasi-static answer is not enough",
-    }[level]
-    return [Finding(level, "Quasi-static answer", f"{text}, {number(ratio, 3)} times the drive's speed: {verdict}.")]
+        words = (
+            _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
+        )
+        words += f" (limits: {_limits(kind)})"
+        if names:
+            words += f"; less so {', '.join(names)}"
+        yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")
 
 
-def _drives(results: Results) -> list[tuple[Any, Reals]]:
-    return list(zip(results.mechanism.drives, results.motion.drive_rate, strict=True))
+def _limits(kind: str) -> str:
+    """From where a figure is to be watched, and from where not to be relied on, in words."""
+    both = (LIMITS[kind].watch, LIMITS[kind].beyond)
+    return " and ".join(number(value, 2) if kind == "slenderness" else f"{number(100 * value, 2)} %" for value in both)
+
+
+def _sentence(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
+def _within(results: Results) -> Iterator[Finding]:
+    """What was looked at and found within its limits, and what could not be looked at."""
+    if not results.mechanism.beams or results.singular.all():
+        return
+    judged = _judged(results)
+    passed = {caution.kind for caution in results.cautions}
+    fine = [WITHIN[kind].format(LIMITS[kind].watch) for kind in WITHIN if kind in judged - passed]
+    if fine:
+        yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
+    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed]
+    if unknown:
+        yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
+
+
+def _judged(results: Results) -> set[str]:
+    """Kinds of caution that there are figures for."""
+    sections = results.deflection.sections
+    mises = results.extremes["mises_stress"].value
+    stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
+    pairs = zip(results.slenderness, sections, strict=True)
+    slender = [np.isfinite(value) and np.isinf(section.kGA) for value, section in pairs]
+    bends = [np.isfinite(section.EI) for section in sections]
+    cyclic = not math.isnan(results.period) and not results.singular.any()
+    frequencies = results.frequencies
+    known = frequencies is not None and math.isfinite(frequencies.lowest)
+    kinds = {
+        "slenderness": any(slender),
+        "deflection": True,
+        "axial force": any(bends),
+        "yield": any(stressed),
+        "vibration": known and (cyclic or fastest_drive(results) > 0.0),
+    }
+    return {kind for kind, is_judged in kinds.items() if is_judged}
+
+
+def caution_figures(results: Results) -> list[dict[str, Any]]:
+    """The cautions as plain data, with the limit that each is past."""
+    return [
+        {
+            "kind": caution.kind,
+            "label": None if caution.beam is None else results.scene.labels[caution.beam],
+            "figure": caution.figure if math.isfinite(caution.figure) else None,
+            "limit": caution.limit,
+            "severe": caution.severe,
+            **({} if caution.position is None else at_position(results, caution.position)),
+        }
+        for caution in results.cautions
+    ]
 
 
 def left_out(results: Results) -> list[str]:
     """What the figures do not hold, in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
-    others = ["large displacements", "buckling", "play and friction in the joints", "stress and fatigue"]
+    others = ["large displacements", "the axial force's part in bending", "play and friction in the joints", "fatigue"]
     return ["vibration of the links", *(["shear deformation"] if stiff else []), *others]
-
-
-def slendernesses(results: Results) -> list[float]:
-    """Length over radius of gyration, l sqrt(EA/EI), of every beam; nan for a rigid one."""
-    values = []
-    for section, length in zip(results.deflection.sections, results.deflection.length[:, 0], strict=True):
-        EA, EI = float(section.EA), float(section.EI)
-        values.append(float(length) * math.sqrt(EA / EI) if math.isfinite(EA) and math.isfinite(EI) else math.nan)
-    return values
-
-
-def lowest_frequency(results: Results) -> float:
-    """An upper bound of the lowest natural frequency of the mechanism with its drives held [rad/s].
-
-    Rayleigh's quotient, twice the strain energy over the integral of the mass times displacement squared, of the shapes
-    that the mechanism takes at rest under its own weight along x and along y; the least over some of the positions.
-    nan where nothing bends.
-    """
-    good = np.flatnonzero(~results.singular)
-    if not results.mechanism.beams or not len(good):
-        return math.nan
-    drive = results.motion.drive[:, good[:: math.ceil(len(good) / TRIALS)]]
-    unstrained = [replace(section, strain=0.0) for section in results.deflection.sections]
-    squares = []
-    for weight in (1.0 + 0.0j, 1.0j):
-        resting = replace(results.mechanism, gravity=weight, loads=())
-        work, mass = _work_and_mass(deflection(motion(resting, drive), unstrained), weight)
-        moves = np.isfinite(work) & (work > 0) & (mass > 0)
-        squares.append((work[moves] / mass[moves]).min(initial=math.inf))
-    lowest = math.sqrt(min(squares))
-    return lowest if math.isfinite(lowest) else math.nan
-
-
-def _work_and_mass(shape: Deflection, weight: complex) -> tuple[Reals, Reals]:
-    """Work of the weight on the shape [J], and mass times displacement squared [kg m^2], shape (positions,).
-
-    The work is twice the strain energy. Gauss' rule with six points is exact for prismatic beams.
-    """
-    mechanism = shape.motion.mechanism
-    nodes, weights = np.polynomial.legendre.leggauss(6)
-    along, across = (sample(shape, field, (nodes + 1) / 2) for field in ("u", "w"))
-    moved = beam_directions(shape.motion)[..., None] * (along + 1j * across)
-    work, mass = np.zeros(shape.motion.columns), np.zeros(shape.motion.columns)
-    for k, (_, beam) in enumerate(mechanism.beams):
-        taper = np.polynomial.polynomial.polyval((nodes + 1) / 2, beam.mass_taper)
-        shares = beam.mass_per_length * shape.length[k].item() / 2 * weights * taper
-        work += dot(weight, moved[k]) @ shares
-        mass += np.square(np.abs(moved[k])) @ shares
-    for at, link in enumerate(mechanism.links[1:], 1):
-        for lump in link.lumps:
-            lifted = displacement_of(shape, at, lump.point)
-            work += lump.mass * dot(weight, lifted)
-            mass += lump.mass * np.square(np.abs(lifted)) + lump.inertia * np.square(shape.angle[at])
-    return work, mass

@@ -1,0 +1,258 @@
+"""The symbols of a mechanism on matplotlib axes: plates and bars, pins, supports, sliders, drives, names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigid import GROUND, PinDrive, Posture, Slider, cross
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK = "#1b1b1b"
+PAPER = "#ffffff"
+LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#31717f", "#5d5d5d")
+FLAT = 1e-6
+
+
+class Sheet:
+    """A mechanism in one posture, and the size of its symbols.
+
+    Parameters
+    ----------
+    places
+        Of points by link and point [m], where they are drawn elsewhere than in this posture.
+    extent
+        What is drawn, as its corners [m]; the symbols are in proportion to it.
+    """
+
+    axes: Axes
+
+    def __init__(
+        self,
+        here: Posture,
+        places: Mapping[tuple[str, str], complex] | None = None,
+        extent: tuple[complex, complex] | None = None,
+    ) -> None:
+        self.here = here
+        self.mechanism = here.mechanism
+        self.places = {
+            (link.name, point): complex(np.ravel(here.point(link.name, point))[0])
+            for link in self.mechanism.links
+            for point in link.points
+        } | dict(places or {})
+        self.pins = self._pins()
+        everywhere = np.array(extent or [*self.places.values()])
+        x, y = np.ptp(everywhere.real), np.ptp(everywhere.imag)
+        large = float(max(x, y, 1e-9)) / 45
+        self.unit = float(np.clip(0.4 * self._shortest(), 0.4 * large, large))
+        self.letters = float(np.sqrt(self.unit / large))
+        self.extent = float(x) + 12 * self.unit, float(y) + 12 * self.unit
+        self.colors = {
+            link.name: LINKS[number % len(LINKS)] for number, link in enumerate(self.mechanism.links[1:])
+        } | {GROUND: INK}
+
+    def _shortest(self) -> float:
+        """Least distance of two points of a link: symbols are not to cover it."""
+        ways = [
+            abs(self.places[link.name, one] - self.places[link.name, other])
+            for link in self.mechanism.links
+            for one, other in combinations(link.points, 2)
+        ]
+        return min((way for way in ways if way > 0), default=np.inf)
+
+    def _pins(self) -> dict[str, list[str]]:
+        carried: dict[str, list[str]] = {}
+        for link, point in self.places:
+            carried.setdefault(point, []).append(link)
+        return {point: links for point, links in carried.items() if len(links) > 1}
+
+    def draw(self) -> None:
+        """Everything, from the back to the front."""
+        # The longest first: a short link that lies on it stays seen.
+        for name in sorted(self.colors, key=self._span, reverse=True):
+            if name != GROUND:
+                self._link(name)
+        self.draw_joints()
+
+    def draw_joints(self) -> None:
+        """Joints, drives and the names of points: what goes on top of the links, wherever these are drawn."""
+        for slider in self.mechanism.sliders:
+            self._slider(slider)
+        for point, links in self.pins.items():
+            self._pin(point, links)
+        for drive in self.mechanism.drives:
+            self._drive(drive)
+        for owner, point in self.places:
+            self._point_name(owner, point)
+
+    def _span(self, name: str) -> float:
+        """Greatest distance of a link's points from its first."""
+        spots = [place for (link, _), place in self.places.items() if link == name]
+        return max(abs(spot - spots[0]) for spot in spots)
+
+    def _link(self, name: str) -> None:
+        """A line through the points of a link, or its convex outline where they span a plate."""
+        color = self.colors[name]
+        spots = [place for (link, _), place in self.places.items() if link == name]
+        hull = _hull(spots)
+        if len(hull) > 2:
+            self._patch(hull, facecolor=color, alpha=0.16, zorder=2)
+            self._line([*hull, hull[0]], color=color, linewidth=1.8, zorder=3)
+            self._text(complex(np.mean(hull)), name, color=color, fontsize=10)
+        elif len(hull) == 2:
+            self._line(hull, color=color, linewidth=3.2, zorder=3, solid_capstyle="round")
+            way = (hull[1] - hull[0]) / abs(hull[1] - hull[0])
+            across = 1j * way * (1 if way.real >= 0 else -1)
+            self.beside((hull[0] + hull[1]) / 2, across * self.unit, name, color=color, fontsize=10)
+        else:
+            block = self._block_line(next(point for link, point in self.places if link == name))
+            self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
+
+    def _block_line(self, point: str) -> complex | None:
+        """Direction of the slider whose block is at a point, to the right or up."""
+        for slider in self.mechanism.sliders:
+            if slider.point == point:
+                along = self._along(slider)
+                return along if (along.real, along.imag) > (FLAT, 0) or along.imag > 1 - FLAT else -along
+        return None
+
+    def _along(self, slider: Slider) -> complex:
+        owner = self.mechanism.index[slider.on]
+        return complex(np.ravel(self.here.direction[owner] * slider.direction)[0])
+
+    def _pin(self, point: str, links: list[str]) -> None:
+        place = self.places[links[0], point]
+        if GROUND in links:
+            self._support(place)
+        self._circle(place, 0.55 * self.unit, facecolor=PAPER, edgecolor=INK, linewidth=1.5, zorder=6)
+
+    def _support(self, place: complex) -> None:
+        """The triangle of a fixed pin, with the ground's hatching below."""
+        foot, half = -2.0j * self.unit, 1.3 * self.unit
+        corners = [place, place + foot - half, place + foot + half]
+        self._patch(corners, facecolor=PAPER, edgecolor=INK, linewidth=1.4, zorder=4)
+        self._hatched(place + foot, 1.0, 2.1 * self.unit)
+
+    def _hatched(self, middle: complex, along: complex, half: float) -> None:
+        """A line of the ground, hatched on its right."""
+        from matplotlib.collections import LineCollection
+
+        ends = [middle - half * along, middle + half * along]
+        self._line(ends, color=INK, linewidth=1.4, zorder=4)
+        feet = middle + np.arange(-half, half * (1 + 1e-9), 0.6 * self.unit) * along
+        strokes = [(_xy(foot), _xy(foot + along * (-0.6 - 0.75j) * self.unit)) for foot in feet]
+        self.axes.add_collection(LineCollection(strokes, colors=INK, linewidths=0.8, zorder=4))
+
+    def _slider(self, slider: Slider) -> None:
+        """The line, and the block on it; on the ground two hatched rails."""
+        place = self.places[slider.link, slider.point]
+        along = self._along(slider)
+        color = self.colors[slider.link]
+        half = 1.6 * self.unit
+        if slider.on == GROUND:
+            for side in (along, -along):
+                self._hatched(place - 1.05j * self.unit * side, side, 5 * self.unit)
+        else:
+            rail = 6 * self.unit * along
+            self._line([place - rail, place + rail], color=self.colors[slider.on], linewidth=1.4, zorder=1)
+        corners = [place + along * complex(x, y) for x, y in self._box(half, 0.62 * half)]
+        self._patch(corners, facecolor=PAPER, edgecolor=color, linewidth=1.8, zorder=5)
+
+    @staticmethod
+    def _box(half: float, high: float) -> tuple[tuple[float, float], ...]:
+        return (-half, -high), (half, -high), (half, high), (-half, high)
+
+    def _drive(self, drive: Any) -> None:
+        """An arrow round a driven pin, or along a driven slider."""
+        style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.3, "mutation_scale": 11, "zorder": 7}
+        if isinstance(drive, PinDrive):
+            place, radius = self.places[drive.link, drive.at], 2.1 * self.unit
+            angles = np.radians(np.linspace(-20, 215, 40))
+            arc = place + radius * np.exp(1j * angles)
+            self._line(list(arc[:-2]), color=INK, linewidth=1.3, zorder=7)
+            start, end, style["arrowstyle"] = arc[-3], arc[-1], "-|>"
+        else:
+            slider = next(slider for slider in self.mechanism.sliders if slider.name == drive.slider)
+            along = self._along(slider)
+            start = self.places[slider.link, slider.point] + (1.9 + 0j) * self.unit * along
+            end = start + 3.2 * self.unit * along
+        self.axes.annotate("", _xy(end), _xy(start), arrowprops={**style, "shrinkA": 0, "shrinkB": 0}, zorder=7)
+
+    def _point_name(self, link: str, point: str) -> None:
+        """Name of a joint once, of a traced point with a dot."""
+        shared = self.pins.get(point, [link])
+        if shared[0] != link:
+            return
+        place = self.places[link, point]
+        if len(shared) == 1 and not any(slider.point == point for slider in self.mechanism.sliders):
+            self._circle(place, 0.28 * self.unit, facecolor=INK, edgecolor=INK, zorder=6)
+        block = self._block_line(point)
+        if block is None:
+            self._text(place + self._aside(point, place), point, color=INK, fontsize=11, fontweight="bold")
+        else:
+            self.beside(place, 2.5j * self.unit * block, point, color=INK, fontsize=11, fontweight="bold")
+
+    def _aside(self, point: str, place: complex) -> complex:
+        """Where there is room beside a joint: away from the links that leave it, and from its support."""
+        ways = []
+        for link in self.pins.get(point, [name for name, other in self.places if other == point]):
+            others = [spot for (name, other), spot in self.places.items() if name == link and other != point]
+            ways += [spot - place for spot in others if link != GROUND and abs(spot - place) > 0]
+            if link == GROUND:
+                ways.append(-1j)
+        taken = np.angle(np.array(ways)) if ways else np.array([0.0])
+        trial = np.radians(np.arange(0, 360, 15) + 45)
+        room = np.abs(np.angle(np.exp(1j * (trial[:, None] - taken)))).min(axis=1)
+        distance = 2.0 if any(isinstance(d, PinDrive) and d.at == point for d in self.mechanism.drives) else 1.5
+        return complex(np.exp(1j * trial[int(room.argmax())])) * (distance + 0.9 * (distance > 1.5)) * self.unit
+
+    def _line(self, spots: list[complex], **style: Any) -> None:
+        self.axes.plot([spot.real for spot in spots], [spot.imag for spot in spots], **style)
+
+    def _patch(self, corners: list[complex], **style: Any) -> None:
+        from matplotlib.patches import Polygon
+
+        self.axes.add_patch(Polygon([_xy(corner) for corner in corners], closed=True, **style))
+
+    def _circle(self, place: complex, radius: float, **style: Any) -> None:
+        from matplotlib.patches import Circle
+
+        self.axes.add_patch(Circle(_xy(place), radius, **style))
+
+    def beside(self, place: complex, way: complex, words: str, **style: Any) -> None:
+        """Words that begin or end where a way from a place leads, so that they keep off it."""
+        lean = way.real / abs(way)
+        side = "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
+        self._text(place + way, words, ha=side, **style)
+
+    def _text(self, place: complex, words: str, **style: Any) -> None:
+        box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
+        style = {"ha": "center", "va": "center", "zorder": 8, "bbox": box, **style}
+        self.axes.text(*_xy(place), words, **{**style, "fontsize": self.letters * style["fontsize"]})
+
+
+def _xy(place: complex) -> tuple[float, float]:
+    return float(place.real), float(place.imag)
+
+
+def _hull(places: list[complex]) -> list[complex]:
+    """Corners of the convex outline, counter-clockwise; the two ends of points in one line."""
+    spots = sorted(set(places), key=lambda place: (place.real, place.imag))
+    if len(spots) < 3:
+        return spots
+    flat = FLAT * abs(spots[-1] - spots[0]) ** 2
+
+    def chain(ordered: list[complex]) -> list[complex]:
+        kept: list[complex] = []
+        for spot in ordered:
+            while len(kept) > 1 and cross(kept[-1] - kept[-2], spot - kept[-1]) <= flat:
+                kept.pop()
+            kept.append(spot)
+        return kept[:-1]
+
+    return chain(spots) + chain(spots[::-1])
