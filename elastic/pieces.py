@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from math import comb
 from typing import Any
@@ -106,11 +107,16 @@ def nodes_of(cut: Pieces, row: Any) -> Any:
 
 def interpolated(values: Any) -> Any:
     """Coefficients along a piece, from 0 to 1, of what takes values of shape (..., DEGREE + 1) at the `nodes_of` it."""
+    return np.tensordot(_interpolation(), np.moveaxis(values, -1, 0), 1)
+
+
+@cache
+def _interpolation() -> Any:
+    """From values at the nodes to coefficients, shape (DEGREE + 1, DEGREE + 1)."""
     orders = np.arange(DEGREE + 1)
     spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles())) * (2.0 / (DEGREE + 1))
     spectrum[0] /= 2
-    powers = np.array([_power_coefficients(order) for order in orders]).T
-    return np.tensordot(powers, np.tensordot(spectrum, np.moveaxis(values, -1, 0), 1), 1)
+    return np.array([_power_coefficients(order) for order in orders]).T @ spectrum
 
 
 def _angles() -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -27,17 +28,19 @@ def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, l
         return found
     low, high = np.array([_bracket(results, found[field][beam].time) for field, beam in names]).T
     best = [found[field][beam] for field, beam in names]
+    better: dict[int, tuple[float, float, float]] = {}
     for _ in range(ROUNDS):
         grid = np.linspace(low, high, POINTS, axis=-1)
         values, xi = _values(results, names, grid)
         at = np.where(np.isfinite(values), np.abs(values), -1.0).argmax(axis=-1)
         for row, (peak, choice) in enumerate(zip(best, at, strict=True)):
-            if abs(values[row, choice]) > abs(peak.value):
-                best[row] = _peak(results, float(values[row, choice]), float(xi[row, choice]), float(grid[row, choice]))
+            if abs(values[row, choice]) > abs(better[row][0] if row in better else peak.value):
+                better[row] = (values[row, choice], xi[row, choice], grid[row, choice])
         rows = np.arange(len(names))
         low, high = grid[rows, np.maximum(at - 1, 0)], grid[rows, np.minimum(at + 1, POINTS - 1)]
     improved = {field: list(peaks) for field, peaks in found.items()}
-    for (field, beam), peak in zip(names, best, strict=True):
+    for row, peak in _peaks(results, better):
+        field, beam = names[row]
         improved[field][beam] = peak
     return improved
 
@@ -67,9 +70,14 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
     return np.array(values), np.array(places)
 
 
-def _peak(results: Results, value: float, xi: float, time: float) -> Peak:
-    duration = results.scene.run.duration
-    if results.scene.run.turn:
-        time %= duration
-    drive = tuple(scene_motion_at(results.scene, [time]).drive[:, 0].tolist())
-    return Peak(value, xi, time, drive, refined=True)
+def _peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
+    """Numbers and peaks of those that are larger between the positions: value, place and time of each."""
+    if not better:
+        return
+    run = results.scene.run
+    time = {row: float(at % run.duration if run.turn else at) for row, (_, _, at) in better.items()}
+    rows = sorted(better, key=lambda row: time[row])
+    drive = scene_motion_at(results.scene, [time[row] for row in rows]).drive
+    for k, row in enumerate(rows):
+        value, xi, _ = better[row]
+        yield row, Peak(float(value), float(xi), time[row], tuple(drive[:, k].tolist()), refined=True)
