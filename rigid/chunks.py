@@ -75,6 +75,8 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
 
 def of_designs(value: Any, rows: slice, designs: tuple[int, ...]) -> Any:
     """The same mechanism, link, load or section for some of its designs: every array of their shape is cut."""
+    if not designs or rows == slice(0, designs[0]):
+        return value
     if isinstance(value, np.ndarray):
         return value[rows] if value.shape == designs else value
     if isinstance(value, tuple):

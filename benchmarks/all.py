@@ -1,0 +1,22 @@
+"""Run all benchmarks, one after the other, and write their results anew: `python benchmarks/all.py`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "animation")
+
+
+def main() -> int:
+    """Number of benchmarks that failed."""
+    failed = 0
+    for name in NAMES:
+        print(f"== {name}", flush=True)
+        failed += subprocess.run([sys.executable, Path(__file__).parent / f"{name}.py"], check=False).returncode != 0
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
