@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (7.0, 3.0), (2.0, 2.5), (9.0, 3.0, 2.0, 3.0))
 WIDTH, HEIGHT = 6.1, 2.1  # inches
-ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.34, 0.1, 0.7, 0.085  # inches, of maps
+ACROSS, BESIDE = 180, 14  # pixels, of a map and between two
+ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.35, 0.105, 0.7, 0.085  # inches, of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
     (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # which is for all of the page
@@ -142,15 +143,14 @@ def field_maps(axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any
         for row, label in enumerate(labels):
             axes.text(-edge, (rows - row) * pitch - ROW / 2, label, va="center", color=INK, fontweight="bold")
         marks: dict[float, str] = {}
-        for column, (heading, (values, ranges)) in enumerate(fields.items()):
+        for column, (heading, (_, ranges)) in enumerate(fields.items()):
             left = (COLUMN + SPACE) * column
             axes.text(left, rows * pitch + 0.1, heading, color=INK)
             marks |= {left + place: words for place, words in _marks(axis)}
-            for row, (own, words) in enumerate(zip(values, ranges, strict=True)):
-                top = (rows - row) * pitch
-                extent = (left, left + COLUMN, top - ROW, top)
-                axes.imshow(shades(own), extent=extent, origin="lower", aspect="auto", interpolation="none")
-                axes.text(left, top - ROW - GAP / 2, words, va="center")
+            for row, words in enumerate(ranges):
+                axes.text(left, (rows - row) * pitch - ROW - GAP / 2, words, va="center")
+        picture = mosaic([values for values, _ in fields.values()])
+        axes.imshow(picture, extent=(0.0, width - edge, 0.0, rows * pitch), aspect="auto", interpolation="none")
         axes.set(xlim=(0.0, width - edge), ylim=(0.0, rows * pitch), yticks=[])
         axes.set_xticks([*marks], [*marks.values()])
         axes.tick_params(length=0, pad=2, labelcolor=SOFT)
@@ -165,17 +165,26 @@ def _marks(axis: Axis) -> list[tuple[float, str]]:
     return [(float(COLUMN * (mark - first) / way) if way else COLUMN / 2, number(mark)) for mark in few]
 
 
-def shades(values: Any) -> Any:
-    """Colours of a field of shape (positions, stations): negative blue, positive red, nan grey.
+def mosaic(fields: Sequence[Any]) -> Any:
+    """One picture of fields of shape (beams, positions, stations), beside one another, a row for each beam.
 
     Returns
     -------
-    Shape (stations, positions, 3), bytes; of many positions some.
+    Shape (rows, columns, 4), bytes: negative blue, positive red, nan grey, clear between the maps.
     """
     from matplotlib import colormaps
 
-    shown = values[:: max(1, len(values) // 180)].T
-    good = np.isfinite(shown)
-    largest = float(np.abs(shown[good]).max(initial=0.0)) or 1.0
-    colours = colormaps["RdBu_r"](0.5 + 0.47 * np.where(good, shown, 0.0) / largest, bytes=True)[..., :3]
-    return np.where(good[..., None], colours, GREY).astype(np.uint8)
+    beams, count, stations = fields[0].shape
+    below = round(stations * GAP / ROW)
+    some = np.linspace(0, count - 1, ACROSS).round().astype(int)
+    picture = np.zeros((beams, stations + below, len(fields), ACROSS + BESIDE, 4), np.uint8)
+    for column, values in enumerate(fields):
+        shown = values[:, some, ::-1].swapaxes(1, 2)
+        good = np.isfinite(shown)
+        plain = np.where(good, shown, 0.0)
+        largest = np.abs(plain).max(axis=(1, 2), keepdims=True)
+        shares = plain / np.where(largest > 0, largest, 1.0)
+        colours = colormaps["RdBu_r"](0.5 + 0.47 * shares, bytes=True)
+        colours[~good] = (GREY, GREY, GREY, 255)
+        picture[:, :stations, column, :ACROSS] = colours
+    return picture.reshape(beams * (stations + below), -1, 4)
