@@ -1,25 +1,36 @@
 """One position of a mechanism as one constrained finite element matrix: no superposition, no clamped beams, no scaling.
 
-Plain scikit-fem in metres and newtons, beam by beam, with every joint as rows of a constraint matrix.
+Plain scikit-fem in metres and newtons, beam by beam, with every joint as rows of a constraint matrix. Beams that shear
+have a deflection and a rotation of their own, of the fourth and third degree; a slider's block on a beam is a node.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP2, LinearForm, MeshLine
+from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP2, ElementLinePp, LinearForm, MeshLine
 from skfem.helpers import dd, ddot, dot, grad
 
-from rigid import LineLoad, PinDrive, PointLoad
+from rigid import LineLoad, PinDrive, PointLoad, position_of
 
 
 @BilinearForm
-def bending(w, v, _):
-    return ddot(dd(w), dd(v))
+def bending(w, v, given):
+    return given.rigidity * ddot(dd(w), dd(v))
 
 
 @BilinearForm
-def stretching(u, v, _):
-    return dot(grad(u), grad(v))
+def stretching(u, v, given):
+    return given.rigidity * dot(grad(u), grad(v))
+
+
+@BilinearForm
+def multiplied(u, v, given):
+    return given.rigidity * u * v
+
+
+@BilinearForm
+def sloping(u, v, given):
+    return given.rigidity * grad(u)[0] * v
 
 
 @LinearForm
@@ -47,10 +58,19 @@ class Direct:
     def _add_beam(self, at, beam):
         points = self.mechanism.links[at].points
         way = points[beam.end] - points[beam.start]
-        mesh = MeshLine(np.linspace(0.0, abs(way), self.elements + 1))
-        across, along = Basis(mesh, ElementLineHermite(), intorder=8), Basis(mesh, ElementLineP2(), intorder=8)
-        self.parts.append((at, beam, across, along, self.size))
-        self.size += across.N + along.N
+        stations = np.unique([*np.linspace(0.0, 1.0, self.elements + 1), *self.blocks(at, beam)])
+        part = Part(at, beam, abs(way), stations, self.sections[len(self.parts)], self.size)
+        self.parts.append(part)
+        self.size += part.size
+
+    def blocks(self, at, beam):
+        """Where the points of sliders are on a beam."""
+        points, p = self.mechanism.links[at].points, self.position
+        for slider in self.mechanism.sliders:
+            if self.mechanism.index[slider.on] == at:
+                place = complex(position_of(self.motion, slider.link, slider.point)[p] - self.motion.origin[at, p])
+                local = place / complex(self.motion.direction[at, p]) - points[beam.start]
+                yield (local / (points[beam.end] - points[beam.start])).real
 
     def axis(self, at, beam):
         points = self.mechanism.links[at].points
@@ -80,14 +100,12 @@ class Direct:
 
     def _assemble(self):
         self.matrix, self.right = np.zeros((self.size, self.size)), np.zeros(self.size)
-        for number, (at, beam, across, along, start) in enumerate(self.parts):
-            middle, end = start + across.N, start + across.N + along.N
-            section = self.sections[number]
-            self.matrix[start:middle, start:middle] = section.EI * bending.assemble(across).toarray()
-            self.matrix[middle:end, middle:end] = section.EA * stretching.assemble(along).toarray()
-            for basis, part, rows in ((across, np.imag, slice(start, middle)), (along, np.real, slice(middle, end))):
-                q = part(self.load_on(number, at, beam, np.asarray(basis.global_coordinates())[0]))
-                self.right[rows] = pushed.assemble(basis, q=q)
+        for number, part in enumerate(self.parts):
+            rows = slice(part.start, part.start + part.size)
+            self.matrix[rows, rows] = part.stiffness()
+            for basis, share, first in ((part.across, np.imag, 0), (part.along, np.real, part.along_first)):
+                q = share(self.load_on(number, part.at, part.beam, np.asarray(basis.global_coordinates())[0]))
+                self.right[part.start + first : part.start + first + basis.N] = pushed.assemble(basis, q=q)
         for at, link in enumerate(self.mechanism.links):
             for lump in link.lumps if at else ():
                 force = lump.mass * self.felt(at, link.points[lump.point] + lump.offset)
@@ -107,16 +125,19 @@ class Direct:
 
     def ends(self, at, point):
         """Rows of (dx, dy, rotation) of every beam end at a link's point."""
-        for owner, beam, across, along, start in self.parts:
-            for node, name in ((0, beam.start), (-1, beam.end)):
-                if owner == at and name == point:
-                    axis, rows = self.axis(at, beam), np.zeros((3, self.size))
-                    w, phi = start + across.nodal_dofs[:, node]
-                    u = start + across.N + along.nodal_dofs[0, node]
-                    rows[0, u], rows[1, u] = axis.real, axis.imag
-                    rows[0, w], rows[1, w] = -axis.imag, axis.real
-                    rows[2, phi] = 1.0
-                    yield rows
+        for part in self.parts:
+            for xi, name in ((0.0, part.beam.start), (1.0, part.beam.end)):
+                if part.at == at and name == point:
+                    yield self.rows_of(part, xi)
+
+    def rows_of(self, part, xi):
+        """Rows of (dx, dy, rotation) of a node of a beam."""
+        axis, rows = self.axis(part.at, part.beam), np.zeros((3, self.size))
+        u, w, phi = (part.start + dofs[np.argmin(np.abs(part.stations - xi))] for dofs in part.nodal())
+        rows[0, u], rows[1, u] = axis.real, axis.imag
+        rows[0, w], rows[1, w] = -axis.imag, axis.real
+        rows[2, phi] = 1.0
+        return rows
 
     def moves(self, at, point):
         """(dx, dy, rotation) of a link's point, given by name or by its arm from the link's origin."""
@@ -136,7 +157,7 @@ class Direct:
             rows = np.zeros((3, self.size))
             rows[[0, 1, 2], self.place[at]] = 1.0
         else:
-            root = self.parts[self.first[at]][1].start
+            root = self.parts[self.first[at]].beam.start
             rows, arm = next(self.ends(at, root)).copy(), arm - self.arm(at, root)
         rows[0] -= arm.imag * rows[2]
         rows[1] += arm.real * rows[2]
@@ -155,7 +176,13 @@ class Direct:
         for slider in mechanism.sliders:
             link, owner = mechanism.index[slider.link], mechanism.index[slider.on]
             place = complex(motion.origin[link, p]) + self.arm(link, slider.point) - complex(motion.origin[owner, p])
-            opened = self.moves(link, slider.point) - self.moves(owner, place)
+            under = next((part for part in self.parts if part.at == owner), None)
+            if under is None:
+                under = self.moves(owner, place)
+            else:
+                (xi,) = self.blocks(owner, under.beam)
+                under = self.rows_of(under, xi)
+            opened = self.moves(link, slider.point) - under
             along = complex(motion.direction[owner, p]) * slider.direction
             guides[slider.name] = along.real * opened[:1] + along.imag * opened[1:2]
             yield along.real * opened[1:2] - along.imag * opened[:1]
@@ -175,19 +202,59 @@ class Direct:
         self.found = np.linalg.solve(whole, np.concatenate((self.right, np.zeros(len(rows)))))[: self.size]
 
     def nodes(self, number):
-        """u, w, phi of a beam at its nodes."""
-        _, _, across, along, start = self.parts[number]
-        own = self.found[start:]
-        return own[across.N + along.nodal_dofs[0]], own[across.nodal_dofs[0]], own[across.nodal_dofs[1]]
+        """u, w, phi of a beam at its equal nodes."""
+        part = self.parts[number]
+        equal = np.linspace(0.0, 1.0, self.elements + 1)
+        kept = np.array([np.argmin(np.abs(part.stations - xi)) for xi in equal])
+        return tuple(self.found[part.start :][dofs[kept]] for dofs in part.nodal())
 
     def between(self, number, exact_u, exact_w):
-        """Root of the integrals of (u - exact)^2 and (w - exact)^2 over a beam."""
-        _, _, across, along, start = self.parts[number]
-        own, errors = self.found[start:], []
-        for basis, values, exact in (
-            (along, own[across.N : across.N + along.N], exact_u),
-            (across, own[: across.N], exact_w),
-        ):
-            field, x = basis.interpolate(values), np.asarray(basis.global_coordinates())[0]
+        """Root of the integrals of (u - exact)^2 and (w - exact)^2 over a beam without shear."""
+        part = self.parts[number]
+        own, errors = self.found[part.start :], []
+        for basis, first, exact in ((part.along, part.along_first, exact_u), (part.across, 0, exact_w)):
+            field, x = basis.interpolate(own[first : first + basis.N]), np.asarray(basis.global_coordinates())[0]
             errors.append(float(np.sqrt((((np.asarray(field) - exact(x)) ** 2) * basis.dx).sum())))
         return errors
+
+
+class Part:
+    """Elements of a beam: deflection (and its slopes), then rotation where it shears, then displacement along."""
+
+    def __init__(self, at, beam, length, stations, section, start):
+        self.at, self.beam, self.length, self.stations = at, beam, length, stations
+        self.section, self.start = section, start
+        mesh = MeshLine(length * stations)
+        self.shears = bool(np.isfinite(section.kGA))
+        self.across = Basis(mesh, ElementLinePp(4) if self.shears else ElementLineHermite(), intorder=10)
+        self.turned = self.across.with_element(ElementLinePp(3)) if self.shears else None
+        self.along = Basis(mesh, ElementLineP2(), intorder=10)
+        self.along_first = self.across.N + (self.turned.N if self.shears else 0)
+        self.size = self.along_first + self.along.N
+
+    def nodal(self):
+        """Numbers of the dofs u, w, phi at the nodes."""
+        along = self.along_first + self.along.nodal_dofs[0]
+        if self.shears:
+            return along, self.across.nodal_dofs[0], self.across.N + self.turned.nodal_dofs[0]
+        return along, *self.across.nodal_dofs
+
+    def rigidity(self, name):
+        taper = getattr(self.section.taper, name) if self.section.taper else (1.0,)
+        xi = np.asarray(self.along.global_coordinates())[0] / self.length
+        return getattr(self.section, name) * np.polynomial.polynomial.polyval(xi, taper)
+
+    def stiffness(self):
+        matrix = np.zeros((self.size, self.size))
+        w, u = slice(0, self.across.N), slice(self.along_first, self.size)
+        matrix[u, u] = stretching.assemble(self.along, rigidity=self.rigidity("EA")).toarray()
+        if not self.shears:
+            matrix[w, w] = bending.assemble(self.across, rigidity=self.rigidity("EI")).toarray()
+            return matrix
+        phi, kGA = slice(self.across.N, self.along_first), self.rigidity("kGA")
+        matrix[w, w] = stretching.assemble(self.across, rigidity=kGA).toarray()
+        matrix[phi, w] = -sloping.assemble(self.across, self.turned, rigidity=kGA).toarray()
+        matrix[w, phi] = matrix[phi, w].T
+        matrix[phi, phi] = stretching.assemble(self.turned, rigidity=self.rigidity("EI")).toarray()
+        matrix[phi, phi] += multiplied.assemble(self.turned, rigidity=kGA).toarray()
+        return matrix

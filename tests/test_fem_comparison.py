@@ -10,7 +10,7 @@ from mechanisms import four_bar
 
 from elastic import FIELDS, Section, deflection, sample
 from fem_check import compare, solve, write_vtu_series
-from rigid import Link, Lump, Mechanism, PinDrive, position_of
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
 from rigid import motion as motion_of
 
 
@@ -94,6 +94,37 @@ def test_a_field_that_is_zero_but_for_round_off_passes():
         replace(exact, V=shear), replace(found, N=noise, V=sample(replace(exact, V=shear), "V", found.xi))
     )
     assert comparison.relative[FIELDS.index("N")].max() <= 1e-8
+
+
+@pytest.mark.parametrize("slenderness", [5, 200])
+def test_an_arm_that_is_only_pulled_passes(slenderness):
+    """No gravity, constant speed: w and phi are round-off of what the pull would bend, were it across."""
+    arm = Link("arm", {"O": 0.0, "A": 0.7}, (Beam("O", "A", 0.5),), (Lump("A", 2.0),))
+    mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7})
+    turning = motion_of(mechanism, np.linspace(0.0, 6.0, 50), 30.0)
+    sections = [Section(3e6, 3e6 * (0.7 / slenderness) ** 2)]
+    exact, found = deflection(turning, sections), solve(turning, sections)
+    assert compare(exact, found).passed
+    bent = replace(exact, w=exact.w + 1e-12 * 2.0 * 30**2 * 0.7 * 0.7**3 / sections[0].EI)
+    assert not compare(bent, found).passed
+
+
+def test_section_forces_that_jump_at_a_node_are_left_out_there_alone():
+    """A block stands on a node: whether a force is before or beyond it is a matter of round-off."""
+    links = (Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A"),)), Link("block", {"B": 0}))
+    mechanism = Mechanism(
+        links,
+        (PinDrive("arm", "O"), SliderDrive("guide")),
+        {"O": 0.0, "A": 1.0, "B": 0.5},
+        (Slider("guide", "block", "arm", "B", 0.0, 1.0),),
+        loads=(PointLoad("block", "B", 3 - 4j, 2.0),),
+    )
+    held = motion_of(mechanism, [[0.0, 0.0], [0.5, 0.5 + 1e-12]])
+    exact, found = deflection(held, [Section(1e5, 30.0)]), solve(held, [Section(1e5, 30.0)], 4)
+    assert compare(exact, found).passed
+    M = found.M.copy()
+    M[0, 1, 3] += 1e-3
+    assert not compare(exact, replace(found, M=M)).passed
 
 
 def test_a_mechanism_without_beams_has_nothing_to_differ():

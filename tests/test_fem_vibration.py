@@ -1,0 +1,203 @@
+"""Claim: natural frequencies by finite elements are those of the standard beams and of `elastic`, to the fourth order.
+
+Characteristic equations: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, tables 8-1, 8-8 and 8-16.
+"""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from mechanisms import ALL, elastic_guide, four_bar, pressed, ring, slider_crank
+from standard_beams import cantilever, propped, still, supported
+from test_gears import geared_four_bar
+
+import elastic
+from elastic import RIGID, JointCompliance, Section, Taper
+from fem_check import natural_frequencies
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, motion
+
+LENGTH, EI, MASS = 1.7, 23.0, 0.9
+ENDS = {"A": 0.0, "B": LENGTH}
+STIFF = Section(EA=1e9, EI=EI)
+
+
+def lowest(mechanism, section=STIFF, count=3, elements=32, **more):
+    return natural_frequencies(still(mechanism), [section] * len(mechanism.beams), elements, count, **more)[:, 0]
+
+
+def roots(equation, starts):
+    with mpmath.workdps(30):
+        return np.array([float(mpmath.findroot(equation, start)) for start in starts])
+
+
+def bending(lambdas):
+    return (np.asarray(lambdas) / LENGTH) ** 2 * np.sqrt(EI / MASS)
+
+
+def moving(case):
+    return motion(case.mechanism, case.drive, case.rate, case.rate2)
+
+
+class TestStandardBeams:
+    def test_clamped_and_free(self):
+        exact = roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694, 7.855))
+        np.testing.assert_allclose(lowest(cantilever(ENDS, MASS)), bending(exact), rtol=2e-5)
+
+    def test_on_two_supports(self):
+        np.testing.assert_allclose(lowest(supported(ENDS, MASS)), bending(np.pi * np.arange(1, 4)), rtol=2e-5)
+
+    def test_clamped_and_pinned(self):
+        exact = roots(lambda x: mpmath.tan(x) - mpmath.tanh(x), (3.93, 7.07))
+        np.testing.assert_allclose(lowest(propped(ENDS, MASS), count=2), bending(exact), rtol=2e-5)
+
+    def test_order_is_four(self):
+        exact = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (1.875, 4.694)))
+        errors = [lowest(cantilever(ENDS, MASS), count=2, elements=n) / exact - 1 for n in (4, 8, 16)]
+        assert np.min(errors) > 0  # the elements are stiffer than the beam
+        np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.2)
+
+    def test_along(self):
+        """A bar clamped at one end: (2 k - 1) pi/2 times the wave speed over the length."""
+        EA = 50.0
+        found = lowest(cantilever(ENDS, MASS), Section(EA, 1e9))
+        np.testing.assert_allclose(found, np.array([1, 3, 5]) * np.pi / 2 / LENGTH * np.sqrt(EA / MASS), rtol=1e-5)
+
+    def test_rod_of_simeons_slider_crank(self):
+        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s as printed."""
+        rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
+        found = lowest(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), rod, 2, 64)
+        assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
+
+    def test_timoshenko_on_two_supports(self):
+        """k = n pi/l: EI k^4 - (m + k^2 (m r^2 + EI m/kGA)) w^2 + m^2 r^2/kGA w^4 = 0."""
+        square, kGA, k = 0.03, 90.0, np.pi * np.arange(1, 4) / LENGTH
+        section = Section(RIGID.EA, EI, kGA, area=1.0, inertia=square)
+        a, b = MASS**2 * square / kGA, MASS + k**2 * MASS * (square + EI / kGA)
+        exact = np.sqrt((b - np.sqrt(b**2 - 4 * a * EI * k**4)) / (2 * a))
+        np.testing.assert_allclose(lowest(supported(ENDS, MASS), section), exact, rtol=2e-5)
+        assert exact[0] < 0.8 * bending(np.pi)
+
+    def test_cone_that_comes_to_a_point(self):
+        """Blevins, table 8-16: a cone clamped at its base, (8.719/l^2) sqrt(EI/m) at the base; all but to the point."""
+        sharp = 0.99999
+        taper = (1.0, -sharp)
+        power2, power4 = np.polynomial.polynomial.polypow(taper, 2), np.polynomial.polynomial.polypow(taper, 4)
+        link = Link("beam", ENDS, (Beam("A", "B", MASS, tuple(power2)),))
+        held = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), ENDS)
+        section = Section(1e9, EI, taper=Taper(tuple(power2), tuple(power4)))
+        assert lowest(held, section, 1, 64)[0] / bending(1.0) == pytest.approx(8.719, abs=6e-4)
+
+
+class TestLumps:
+    def test_at_the_end_of_a_cantilever(self):
+        """Blevins, table 8-8."""
+        ratio = 0.8
+
+        def equation(x):
+            c, s, ch, sh = mpmath.cos(x), mpmath.sin(x), mpmath.cosh(x), mpmath.sinh(x)
+            return 1 + c * ch + ratio * x * (c * sh - s * ch)
+
+        held = cantilever(ENDS, MASS, lumps=(Lump("B", ratio * MASS * LENGTH),))
+        np.testing.assert_allclose(lowest(held, count=2), bending(roots(equation, (1.3, 4.0))), rtol=2e-5)
+
+    def test_beside_the_end_of_a_massless_beam(self):
+        """K = 2EI/l^3 [6 -3l; -3l 2l^2] against a mass and its arm along the beam."""
+        mass, inertia, arm = 2.0, 0.3, 0.2
+        held = cantilever(ENDS, lumps=(Lump("B", mass, inertia, arm),))
+        stiffness = 2 * EI / LENGTH**3 * np.array([[6, -3 * LENGTH], [-3 * LENGTH, 2 * LENGTH**2]])
+        inert = np.array([[mass, mass * arm], [mass * arm, inertia + mass * arm**2]])
+        exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(inert, stiffness)).real))
+        np.testing.assert_allclose(lowest(held, Section(RIGID.EA, EI), 3), [*exact, np.inf], rtol=1e-9)
+
+    def test_a_rigid_arm_on_a_soft_drive(self):
+        """sqrt(k/I), the arm being a beam that is rigid and a link that has none."""
+        rotation, inertia = 2e-3, MASS * LENGTH**3 / 3 + 0.5 * LENGTH**2
+        beam = cantilever(ENDS, MASS, lumps=(Lump("B", 0.5),))
+        rod = Lump("A", MASS * LENGTH, MASS * LENGTH**3 / 12, LENGTH / 2)
+        bare = replace(beam, links=(beam.links[0], Link("beam", ENDS, (), (rod, Lump("B", 0.5)))))
+        for mechanism in (beam, bare):
+            found = lowest(mechanism, RIGID, 2, joints={"A": JointCompliance(rotation=rotation)})
+            np.testing.assert_allclose(found, [np.sqrt(1 / (rotation * inertia)), np.inf], rtol=1e-12)
+
+
+class TestMechanisms:
+    """Against polynomials along whole beams, which `elastic` takes: no element, no matrix in common."""
+
+    @pytest.mark.parametrize("name", sorted(set(ALL) - {"PRP", "arm, motor turned about"}))
+    def test_agree_with_closed_polynomials(self, name):
+        case = ALL[name]()
+        turning = moving(case)
+        other = elastic.natural_frequencies(turning, case.sections, 2, 3, settled=1e-8)
+        found = natural_frequencies(turning, case.sections, 12, 2, other.position)
+        known = np.isfinite(other.omega)
+        np.testing.assert_array_equal(np.isfinite(found), known)
+        np.testing.assert_allclose(found[known], other.omega[known], rtol=5e-5)
+
+    @pytest.mark.parametrize(
+        ("make", "joints"),
+        [
+            (four_bar, {"A": JointCompliance(1e-5), "O": JointCompliance(2e-6, 3e-3)}),
+            (slider_crank, {"guide": JointCompliance(1e-5, 1e-3)}),
+            (elastic_guide, {"guide": JointCompliance(1e-5, 1e-3)}),
+            (pressed, {"guide": JointCompliance(1e-5, 1e-3)}),
+        ],
+    )
+    def test_agree_where_joints_give_way(self, make, joints):
+        case = make()
+        turning = moving(case)
+        other = elastic.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
+        found = natural_frequencies(turning, case.sections, 12, 2, other.position, joints)
+        np.testing.assert_allclose(found, other.omega, rtol=5e-5)
+        held = natural_frequencies(turning, case.sections, 12, 2, other.position)
+        assert (found[0] < 0.999 * held[0]).any()
+
+    def test_agree_where_beams_shear_and_taper(self):
+        case = ring()
+        shaped = [
+            replace(
+                s, area=1e-3, inertia=1e-7, taper=Taper((1.0, -0.4), (1.0, -0.9, 0.4), (1.0, 0.3)) if k % 2 else None
+            )
+            for k, s in enumerate(case.sections)
+        ]
+        turning = moving(case)
+        other = elastic.natural_frequencies(turning, shaped, 2, 2, settled=1e-8)
+        found = natural_frequencies(turning, shaped, 12, 2, other.position)
+        np.testing.assert_allclose(found, other.omega, rtol=5e-6)
+
+    def test_agree_where_wheels_mesh(self):
+        turning = motion(geared_four_bar(), -3 * np.linspace(0.0, 6.0, 5), -300.0)
+        sections = [Section(EA=12.6e6, EI=37.8)] * 3
+        other = elastic.natural_frequencies(turning, sections, 2, 3, settled=1e-8)
+        found = natural_frequencies(turning, sections, 12, 2, other.position)
+        np.testing.assert_allclose(found, other.omega, rtol=1e-5)
+
+    def test_a_block_is_a_node_wherever_it_is(self):
+        """Else the kink under it would spoil the order: 1e-2 instead of 1e-4 at 8 elements."""
+        case = elastic_guide()
+        turning = moving(case)
+        other = elastic.natural_frequencies(turning, case.sections, 2, 24, settled=1e-9).omega
+        errors = [np.abs(natural_frequencies(turning, case.sections, n, 2) / other - 1).max() for n in (4, 8, 16)]
+        assert errors[1] < 1e-4
+        assert errors[2] < errors[0] / 100
+
+    def test_singular_positions_have_none(self):
+        case = four_bar(0.1, 0.3, 0.1, 0.3)
+        found = natural_frequencies(motion(case.mechanism, [0.4, 1e-8], 7.0), case.sections, 2, 1)
+        np.testing.assert_array_equal(np.isnan(found), [[False, True]])
+
+    def test_many_designs_go_together(self):
+        case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
+        sections = [replace(s, EA=s.EA * factors, EI=s.EI * factors) for s in case.sections]
+        found = natural_frequencies(moving(case), sections, 2, 2, [0, 7])
+        assert found.shape == (2, 3, 2)
+        np.testing.assert_allclose(found, found[:, :1] * np.sqrt(factors), rtol=1e-9)
+
+    def test_misuse_is_refused(self):
+        case = four_bar()
+        with pytest.raises(ValueError, match="1 sections for 3 beams"):
+            natural_frequencies(moving(case), [STIFF])
+        with pytest.raises(ValueError, match="0 elements"):
+            natural_frequencies(moving(case), case.sections, 0)
+        with pytest.raises(ValueError, match='no joint "X"'):
+            natural_frequencies(moving(case), case.sections, joints={"X": JointCompliance(1.0)})
