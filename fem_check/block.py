@@ -9,7 +9,7 @@ import numpy as np
 from fem_check.elements import Line
 from fem_check.unit_beam import UnitBeam
 
-NEAREST = 1e-9  # to a node, in lengths of an element, that one is divided
+NEAREST = 1e-14  # to a node, in lengths of an element, that one is divided
 
 
 class Divided:
