@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from msgspec import field
+from typing import Annotated
+
+from msgspec import Meta, field
 
 from kinelast.scene_format_motion import Name, Place, Table
 from kinelast.scene_quantities import Direction, Length
+
+Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class ContactTable(Table, frozen=True, kw_only=True):
@@ -22,8 +26,8 @@ class SpatialJointTable(Table, frozen=True, kw_only=True):
     links: tuple[str, str]
     type: str
     at: tuple[Length, Length, Length] | None = None
-    axis: tuple[float, float, float] | None = None
-    normal: tuple[float, float, float] | None = None
+    axis: tuple[Part, Part, Part] | None = None
+    normal: tuple[Part, Part, Part] | None = None
     pitch: Length | None = None
 
 

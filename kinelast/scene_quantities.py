@@ -9,6 +9,9 @@ from typing import ClassVar, Self
 from kinelast.units import Quantity, shown
 
 
+STEEPEST = 1e3
+
+
 class Length(Quantity):
     """Length, or a coordinate of a place [m]."""
 
@@ -242,7 +245,10 @@ class Sizes(tuple[float, float]):
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        return cls(float(Size.read(end)) for end in ends)
+        sizes = cls(float(Size.read(end)) for end in ends)
+        if max(sizes) > STEEPEST * min(sizes):
+            raise ValueError(f"expected {cls.expected}, not {STEEPEST:g} times apart, got {shown(value)}")
+        return sizes
 
 
 class Direction(complex):

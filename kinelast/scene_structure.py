@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from kinelast.scene_error import fault, known_name
 from kinelast.scene_format import SceneTable
@@ -52,7 +54,11 @@ def read_structure(path: str | Path) -> StructureScene:
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
     """The structure in a TOML text; `path` stands for the file in messages."""
-    raw = toml_tables(text, path)
+    return structure_from_dict(toml_tables(text, path), name, path)
+
+
+def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
+    """The structure in the tables of a TOML file; `path` stands for the file in messages."""
     with of_file(path):
         return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(parse_scene(raw), name, path)
 

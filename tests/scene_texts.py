@@ -134,6 +134,183 @@ positions = 36
 """
 
 
+YOKE = """
+[points]
+O = [0, 0]
+A = [0.1, 0]
+Y = [0.3, 0]
+Z = [0.3, 0.2]
+
+[links.ground]
+points = ["O"]
+
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 1
+center = "O"
+
+[links.yoke]
+points = {Y = [0, 0], Z = [0, 0.2]}
+rigid = true
+mass = 2
+center = "Y"
+
+[sliders.guide]
+link = "yoke"
+through = "Y"
+direction = [1, 0]
+
+[slots.slot]
+point = "A"
+link = "crank"
+on = "yoke"
+direction = [0, 1]
+
+[[drives]]
+link = "crank"
+speed = 10
+
+[run]
+positions = 24
+"""
+WHEEL = """
+[points]
+O = [0, 0]
+D = [0.3, 0]
+R = [0.1, -0.05]
+
+[links.ground]
+points = ["O", "D"]
+
+[links.wheel]
+points = {O = [0, 0], P = [0.1, 0]}
+rigid = true
+mass = 3
+center = "O"
+inertia = 0.5
+
+[[drives]]
+link = "wheel"
+start = 0
+speed = 2
+
+[run]
+positions = 5
+duration = 4
+"""
+
+
+MESH = """
+[links.other]
+points = {D = [0, 0], Q = [0.1, 0]}
+rigid = true
+mass = 1
+center = "D"
+inertia = 0.25
+
+[links.rack]
+points = ["R"]
+mass = 4
+
+[sliders.bed]
+link = "rack"
+through = "R"
+direction = [1, 0]
+
+[[gears]]
+driver = {link = "wheel"}
+follower = {link = "other"}
+ratio = -0.5
+
+[[gears]]
+driver = {link = "wheel"}
+follower = {slider = "bed"}
+ratio = "50 mm/rad"
+"""
+
+SWING = """
+[materials.steel]
+E = 210e9
+density = 7850
+poisson = 0.3
+expansion = 12e-6
+
+[sections.bar]
+shape = "tube"
+outer = ["8 mm", "6 mm"]
+inner = 0.002
+
+[points]
+O = [0.0, 0.0]
+A = [0.1, 0.0]
+B = [0.4, 0.0]
+D = [0.5, 0.2]
+
+[links.ground]
+points = ["O", "D"]
+
+[links.crank]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+temperature = "20 K"
+strain = 1e-4
+
+[links.rod]
+points = ["A", "B"]
+beams = [{from = "A", to = "B", section = "bar", material = "steel", strain = 0}]
+
+[links.block]
+points = ["B"]
+mass = "200 g"
+
+[sliders.guide]
+link = "block"
+through = "B"
+direction = [1, 0]
+
+[joints.A]
+compliance = 1e-6
+gap = [0, 1e-4]
+
+[joints.guide]
+rotation = 1e-3
+turn = "0.1 deg"
+
+[[drives]]
+link = "crank"
+motion = [[0, 1], [0.1, 1.2], [0.2, 1.3], [0.3, 1]]
+repeat = true
+
+[[loads]]
+link = "block"
+point = "B"
+force = [3, 0]
+table = [["-100 mm", 0], ["0.1 m", 1]]
+against = {slider = "guide"}
+extend = "hold"
+
+[[springs]]
+link = "block"
+point = "B"
+anchor = "D"
+stiffness = 100
+length = 0.1
+
+[[springs]]
+link = "rod"
+on = "crank"
+at = "A"
+stiffness = 1
+damping = 0.1
+
+[run]
+positions = 5
+theory = "timoshenko"
+"""
+
+
 def edited(text: str, *edits: tuple[str, str]) -> str:
     """A text with the first of each old piece replaced; every old piece must be there."""
     for old, new in edits:

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
+from scene_texts import FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
+from kinelast.scene_structure import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'
@@ -206,6 +207,7 @@ MISTAKES = [
     ("contacts", FOUR_BAR, [add('[contacts.mesh]\nlinks = ["crank", "rocker"]\nat = [0, 0]')], "contacts", "", "add structure_only = true"),
     # Sections.
     ("three sizes", FOUR_BAR, [('"6 mm"', "[1, 2, 3]")], "sections.bar", "depth", r"two for the ends of the beam.*got \[1, 2, 3\]"),
+    ("a needle", FOUR_BAR, [('"6 mm"', '["6 mm", 1e-9]')], "sections.bar", "depth", "not 1000 times apart"),
     ("a size of zero", FOUR_BAR, [('"6 mm"', "[1, 0]")], "sections.bar", "depth", "greater than zero"),
     ("shear without Poisson's ratio", FOUR_BAR, [("poisson = 0.3", ""), ("[run]", '[run]\ntheory = "timoshenko"')], "materials.steel", "poisson", "timoshenko"),
     ("a G that cannot be", FOUR_BAR, [("poisson = 0.3", 'G = "50 GPa"')], "materials.steel", "G", "Poisson's ratio of 1.1"),
@@ -258,7 +260,7 @@ def test_the_message_names_file_table_key_and_problem():
         scene_from_text(edited(FOUR_BAR, ('speed = "100 rad/s"', "")), "mine", "mine.toml")
 
 
-@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN])
+@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING])
 def test_the_texts_are_right_before_they_are_spoilt(text):
     scene_motion(scene_from_text(text))
 
@@ -308,7 +310,10 @@ def test_lengths_that_never_assemble_are_told():
 
 JUNK = [0, -1, 1e300, float("inf"), float("nan"), "", "A", "ground", "rocker", "3 mm", "2 kg", [], {}, [1, 2], ["A", "B"], ["O"],
         [["A", "B"]], True, None, 10**40, {"A": [0, 0], "B": [1, 0]}, {"A": 1}, [{"a": 1}]]  # fmt: skip
-BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN)]
+THROWN = WHEEL.replace("[[drives]]", MESH + "[[drives]]").replace(
+    "speed = 2", 'effort = 1\ntable = [[0, 0], [9, 1]]\ninterpolation = "linear"'
+)
+BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, THROWN)]
 
 
 def branches(tree, path=()):
@@ -327,6 +332,8 @@ def test_whatever_stands_in_a_file_is_a_scene_or_a_scene_error(place, junk):
     for key in path[:-1]:
         table = table[key]
     table[path[-1]] = deepcopy(junk)
+    with suppress(SceneError):
+        structure_from_dict(spoilt)
     with suppress(SceneError):
         scene_motion(scene_from_dict(spoilt), 3)
 

@@ -4,107 +4,11 @@ from math import pi
 
 import numpy as np
 import pytest
-from scene_texts import FOUR_BAR, edited
+from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.command import main
 from kinelast.scene import SceneError, scene_from_text, scene_motion, scene_motion_at
 from rigid import LinkAngle, Slide, drive_efforts, position_of, reactions
-
-YOKE = """
-[points]
-O = [0, 0]
-A = [0.1, 0]
-Y = [0.3, 0]
-
-[links.ground]
-points = ["O"]
-
-[links.crank]
-points = ["O", "A"]
-rigid = true
-mass = 1
-center = "O"
-
-[links.yoke]
-points = {Y = [0, 0], Z = [0, 0.2]}
-rigid = true
-mass = 2
-center = "Y"
-
-[sliders.guide]
-link = "yoke"
-through = "Y"
-direction = [1, 0]
-
-[slots.slot]
-point = "A"
-link = "crank"
-on = "yoke"
-direction = [0, 1]
-
-[[drives]]
-link = "crank"
-speed = 10
-
-[run]
-positions = 24
-"""
-YOKE = edited(YOKE, ("Y = [0.3, 0]", "Y = [0.3, 0]\nZ = [0.3, 0.2]"))
-
-WHEEL = """
-[points]
-O = [0, 0]
-D = [0.3, 0]
-R = [0.1, -0.05]
-
-[links.ground]
-points = ["O", "D"]
-
-[links.wheel]
-points = {O = [0, 0], P = [0.1, 0]}
-rigid = true
-mass = 3
-center = "O"
-inertia = 0.5
-
-[[drives]]
-link = "wheel"
-start = 0
-speed = 2
-
-[run]
-positions = 5
-duration = 4
-"""
-
-
-MESH = """
-[links.other]
-points = {D = [0, 0], Q = [0.1, 0]}
-rigid = true
-mass = 1
-center = "D"
-inertia = 0.25
-
-[links.rack]
-points = ["R"]
-mass = 4
-
-[sliders.bed]
-link = "rack"
-through = "R"
-direction = [1, 0]
-
-[[gears]]
-driver = {link = "wheel"}
-follower = {link = "other"}
-ratio = -0.5
-
-[[gears]]
-driver = {link = "wheel"}
-follower = {slider = "bed"}
-ratio = "50 mm/rad"
-"""
 
 
 def efforts(text):
