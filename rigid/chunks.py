@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid.drawing import Drawing
 from rigid.mechanism import Link, Mechanism
 from rigid.motion import Motion, courses, motion
-from rigid.positions import drawn_coordinates
+from rigid.way import drawn_drives
 
 CELLS = 24576  # links times columns that stay in the cache
 COLUMNS = 1024  # below which what calls cost alone counts for more than that
@@ -134,10 +133,7 @@ def _telling(link: Link, drawn: Mechanism) -> list[str]:
 
 def _whole_turns(drawn: Mechanism, start: Any) -> Any:
     """What the drives are beyond the drawing by whole turns, shape (drives, 1): gears would count them once more."""
-    turns = np.zeros((len(start), 1))
-    if any(joint.gear for joint in drawn.structure.joints):
-        beyond = start - drawn_coordinates(drawn.structure, Drawing(drawn), np.zeros(len(start)))
-        for joint in drawn.structure.joints:
-            if joint.drive is not None and joint.slider is None:
-                turns[joint.drive] = 2 * np.pi * np.round(beyond[joint.drive] / (2 * np.pi))
-    return turns
+    if not drawn.gears:
+        return np.zeros((len(start), 1))
+    at, slides = drawn_drives(drawn)
+    return np.where(slides, 0.0, 2 * np.pi * np.round((start - at) / (2 * np.pi)))[:, None]

@@ -103,6 +103,17 @@ def _at(placed: Placement, positions: slice, shape: tuple[int, ...]) -> Placemen
     return Placement(placed.mechanism, placed.drive[..., positions], origin, direction)
 
 
+def require_closed(placed: Placement, group: Group) -> None:
+    """Make a driven group nan where surplus joints do not fit."""
+    if not group.cut:
+        return
+    size = sum(np.abs(placed.point(joint.child, joint.at_child) - placed.origin[joint.child]) for joint in group.cut)
+    for joint in group.cut:
+        open_ = np.abs(_gap(placed, joint)) > FITS * (1.0 + size)
+        lost = np.where(open_, np.nan, 0.0)
+        placed.origin[joint.child] = placed.origin[joint.child] + lost
+
+
 def _hang_all(placed: Placement, group: Group, coordinates: Any) -> None:
     """Place the links by the coordinates of the free joints."""
     free = iter(coordinates)

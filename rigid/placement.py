@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from rigid.dyads import ROUND_OFF
 from rigid.mechanism import Mechanism
 from rigid.plane import dot, unit
 from rigid.structure import Joint
+
+if TYPE_CHECKING:
+    from rigid.postures import Posture
+
+TURNS = 8  # of a gear's driver either way, that a posture is compared with
 
 
 @dataclass(eq=False)
@@ -26,16 +31,17 @@ class Placement:
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
     slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
     approach: int = 0  # leading positions that only lead there from the drawing
+    near: Posture | None = None  # as for `motion`
 
-    def arrived(self) -> Placement:
-        """Without the positions that lead there from the drawing."""
-        if not self.approach:
+    def at(self, places: Any) -> Placement:
+        """The same at some of the positions; all of them for None."""
+        if places is None:
             return self
         origin, direction, sine = (
-            [value[..., self.approach :] if np.ndim(value) else value for value in values]
+            [value[..., places] if np.ndim(value) else value for value in values]
             for values in (self.origin, self.direction, self.sine)
         )
-        return Placement(self.mechanism, self.drive[:, self.approach :], origin, direction, sine)
+        return Placement(self.mechanism, self.drive[:, places], origin, direction, sine)
 
     def point(self, link: int, local: Any) -> Columns:
         """Place of a point given in a link's axes."""
@@ -62,7 +68,18 @@ class Placement:
         assert joint.gear is not None
         drawing, driver = Drawing(self.mechanism), joint.gear.driver
         led = self.coordinate(driver) if driver.moved else self._measured(driver, drawing.coordinate(driver))
-        return drawing.coordinate(joint) + joint.gear.ratio * (led - drawing.coordinate(driver))
+        found = drawing.coordinate(joint) + joint.gear.ratio * (led - drawing.coordinate(driver))
+        if self.near is None or driver.moved or driver.slider is not None or joint.slider is not None:
+            return found
+        return self._nearest(joint, found, 2 * np.pi * joint.gear.ratio)
+
+    def _nearest(self, joint: Joint, coordinate: Any, turn: float) -> Columns:
+        """A follower's angle with that number of its driver's turns that puts it nearest to a posture."""
+        assert self.near is not None
+        seen = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
+        angles = [coordinate + turn * count for count in sorted(range(-TURNS, TURNS + 1), key=abs)]
+        away = np.array([np.abs(unit(joint.sense * angle) - seen) for angle in angles])
+        return np.choose(np.argmin(np.round(away, 9), axis=0), angles)
 
     def _measured(self, joint: Joint, near: float) -> Columns:
         """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""

@@ -12,17 +12,16 @@ from rigid.closure import Closure, closure
 from rigid.drawing import Drawing
 from rigid.dyad_places import place_dyad
 from rigid.dyads import ROUND_OFF
-from rigid.march import correct, follow
+from rigid.march import correct, follow, require_closed
 from rigid.mechanism import Mechanism
 from rigid.placement import Placement
 from rigid.structure import Group, Structure
+from rigid.way import Way, way_through
 
 if TYPE_CHECKING:
     from rigid.postures import Posture
 
 AT_MOST = 1e-6  # slack behind a singular position
-STRIDE = 0.1  # of a pin's drive on the way from the drawing [rad]
-SLIDES = 20  # steps of a slider's drive on that way
 
 
 def place(
@@ -39,15 +38,12 @@ def place(
     lead
         Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n).
     """
-    drawing, asked = Drawing(mechanism), drive.shape[1]
-    drive = drive if lead is None else np.concatenate([lead, drive], axis=1)
-    if near is None and not all(_closed_form(group) for group in structure.groups):
-        drive = np.concatenate([_lead(structure, drawing, drive), drive], axis=1)
-    walk = Walk(mechanism, structure, drive, near)
-    walk.placed.approach = drive.shape[1] - asked
+    follows = near is None and any(group.free for group in structure.groups)
+    way = way_through(mechanism, drive, lead) if follows else Way(drive)
+    walk = Walk(mechanism, structure, way, near)
     for number in range(len(structure.groups)):
         walk.step(number)
-    placed = walk.placed.arrived()
+    placed = walk.placed.at(way.asked)
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
@@ -61,33 +57,12 @@ def _closed_form(group: Group) -> bool:
     return not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
 
 
-def _lead(structure: Structure, drawing: Drawing, drive: Any) -> Any:
-    """Coordinates of the drives on the way from the drawing to the first position, that excluded."""
-    drawn = drawn_coordinates(structure, drawing, drive[:, 0])
-    slides = [joint.slider is not None for joint in structure.joints if joint.drive is not None]
-    turned = np.abs(drive[:, 0] - drawn).max(where=~np.array(slides, bool), initial=0.0)
-    moved = np.abs(drive[:, 0] - drawn).max(where=np.array(slides, bool), initial=0.0)
-    steps = max(int(np.ceil(turned / STRIDE)), SLIDES if moved else 0)
-    return drawn[:, None] + (drive[:, :1] - drawn[:, None]) * (np.arange(steps) / max(steps, 1))
-
-
-def drawn_coordinates(structure: Structure, drawing: Drawing, start: Any) -> Any:
-    """Coordinates of the drives as drawn, by whole turns as near to a position as they can be."""
-    drawn = np.array(start, float)
-    for joint in structure.joints:
-        if joint.drive is not None:
-            value = drawing.coordinate(joint)
-            near = start[joint.drive]
-            drawn[joint.drive] = value if joint.slider else near - np.angle(np.exp(1j * (near - value)))
-    return drawn
-
-
 class Walk:
     """Placing of the groups one after the other, with the change points met on the way."""
 
-    def __init__(self, mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None) -> None:
+    def __init__(self, mechanism: Mechanism, structure: Structure, way: Way, near: Posture | None) -> None:
         links = len(mechanism.links)
-        self.placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
+        self.placed = Placement(mechanism, way.drive, [0.0] * links, [1.0] * links, near=near, approach=way.approach)
         self.structure, self.near = structure, near
         self.drawing = Drawing(mechanism)
         self.changes: dict[int, list[list[float]]] = {}
@@ -99,6 +74,7 @@ class Walk:
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, placed.coordinate(joint))
+            require_closed(placed, group)
         elif _closed_form(group):
             self._dyad(number)
         elif self.near is not None:
@@ -148,54 +124,30 @@ class Walk:
         return np.where(away[1] < away[0], -1.0, 1.0)
 
     def _find_changes(self, number: int, sine: Any) -> None:
-        """Touches of a dyad's sine with zero, on the way from the drawing to the first position and over all."""
+        """Touches of a dyad's sine with zero all along the way."""
         rows = change_points.suspects(sine).reshape(-1, sine.shape[-1] - 2)
-        path = _Path(self)
+        found = [
+            change_points.touches(lambda places: self._sine_at(places, number), np.flatnonzero(row) + 1, at)
+            for at, row in enumerate(rows)
+        ]
+        if any(found):
+            self.changes[number] = [[touch for touch in touched if self._onward(touch)] for touched in found]
 
-        def sine_at(places: Any) -> Any:
-            return path.sine(places, number)
+    def _onward(self, touch: float) -> bool:
+        """Whether the drives go on at a place, rather than turn back there."""
+        place = round(touch)
+        drive = self.placed.drive
+        if abs(touch - place) > change_points.SAME or not 0 < place < drive.shape[1] - 1:
+            return touch > change_points.SAME
+        return bool(np.dot(drive[:, place] - drive[:, place - 1], drive[:, place + 1] - drive[:, place]) > 0)
 
-        found = [change_points.touches(sine_at, np.flatnonzero(row) + 1, at) for at, row in enumerate(rows)]
-        if not any(found):
-            return
-        for at, touched in enumerate(found):
-            before = path.touches_before(sine_at, at)
-            found[at] = before + [touch for touch in touched if path.onward or touch > change_points.SAME]
-        self.changes[number] = found
-
-
-class _Path:
-    """The way of the drives: from the drawing (place -1) to the first position (0) and through the others."""
-
-    def __init__(self, walk: Walk) -> None:
-        self.walk = walk
-        drive = walk.placed.drive
-        drawn = drawn_coordinates(walk.structure, walk.drawing, drive[:, 0])
-        self.way = np.column_stack([drawn, drive])
-        step = drive[:, 1] - drive[:, 0]
-        self.onward = bool(np.dot(drive[:, 0] - drawn, step) > 0)
-
-    def sine(self, places: Any, number: int) -> Any:
+    def _sine_at(self, places: Any, number: int) -> Any:
         """s of a dyad anywhere on the way."""
-        grid = np.arange(-1.0, self.way.shape[1] - 1)
-        drive = np.array([np.interp(places, grid, row) for row in self.way])
-        other = Walk(self.walk.placed.mechanism, self.walk.structure, drive, self.walk.near)
-        other.places, other.changes = places, {k: v for k, v in self.walk.changes.items() if k < number}
+        grid = np.arange(self.placed.drive.shape[1])
+        drive = np.array([np.interp(places, grid, row) for row in self.placed.drive])
+        other = Walk(self.placed.mechanism, self.structure, Way(drive), self.near)
+        other.places, other.changes = places, {k: v for k, v in self.changes.items() if k < number}
         for k in range(number + 1):
             other.step(k)
-        return np.broadcast_to(
-            other.placed.sine[-1], np.broadcast_shapes(np.shape(other.placed.sine[-1]), (len(places),))
-        )
-
-    def touches_before(self, sine_at: Any, row: int) -> list[float]:
-        """Touches between the drawing and the first position."""
-        places = np.linspace(-1.0, 0.0, change_points.POINTS)
-        size = sine_at(places).reshape(-1, len(places))[row]
-        near = places[1:-1][change_points.suspects(size)]
-        found: list[float] = []
-        for place in near:
-            low, high = place - 1.0 / (len(places) - 1), place + 1.0 / (len(places) - 1)
-            touch = change_points.touch(lambda at: sine_at(at).reshape(-1, len(at))[row], low, high)
-            if touch is not None and touch < -change_points.SAME:
-                found.append(touch)
-        return sorted({round(touch, 4): touch for touch in found}.values())
+        sine = other.placed.sine[-1]
+        return np.broadcast_to(sine, np.broadcast_shapes(np.shape(sine), (len(places),)))

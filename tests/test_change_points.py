@@ -87,3 +87,9 @@ def test_two_parallelograms_in_a_row_change_together():
     drawing = {"O": 0, "D": 0.3, "F": 0.5, "A": 0.1j, "B": 0.3 + 0.1j, "C": 0.3 + 0.15j, "E": 0.5 + 0.15j}
     going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), ROUND, 1.0)
     np.testing.assert_allclose(going.direction[5], going.direction[1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("part", [slice(150, 200), slice(200, 201), slice(0, 361, 40), slice(360, 0, -1)], ids=str)
+def test_the_branch_does_not_depend_on_which_positions_are_asked(part):
+    whole, some = motion(parallelogram(), ROUND, 1.0), motion(parallelogram(), ROUND[part], 1.0)
+    np.testing.assert_allclose(some.direction, whole.direction[:, part], rtol=0, atol=1e-12)

@@ -19,6 +19,7 @@ from rigid import (
     SliderDrive,
     drive_efforts,
     motion,
+    posture,
     reactions,
 )
 
@@ -137,3 +138,23 @@ def test_a_joint_is_moved_once():
     course = replace(four_bar(), gears=(Gear(PinDrive("rocker", "D"), PinDrive("wheel", "W"), 2.0),))
     with pytest.raises(MechanismError, match='"W" is moved twice'):
         motion(course, ANGLES, 1.0)
+
+
+def test_a_wheel_on_a_turning_rocker_does_not_lose_turns():
+    links = (
+        Link("ground", {"O": 0.0, "D": 1.0, "P": 6.0}),
+        Link("crank", {"O": 0.0, "A": 2.0}),
+        Link("coupler", {"A": 0.0, "B": 1.8}),
+        Link("rocker", {"D": 0.0, "B": 1.7}),
+        Link("follower", {"P": 0.0, "U": 1.5}),
+    )
+    drawing = {"O": 0, "D": 1, "P": 6, "A": 2j, "B": 1.54 + 1.61j, "U": 6 + 1.5j}
+    gear = Gear(PinDrive("rocker", "D"), PinDrive("follower", "P"), 0.1)
+    course = Mechanism(links, (PinDrive("crank", "O"),), drawing, gears=(gear,))
+    angles = np.pi / 2 + np.linspace(0.0, 2 * np.pi, 121)
+    whole, late = motion(course, angles), motion(course, angles[100:])
+    np.testing.assert_allclose(late.direction, whole.direction[:, 100:], rtol=0, atol=1e-12)
+    near = motion(course, angles[[40, 100]], near=posture(motion(course, angles[[39, 99]])))
+    np.testing.assert_allclose(near.direction[4, 1], motion(course, angles[99:101]).direction[4, 1], atol=1e-12)
+    turned = np.unwrap(np.angle(whole.direction[3]))
+    np.testing.assert_allclose(np.diff(np.unwrap(np.angle(whole.direction[4]))), 0.1 * np.diff(turned), atol=1e-12)
