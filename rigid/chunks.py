@@ -135,5 +135,5 @@ def _whole_turns(drawn: Mechanism, start: Any) -> Any:
     """What the drives are beyond the drawing by whole turns, shape (drives, 1): gears would count them once more."""
     if not drawn.gears:
         return np.zeros((len(start), 1))
-    at, slides = drawn_drives(drawn)
+    at, slides, _ = drawn_drives(drawn)
     return np.where(slides, 0.0, 2 * np.pi * np.round((start - at) / (2 * np.pi)))[:, None]

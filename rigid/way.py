@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -43,21 +44,23 @@ def way_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Way:
 
     Where positions are farther apart than a branch is followed, others are put between them.
     """
-    before = np.empty((len(drive), 0)) if lead is None else lead
-    first = before[:, 0] if before.shape[1] else drive[:, 0]
-    drawn, slides = drawn_drives(mechanism)
-    drawn = first - np.where(slides, first - drawn, np.angle(np.exp(1j * (first - drawn))))
-    start = drawn[:, None] if np.abs(first - drawn).max(initial=0.0) > STILL else np.empty((len(drive), 0))
-    given = np.concatenate([start, before, drive], axis=1) if start.size or before.size else drive
-    leading = given.shape[1] - drive.shape[1]
-    step = np.abs(np.diff(given, axis=1))
-    if not leading and not step[~slides].max(initial=0.0) > BETWEEN:
+    drawn, slides, wraps = drawn_drives(mechanism)
+    first = [float(value) for value in (drive if lead is None or not lead.shape[1] else lead)[:, 0]]
+    ways = [
+        math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
+        for at, to, slide in zip(drawn, first, slides, strict=True)
+    ]
+    coarse = any(np.abs(row[1:] - row[:-1]).max(initial=0.0) > BETWEEN for row in drive[~slides])
+    if lead is None and not coarse and all(abs(way) <= STILL for way in ways):
         return Way(drive)
-    return _divided(given, step, slides, leading, start.shape[1])
+    parts = [np.array(first)[:, None] - np.array(ways)[:, None]] if any(abs(way) > STILL for way in ways) else []
+    given = np.concatenate([*parts, *([] if lead is None else [lead]), drive], axis=1)
+    return _divided(given, slides, given.shape[1] - drive.shape[1], bool(parts))
 
 
-def _divided(given: Any, step: Any, slides: Any, leading: int, drawn: int) -> Way:
+def _divided(given: Any, slides: Any, leading: int, drawn: bool) -> Way:
     """The way with the places that are missing on it."""
+    step = np.abs(np.diff(given, axis=1))
     turned = step[~slides].max(axis=0, initial=0.0)
     pieces = np.maximum(np.ceil(turned / BETWEEN), 1).astype(int)
     if drawn:
@@ -74,12 +77,16 @@ def _divided(given: Any, step: Any, slides: Any, leading: int, drawn: int) -> Wa
 
 
 @lru_cache(maxsize=64)
-def drawn_drives(mechanism: Mechanism) -> tuple[Any, Any]:
-    """Coordinates of the drives as drawn, and whether they are slides, two arrays of shape (drives,)."""
+def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
+    """Coordinates of the drives as drawn, whether they are slides, and whether whole turns of them do not matter.
+
+    They do where a gear is driven by a joint that is not itself moved: its angle is counted from the drawing on.
+    """
     drawing = Drawing(mechanism)
-    drawn = np.zeros(len(mechanism.drives))
+    joints = mechanism.structure.joints
+    drawn = [0.0] * len(mechanism.drives)
     slides = np.zeros(len(mechanism.drives), bool)
-    for joint in mechanism.structure.joints:
+    for joint in joints:
         if joint.drive is not None:
             drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), joint.slider is not None
-    return drawn, slides
+    return drawn, slides, all(joint.gear is None or joint.gear.driver.moved for joint in joints)
