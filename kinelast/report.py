@@ -100,6 +100,7 @@ def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[st
         reasons=list(
             dict.fromkeys(finding["heading"].lower() for finding in figures["trust"] if finding["level"] == verdict)
         ),
+        moved=any(point["displacement"]["value"] for point in figures["points"].values()),
         safety=_safety(figures),
         times_drive=_inverse(figures),
         refined=figures["made_from"]["options"]["refine"],
@@ -147,15 +148,15 @@ def _drawing(results: Results, found: dict[str, list[Peak]]) -> tuple[str, str]:
             drive_words(results.mechanism), results.motion.drive[:, position], strict=True
         )
     )
-    return (
-        drawing,
-        f"{place}: rigid position (thin) and deformed shape (thick), displacements enlarged {number(factor)} times.",
-    )
+    if not any(np.any(moved) for moved in results.displacements.values()):
+        return drawing, f"{place}, over its course."
+    words = f"rigid position (thin) and deformed shape (thick), displacements enlarged {number(factor)} times."
+    return drawing, f"{place}: {words}"
 
 
 def at_drive(figure: dict[str, Any], over: Axis) -> str:
     """Where in the cycle a figure of the summary is found, in words: at an angle of the drive that turns, or when."""
-    if figure["value"] is None or "drive" not in figure:
+    if not figure["value"]:
         return ""
     if over.label.endswith("[deg]"):
         first = next(iter(figure["drive"].values()))

@@ -67,7 +67,7 @@ def cycle_charts(results: Results) -> list[Chart]:
     shaking = forces.ground_force
     sides = {"size": np.abs(shaking), "x": np.real(shaking), "y": np.imag(shaking)}
     charts.append(Chart("Shaking force on the ground", "N", _curves(sides)))
-    charts.append(Chart("Shaking moment about the origin", "N m", _curves({"moment": forces.ground_moment})))
+    charts.append(Chart("Shaking moment on the ground", "N m", _curves({"about the origin": forces.ground_moment})))
     strays = {f"{point}": np.abs(moved) for point, moved in results.displacements.items() if np.any(moved)}
     if strays:
         charts.append(Chart("Displacement of the points", "m", _curves(strays)))
@@ -98,9 +98,7 @@ def _places(results: Results) -> list[tuple[int, int]]:
 
 
 def legend(chart: Chart) -> list[tuple[str, str, str]]:
-    """Names, colours and dashes of several curves."""
-    if len(chart.curves) < 2:
-        return []
+    """Names, colours and dashes of the curves."""
     return [
         (curve.name, COLOURS[curve.colour], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
         for curve in chart.curves

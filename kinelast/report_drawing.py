@@ -124,25 +124,27 @@ def _draw_bent(results: Results, axes: Axes, sheet: Sheet, position: int, factor
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
     for at, link in enumerate(results.mechanism.links[1:], 1):
-        style: dict[str, Any] = {"color": sheet.colors[link.name], "solid_capstyle": "round", "zorder": 3}
-        corners = [sheet.places[link.name, point] for point in link.points]
-        if not link.beams:
-            axes.plot(np.real([*corners, corners[0]]), np.imag([*corners, corners[0]]), linewidth=1.6, **style)
+        lines = []
         for beam in link.beams:
             start = complex(position_of(results.motion, at, beam.start)[position])
             bent = results.deflection.length[number] * STATIONS + factor * (along[number] + 1j * across[number])
-            line = start + np.broadcast_to(directions, (len(results.mechanism.beams),))[number] * bent
-            axes.plot(line.real, line.imag, linewidth=2.4, **style)
+            lines.append(start + directions[number] * bent)
             number += 1
-        _name(sheet, link.name, corners)
+        corners = np.array([sheet.places[link.name, point] for point in link.points])
+        width = 2.4 if lines else 1.6
+        for line in lines or [np.append(corners, corners[0])]:
+            style: dict[str, Any] = {"color": sheet.colors[link.name], "solid_capstyle": "round", "zorder": 3}
+            axes.plot(line.real, line.imag, linewidth=width, **style)
+        _name(sheet, link.name, max(lines or [corners], key=lambda line: float(abs(line[-1] - line[0]))))
 
 
-def _name(sheet: Sheet, name: str, corners: list[complex]) -> None:
-    """The name of a link beside its middle, where it is long enough to carry it."""
-    way = corners[-1] - corners[0]
+def _name(sheet: Sheet, name: str, line: Any) -> None:
+    """The name of a link beside the middle of its line, where that is long enough to carry it."""
+    way = line[-1] - line[0]
     if abs(way) > 6 * sheet.unit:
         aside = 1.4j * sheet.unit * way / abs(way) * (1 if way.real >= 0 else -1)
-        sheet.beside((corners[0] + corners[-1]) / 2, aside, name, color=sheet.colors[name], fontsize=8)
+        middle = line[len(line) // 2] if len(line) > 2 else (line[0] + line[-1]) / 2
+        sheet.beside(complex(middle), complex(aside), name, color=sheet.colors[name], fontsize=8)
 
 
 def _draw_scale(axes: Axes, corner: complex, width: float) -> None:
