@@ -103,12 +103,11 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
     _require_on_beams(scene, bent)
     if request.check is None:
         return Results(scene, bent, left_out=left_out)
-    if scene.joints:
-        raise RequestError("--check knows no joints that give way or do not fit: leave it out, or [joints]")
     from fem_check import compare, solve
 
     progress(f"{scene.name}: finite elements", 0, 1)
-    return Results(scene, bent, compare(bent, solve(course, scene.sections, request.check)), left_out)
+    checked = solve(course, scene.sections, request.check, scene.joints)
+    return Results(scene, bent, compare(bent, checked), left_out)
 
 
 def _require_on_beams(scene: Scene, bent: Deflection) -> None:

@@ -8,7 +8,6 @@ from typing import ClassVar, Self
 
 from kinelast.units import Quantity, shown
 
-
 STEEPEST = 1e3
 
 

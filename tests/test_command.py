@@ -120,7 +120,10 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
 def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
-    """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature."""
+    """Against a dense search of the sampled fields, whose own error is (1/800)^2/8 of the field's curvature.
+
+    Under a block forces jump and the moment has a kink: there it is off by as much as the field changes in half a step.
+    """
     assert main([name, "--positions", "12", "--fields", "--stations", "801", "--quiet", "-o", str(tmp_path)]) == 0
     fields, rows = np.load(tmp_path / name / "fields.npz"), rows_of(tmp_path / name / "positions.csv")
     units = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad"}
@@ -131,7 +134,8 @@ def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
         found = np.array([float(row[f"{label}.{field}_max [{units[field]}]"]) for row in rows])
         dense = np.abs(fields[key]).max(axis=1)
         assert np.all(np.abs(found) >= dense * (1 - 1e-12))
-        np.testing.assert_allclose(np.abs(found), dense, rtol=1e-5, atol=1e-5 * dense.max())
+        slack = 2e-3 if (name, label) == ("quick_return", "rocker") and field in "NVM" else 1e-5
+        np.testing.assert_allclose(np.abs(found), dense, rtol=slack, atol=slack * dense.max())
 
 
 def test_peaks_of_the_steel_four_bar(tmp_path):
@@ -415,8 +419,8 @@ def test_a_failed_check_is_exit_status_1_and_is_written_all_the_same(tmp_path, m
 
     real = fem_check.solve
 
-    def softer(motion, sections, elements):
-        return real(motion, [Section(EA=section.EA, EI=section.EI / 2) for section in sections], elements)
+    def softer(motion, sections, elements, joints):
+        return real(motion, [Section(EA=section.EA, EI=section.EI / 2) for section in sections], elements, joints)
 
     monkeypatch.setattr(fem_check, "solve", softer)
     call = ["steel_four_bar", "--check", "--positions", "6", "-o", str(tmp_path)]
