@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic import Deflection, extremes, sample
-from rigid import Reals
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 STATIONS = np.linspace(0.0, 1.0, 49)
@@ -18,7 +17,7 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 @dataclass(frozen=True)
 class Diagram:
-    """A field drawn across the links: its name in words, its symbol, its unit and its key in `elastic.coefficients`.
+    """A field drawn across the links: its name in words, its symbol, its unit and its key in `elastic.sample`.
 
     The deformed shape has no field.
     """
@@ -54,15 +53,6 @@ def diagram_named(name: str) -> Diagram:
     if name not in DIAGRAMS:
         raise ValueError(f'there is no diagram "{name}": choose from {", ".join(DIAGRAMS)}')
     return DIAGRAMS[name]
-
-
-def ordinates(values: Reals, stations: Reals = STATIONS) -> Reals:
-    """Values at stations xi along every beam at one position, shape (beams, stations).
-
-    `values` are the coefficients of a field at that position, shape (coefficients, beams).
-    """
-    result: Reals = (np.power.outer(stations, np.arange(len(values))) @ values).T
-    return result
 
 
 def peak(deflection: Deflection, diagram: Diagram) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from animations.diagrams import Diagram, peak, round_below
 from animations.shapes import Complexes, beams
-from elastic import Deflection, coefficients, sample
+from elastic import Deflection, sample
 from rigid import position_of
 
 TALLEST = 0.17  # greatest ordinate, of the mechanism's size
@@ -96,7 +96,7 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
     if len(motion.columns) != 1:
         raise ValueError(f"pictures show one design, and these columns have shape {motion.columns}: take one design")
     parts = [motion.origin, deflection.shift, deflection.w, deflection.u]
-    parts += [] if diagram.field is None else [coefficients(deflection, diagram.field)]
+    parts += [] if diagram.field is None else [sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)]
     good = np.logical_and.reduce([np.isfinite(part).all(axis=tuple(range(part.ndim - 1))) for part in parts])
     if not good.any():
         raise ValueError(f"none of the {good.size} positions can be drawn: all are singular or out of reach")

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from animations.diagrams import STATIONS, ordinates
-from elastic import Deflection, coefficients
-from rigid import Link, Reals, beam_direction, position_of
+from animations.diagrams import STATIONS
+from elastic import Deflection, sample
+from rigid import Link, Reals, beam_directions, position_of
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
@@ -71,15 +71,9 @@ class Beams:
 def beams(deflection: Deflection) -> Beams:
     """Where the beams of a mechanism are at all positions."""
     motion = deflection.motion
-    count: dict[int, int] = {}
-    start, along = [], []
-    for at, beam in motion.mechanism.beams:
-        number = count.get(at, 0)
-        count[at] = number + 1
-        start.append(position_of(motion, at, beam.start))
-        along.append(beam_direction(motion, at, number))
+    start = [position_of(motion, at, beam.start) for at, beam in motion.mechanism.beams]
     shape = (len(start), *motion.columns)
-    return Beams(np.reshape(start, shape) + 0j, np.reshape(along, shape) + 0j, deflection.length.reshape(len(start)))
+    return Beams(np.reshape(start, shape) + 0j, beam_directions(motion), deflection.length.reshape(len(start)))
 
 
 def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[Shape]:
@@ -97,12 +91,12 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
     The positive fill, the negative fill, the ordinates, the outline. The points of each: the beams' axes, then the ends
     of the ordinates, beam by beam.
     """
-    place, values = beams(deflection), coefficients(deflection, field)
+    place, values = beams(deflection), sample(deflection, field, STATIONS)
     count = len(place.length)
 
     def ends(position: int, part: Callable[[Reals], Reals]) -> Complexes:
         axis = place.points(position)
-        heights = part(ordinates(values[..., position]))
+        heights = part(values[:, position])
         tips = axis + 1j * scale * place.along[:, position, None] * heights
         return np.concatenate([axis.ravel(), tips.ravel()])
 
@@ -125,10 +119,12 @@ def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT
     """The mechanism with its displacements exaggerated: beams bent, links without beams carried."""
     place = beams(deflection)
     count = len(place.length)
+    moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
 
     def bent(position: int) -> Complexes:
-        own = ordinates(deflection.u[..., position]) + 1j * ordinates(deflection.w[..., position])
-        return (place.points(position) + exaggeration * place.along[:, position, None] * own).ravel()
+        own = place.along[:, position, None] * moved[:, position]
+        points: Complexes = (place.points(position) + exaggeration * own).ravel()
+        return points
 
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, -1))
     shapes = [Shape("curve", bent, lines=lines, ink=ink, width=width)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from elastic.deflection import FIELDS, Deflection, deflection
 from elastic.extremes import Extreme, extremes
-from elastic.sampling import chord_deflection, coefficients, displacement_of, sample
+from elastic.sampling import coefficients, displacement_of, sample
 from elastic.section import RIGID, JointCompliance, Section, Taper
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ __all__ = [
     "Taper",
     "angle_error",
     "cautions",
-    "chord_deflection",
     "circle",
     "coefficients",
     "deflection",

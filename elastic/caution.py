@@ -157,7 +157,7 @@ def _per_beam(kind: str, peak: Peak, message: str) -> Iterator[Caution]:
 def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
     """By the harmonics of the load over the cycle, or the drives' speed where there is no cycle."""
     cycle, duration = _cycle(deflection, period)
-    structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1)
+    structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1, joints=deflection.joints)
     lowest = structure.lowest
     if not math.isfinite(lowest):
         return
@@ -195,7 +195,7 @@ def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, fl
     whole = motion(course.mechanism, turn, rate[0, 0])
     if not (whole.condition <= SINGULAR).all():
         return deflection, duration
-    return solve(whole, deflection.sections), 2 * math.pi / abs(float(rate[0, 0]))
+    return solve(whole, deflection.sections, joints=deflection.joints), 2 * math.pi / abs(float(rate[0, 0]))
 
 
 def _speed(deflection: Deflection) -> float:

@@ -10,7 +10,9 @@ import numpy as np
 
 from elastic.frame import Branch, Frame
 from elastic.gearing import gear_loads
-from rigid import JointForces, Motion, cross, point_loads
+from rigid import JointForces, Motion, beam_directions, beam_table, cross, dot, point_loads
+
+ON_BEAM = 1e-12
 
 Nodes = dict[tuple[int, str], tuple[Any, Any]]
 
@@ -77,19 +79,28 @@ def with_joints(nodes: Nodes, motion: Motion, frame: Frame, forces: JointForces)
     return nodes
 
 
+def block_places(motion: Motion, frame: Frame) -> list[Any]:
+    """Where the block of every slider on a beam is, in xi, shape (..., positions); nan where it is beyond its beam."""
+    table = beam_table(motion.mechanism, len(motion.columns))
+    directions = beam_directions(motion)
+    found = []
+    for number, beam in frame.rails.items():
+        place = motion.places[number]
+        joint = place.joint
+        at, arm = (joint.parent, place.arm_parent) if joint.sense > 0 else (joint.child, place.arm_child)
+        xi = dot(directions[beam], arm - motion.direction[at] * table.start[beam]) / table.length[beam]
+        found.append(np.where((xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM), np.clip(xi, 0.0, 1.0), np.nan))
+    return found
+
+
 def contacts(motion: Motion, stance: Stance, forces: JointForces) -> tuple[Contact, ...]:
     """Loads of the sliders on the beams they move along; nan where a block is beyond its beam."""
     found = []
-    places = [place for closed in motion.closures for place in closed.joints]
-    for number, beam in stance.frame.rails.items():
-        joint, place = places[number].joint, places[number]
-        at, arm = (joint.parent, place.arm_parent) if joint.sense > 0 else (joint.child, place.arm_child)
-        start = motion.mechanism.beams[beam][1].start
-        off = arm - stance.link[at] * stance.frame.points[at, start]
-        xi = (np.conj(stance.beam[beam]) * off).real / stance.length[beam]
-        xi = np.where((xi >= -1e-12) & (xi <= 1 + 1e-12), np.clip(xi, 0.0, 1.0), np.nan)
+    rails = stance.frame.rails
+    for (number, beam), xi in zip(rails.items(), block_places(motion, stance.frame) if rails else (), strict=True):
+        sense = motion.structure.joints[number].sense
         pull = np.conj(stance.beam[beam]) * forces.force[number]
-        found.append(Contact(beam, xi, -joint.sense * pull, -joint.sense * forces.moment[number]))
+        found.append(Contact(beam, xi, -sense * pull, -sense * forces.moment[number]))
     return tuple(found)
 
 

@@ -43,8 +43,8 @@ class Deflection:
 
     Attributes
     ----------
-    motion, sections
-        What was asked; one section per beam.
+    motion, sections, joints
+        What was asked; one section per beam, and the joints that give way.
     forces
         Joint forces.
     length
@@ -68,6 +68,7 @@ class Deflection:
 
     motion: Motion
     sections: tuple[Section, ...]
+    joints: Mapping[str, JointCompliance]
     forces: JointForces
     length: Reals
     q: Any
@@ -163,6 +164,7 @@ def deflection(
     return Deflection(
         motion=motion,
         sections=sections,
+        joints=joints,
         forces=forces,
         length=table.length,
         q=q,

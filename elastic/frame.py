@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid import Link, Mechanism, MechanismError, PointLoad
+from rigid import Link, Mechanism, MechanismError, PointLoad, cross
 
 LINED_UP = 1e-9
 
@@ -122,10 +122,9 @@ def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dic
         link = mechanism.links[owner]
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
-            way = np.ravel(link.points[beam.end] - link.points[beam.start])[0]
-            off = np.ravel(joint.slider.origin - link.points[beam.start])[0]
-            line = np.ravel(joint.slider.direction)[0]
-            if abs((np.conj(way) * line).imag) + abs((np.conj(line) * off).imag) <= LINED_UP * abs(way):
+            way = link.points[beam.end] - link.points[beam.start]
+            off, line = joint.slider.origin - link.points[beam.start], joint.slider.direction
+            if np.all(np.abs(cross(way, line)) + np.abs(cross(line, off)) <= LINED_UP * np.abs(way)):
                 rails[place] = branch.number
                 break
         else:

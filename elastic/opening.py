@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ def opening(
     gaps: list[Any] = []
     turns: list[Any] = []
     nothing = (0.0, 0.0)
-    places = [place for closed in motion.closures for place in closed.joints]
+    places = motion.places
     on_rails = dict(zip(stance.frame.rails, moving, strict=True))
     for number, joint in enumerate(motion.structure.joints):
         child = found.bent.get((joint.child, joint.child_point or ""), nothing)
@@ -74,9 +74,12 @@ def opening(
 
 def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
     """Raise where a soft joint is none of the mechanism's."""
-    unknown = set(joints) - {joint.name for joint in motion.structure.joints}
-    if unknown:
-        raise ValueError(f'there is no joint "{min(unknown)}" to be soft')
+    names = [joint.name for joint in motion.structure.joints]
+    for name in joints:
+        if names.count(name) == 0:
+            raise ValueError(f'there is no joint "{name}" to be soft')
+        if names.count(name) > 1:
+            raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
 
 
 def brought_together(
@@ -116,7 +119,7 @@ def brought_together(
         amount = amounts[..., number]
         force = [value + _share(amount, part) for value, part in zip(force, state.force, strict=True)]
         moment = [value + _share(amount, part) for value, part in zip(moment, state.moment, strict=True)]
-    return JointForces(forces.closures, force, moment)
+    return replace(forces, force=force, moment=moment)
 
 
 def _share(amount: Any, part: Any) -> Any:

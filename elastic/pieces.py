@@ -53,11 +53,13 @@ def pieces(deflection: Deflection) -> Pieces:
 
 def in_pieces(deflection: Deflection, field: str, cut: Pieces) -> Any:
     """Coefficients of a field in powers of the way along every piece, from 0 to 1, shape (n, rows, ..., positions)."""
+    if field == "chord":
+        return _from_chord(in_pieces(deflection, "w", cut), cut)
     if cut.start is None:
         return coefficients(deflection, field)
     values = coefficients(deflection, field)[:, cut.beam]
     tapered = [section.taper is not None for section in deflection.sections]
-    fitted = any(tapered) and field in ("u", "w", "phi", "chord")
+    fitted = any(tapered) and field in ("u", "w", "phi")
     result = np.zeros((max(len(values), DEGREE + 1 if fitted else 4), *values.shape[1:]))
     _shift(values, cut.start, cut.width, result)
     for contact in deflection.contacts if field not in ("qx", "qy") else ():
@@ -68,16 +70,20 @@ def in_pieces(deflection: Deflection, field: str, cut: Pieces) -> Any:
     return result
 
 
+def _from_chord(w: Any, cut: Pieces) -> Any:
+    """Deflection from the line through the displaced ends of every beam, from w in pieces."""
+    chord: Any = w.copy()
+    first = np.searchsorted(cut.beam, cut.beam)
+    last = np.searchsorted(cut.beam, cut.beam, side="right") - 1
+    begin, end = w[0, first], w[:, last].sum(0)
+    start, width = (0.0, 1.0) if cut.start is None else (cut.start, cut.width)
+    chord[0] -= begin + (end - begin) * start
+    chord[1] -= (end - begin) * width
+    return chord
+
+
 def _add_beyond(deflection: Deflection, contact: Any, field: str, cut: Pieces, result: Any) -> None:
     """Add to the rows beyond a contact what it changes there."""
-    if field == "chord":
-        way = 1.0 - contact.xi
-        more = deflection.beyond(contact, "w")
-        end = sum(part * way**k for k, part in enumerate(more))
-        on = cut.beam == contact.beam
-        result[0, on] -= end * cut.start[on]
-        result[1, on] -= end * cut.width[on]
-        field = "w"
     for row in np.flatnonzero(cut.beam == contact.beam):
         parts = deflection.beyond(contact, field)
         columns = result.shape[2:]

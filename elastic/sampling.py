@@ -69,18 +69,8 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     """
     if field in ("qx", "qy"):
         return np.ascontiguousarray(deflection.q.real if field == "qx" else deflection.q.imag)
-    if field == "chord":
-        return chord_deflection(deflection)
     values: Reals = getattr(deflection, field)
     return values
-
-
-def chord_deflection(deflection: Deflection) -> Reals:
-    """Deflection of every prismatic beam from the line through its displaced ends, as `Deflection.w` [m]."""
-    w = deflection.w.copy()
-    w[1] = -w[2:].sum(0)
-    w[0] = 0.0
-    return w
 
 
 def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:

@@ -13,7 +13,7 @@ from elastic.vibrating_link import RANK, VibratingLink, divided, of_design, one_
 from rigid import Joint, JointPlace, Motion
 
 MASSLESS = 1e-13
-NEAREST = 1e-6  # to a beam's end, in units of its length, that a block is taken to be
+NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
 
 
 class VibratingStructure:
@@ -38,7 +38,7 @@ class VibratingStructure:
     ) -> None:
         self._motion, self._design, self._positions = motion, design, positions
         self._rails = frame(motion.mechanism).rails
-        self._places = [place for closed in motion.closures for place in closed.joints]
+        self._places = motion.places
         self._scale = self._unit_of_length()
         self._links: list[list[VibratingLink]] = [[]]
         self._first = [0]

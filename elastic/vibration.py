@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from elastic.cutting import block_places
+from elastic.frame import frame
 from elastic.line import designs_of
 from elastic.section import JointCompliance, Section
 from elastic.vibrating_structure import VibratingStructure
@@ -101,7 +103,10 @@ def _of_design(
 ) -> tuple[Any, float]:
     """Frequencies of one design, shape (modes, positions), and how much the last refinement changed them."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
-    good = np.flatnonzero(condition <= SINGULAR)
+    carried = np.ones(len(chosen), bool)
+    for xi in block_places(motion, frame(motion.mechanism)):
+        carried &= np.isfinite(np.atleast_2d(np.broadcast_to(xi, motion.columns))[design, chosen])
+    good = np.flatnonzero((condition <= SINGULAR) & carried)
     omega = np.full((modes, len(chosen)), np.nan)
     if not len(good):
         return omega, 0.0

@@ -12,7 +12,6 @@ from rigid.displacements import displacements
 from rigid.forces import JointForces, self_stresses
 from rigid.loads import (
     balancing_forces,
-    beam_direction,
     beam_directions,
     beam_loads,
     drive_efforts,
@@ -175,7 +174,6 @@ __all__ = [
     "assur_groups",
     "balancing_forces",
     "bar_graph",
-    "beam_direction",
     "beam_directions",
     "beam_loads",
     "beam_table",

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rigid.mechanism import Mechanism
-from rigid.structure import Group, Joint, structure
+from rigid.structure import Group, Joint
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
@@ -70,7 +70,7 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
     >>> [group.name for group in assur_groups(Mechanism(links, (PinDrive("crank", "O"),), {}))]
     ['driven link', 'dyad RRR, class II']
     """
-    return tuple(_classified(mechanism, group) for group in structure(mechanism).groups)
+    return tuple(_classified(mechanism, group) for group in mechanism.structure.groups)
 
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
@@ -78,11 +78,11 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     names = tuple(mechanism.links[link].name for link in sorted(group.links))
     drives = tuple(sorted(joint.drive for joint in joints if joint.drive is not None))
     body = _bodies(group.links, joints)
-    free = [joint for joint in joints if joint.drive is None]
+    free = [joint for joint in joints if not joint.moved]
     inner = [joint for joint in free if -1 not in (body.get(joint.parent, -1), body.get(joint.child, -1))]
     outer = [joint for joint in free if joint not in inner]
     bodies = set(body.values()) - {-1}
-    surplus = 2 * len(joints) + len(drives) - 3 * len(names)
+    surplus = 2 * len(joints) + sum(joint.moved for joint in joints) - 3 * len(names)
     if surplus:
         return AssurGroup(names, drives, 0, len(outer), surplus=surplus)
     if not free:
@@ -101,7 +101,7 @@ def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
     """Link -> body, links of one driven joint being one body; -1 for those that a drive holds to the placed links."""
     body = {link: link for link in links}
     for joint in joints:
-        if joint.drive is not None:
+        if joint.moved:
             parent, child = body.get(joint.parent, -1), body.get(joint.child, -1)
             kept, gone = min(parent, child), max(parent, child)
             body = {link: kept if old == gone else old for link, old in body.items()}

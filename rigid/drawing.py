@@ -78,13 +78,13 @@ class Drawing:
         """Coordinate of a joint as drawn: angle of the child from the parent [rad], or slide [m]."""
         if joint.slider is None:
             return float(np.angle(self.direction(joint.child) / self.direction(joint.parent))) * joint.sense
-        block, owner = (joint.child, joint.parent) if joint.sense > 0 else (joint.parent, joint.child)
+        owner = joint.parent if joint.sense > 0 else joint.child
         body = self.mechanism.links[owner]
         anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
         base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
         line = base + self.direction(owner) * _one(joint.slider.origin)
         way = self.at(joint.slider.point) - line
-        return float((np.conj(self.along(joint)) * way).real) + 0.0 * block
+        return float((np.conj(self.along(joint)) * way).real)
 
 
 def _one(value: Any) -> complex:

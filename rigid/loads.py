@@ -58,11 +58,6 @@ def beam_directions(motion: Motion) -> Any:
     return direction if table.aligned else direction * table.unit
 
 
-def beam_direction(motion: Motion, at: int, number: int) -> Any:
-    """Unit vector of the x' axis of beam `number` of link `at`, complex, shape (..., positions)."""
-    return beam_directions(motion)[motion.mechanism.beam_number(motion.mechanism.links[at].name, number)]
-
-
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
     """A line load at the beam's two ends in the beam's axes [N/m], complex."""
     number = motion.mechanism.beam_number(load.link, load.beam)
@@ -165,7 +160,7 @@ def balancing_forces(motion: Motion) -> JointForces:
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
     """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions)."""
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
-    places = [place for closed in motion.closures for place in closed.joints]
+    places = motion.places
     for number, place in enumerate(places):
         joint = place.joint
         if joint.drive is not None:

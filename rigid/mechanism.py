@@ -216,10 +216,7 @@ class Mechanism:
         for slider in self.sliders:
             values += [slider.origin, slider.direction, slider.turn]
         for load in self.loads:
-            if isinstance(load, PointLoad):
-                values += [load.force, load.moment]
-            elif isinstance(load, LineLoad):
-                values += [load.start, load.end]
+            values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     def beam_number(self, link: str, number: int) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns
+from rigid.closure import Closure, Columns, JointPlace
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.plane import dot, plus, product, times
@@ -68,6 +68,11 @@ class Motion:
     def structure(self) -> Structure:
         """The joints and groups, in the order of solution."""
         return self.mechanism.structure
+
+    @property
+    def places(self) -> tuple[JointPlace, ...]:
+        """All joints, placed, in the order of `Structure.joints`."""
+        return tuple(place for closed in self.closures for place in closed.joints)
 
     @property
     def angular_acceleration(self) -> Reals:
@@ -186,6 +191,8 @@ def courses(mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any) 
     if len(coordinates) != count:
         raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
+    if instants.shape != coordinates.shape[-1:]:
+        raise MechanismError(f"{instants.size} instants were given for {coordinates.shape[-1]} position(s)")
     return coordinates, _per_position(rate, coordinates), _per_position(rate2, coordinates), instants
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
     from rigid.mechanism import Link, Mechanism
+
+UNIT = 1e-9
 
 
 def misnamed(mechanism: Mechanism) -> str | None:
@@ -24,8 +27,15 @@ def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
         for lump in link.lumps:
             yield _no_point("a lump", link, (lump.point,))
     links = {link.name: link for link in mechanism.links}
+    ends = [end for gear in mechanism.gears for end in (gear.driver, gear.follower)]
+    for mover in (*mechanism.drives, *ends):
+        named = (getattr(mover, "link", None), getattr(mover, "on", None))
+        yield _no_link("a drive or gear", links, (each for each in named if each is not None))
+    for called, count in Counter(slider.name for slider in mechanism.sliders).items():
+        yield f'{count} sliders are called "{called}"' if count > 1 else None
     for slider in mechanism.sliders:
         what = f'slider "{slider.name}"'
+        yield _no_unit(f"{what}: its direction", slider.direction) or _no_unit(f"{what}: its turn", slider.turn)
         yield _no_link(what, links, (slider.on, slider.link)) or _no_point(what, links[slider.link], (slider.point,))
     for load in mechanism.loads:
         name, point, number = (getattr(load, key, None) for key in ("link", "point", "beam"))
@@ -63,6 +73,11 @@ def _no_point(what: str, link: Link, points: Iterable[str]) -> str | None:
 
 def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
     return f"{what} has no length" if np.any(link.points[start] == link.points[end]) else None
+
+
+def _no_unit(what: str, vector: Any) -> str | None:
+    size = np.abs(vector)
+    return f"{what} is no unit vector, its length is {np.max(size):.6g}" if np.any(np.abs(size - 1) > UNIT) else None
 
 
 def _no_beam(link: Link, number: int, moving: bool) -> str | None:

@@ -257,7 +257,7 @@ class _Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                if 2 * len(joints) > 3 * size and not any(joint.moved for joint in joints):
+                if 2 * len(joints) > 3 * size:
                     yield links
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:

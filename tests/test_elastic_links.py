@@ -21,6 +21,7 @@ from elastic import (
     JointCompliance,
     Section,
     Taper,
+    cautions,
     circle,
     deflection,
     displacement_of,
@@ -40,6 +41,8 @@ from rigid import (
     PointLoad,
     Slider,
     SliderDrive,
+    Spring,
+    acceleration_of,
     motion,
     position_of,
     reactions,
@@ -534,3 +537,46 @@ class TestWhatDoesNotFit:
         held = reactions(still(mechanism))
         assert held.force[0][0] == pytest.approx(50j, rel=1e-13)
         assert held.moment[0][0] == pytest.approx(50 * L, rel=1e-13)
+
+
+class TestWhatIsTold:
+    def test_a_soft_pin_of_three_links_does_not_tell_which(self):
+        links = (
+            Link("ground", {"O": 0.0, "D": 1.0, "F": 2.0}),
+            *(Link(name, {start: 0.0, end: 1.0}, (Beam(start, end, 1.0),)) for name, start, end in (
+                ("crank", "O", "A"), ("one", "A", "B"), ("rocker", "D", "B"), ("other", "A", "C"), ("last", "F", "C")
+            )),
+        )  # fmt: skip
+        drawing = {"O": 0, "A": 1j, "B": 0.7 + 0.95j, "D": 1, "C": 0.95 + 0.7j, "F": 2}
+        going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), [np.pi / 2], 1.0)
+        with pytest.raises(ValueError, match='"A" is 2 joints'):
+            deflection(going, [Section(1e6, 1e3)] * 5, joints={"A": JointCompliance(1e-6)})
+
+    def test_the_shaking_force_of_a_redundant_mechanism_counts_springs_on_the_ground(self):
+        bars = [("crank", "O", "A"), ("second", "P", "B"), ("third", "Q", "C")]
+        links = (
+            Link("ground", {"O": 0.0, "P": 0.3, "Q": 0.6, "S": 1.0j}),
+            *(Link(name, {start: 0.0, end: 0.1}, (Beam(start, end, 0.5),)) for name, start, end in bars),
+            Link("coupler", {"A": 0.0, "B": 0.3, "C": 0.6}, (Beam("A", "B", 0.5), Beam("B", "C", 0.5))),
+        )
+        drawing = {"O": 0, "P": 0.3, "Q": 0.6, "A": 0.1j, "B": 0.3 + 0.1j, "C": 0.6 + 0.1j, "S": 1j}
+        spring = Spring("coupler", "B", "ground", "S", stiffness=300.0, length=0.2)
+        course = Mechanism(links, (PinDrive("crank", "O"),), drawing, loads=(spring,))
+        going = motion(course, np.linspace(0.5, 2.5, 5), 20.0)
+        solved = deflection(going, [Section(1e6, 1e2)] * 5)
+        momentum = sum(
+            mass * acceleration_of(going, link, place)
+            for link, place, mass in (
+                ("crank", 0.05, 0.05), ("second", 0.05, 0.05), ("third", 0.05, 0.05), ("coupler", 0.3, 0.3)
+            )
+        )  # fmt: skip
+        np.testing.assert_allclose(solved.forces.ground_force, -momentum, rtol=1e-9, atol=1e-9)
+
+    def test_cautions_know_of_soft_joints(self):
+        arm = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),))
+        course = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, gravity=-9.81j)
+        going = motion(course, np.linspace(0, 2 * np.pi, 60, endpoint=False), 3.0)
+        soft = deflection(going, [Section(1e6, 1e4)], joints={"O": JointCompliance(0.0, 1e-2)})
+        stiff = deflection(going, [Section(1e6, 1e4)])
+        assert [caution.kind for caution in cautions(soft, kinds=["vibration"])] == ["vibration"]
+        assert cautions(stiff, kinds=["vibration"]) == []
