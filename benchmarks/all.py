@@ -1,4 +1,4 @@
-"""Run all benchmarks, one after the other, and write their results anew: `python benchmarks/all.py`."""
+"""Run all benchmarks and write their results and the tables of docs/performance.md: `python benchmarks/all.py`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "animation")
+NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "animation", "tables")
 
 
 def main() -> int:

@@ -95,7 +95,7 @@ def report(name: str, claim: str, tables: Mapping[str, Sequence[Row]], notes: Se
     here = machine()
     print(f"\n# {claim}\n")
     for title, rows in tables.items():
-        print(f"{title}\n{_as_text(rows)}\n")
+        print(f"{title}\n{as_text(rows)}\n")
         file = RESULTS / (f"{name}.csv" if len(tables) == 1 else f"{name}-{title.split(':')[0].replace(' ', '_')}.csv")
         with file.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.DictWriter(stream, list(rows[0]))
@@ -112,7 +112,7 @@ def _plain(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value.item() if hasattr(value, "item") else value
 
 
-def _as_text(rows: Sequence[Row]) -> str:
+def as_text(rows: Sequence[Row]) -> str:
     """A table in Markdown."""
     head = list(rows[0])
     cells = [head, *([_cell(row[key]) for key in head] for row in rows)]

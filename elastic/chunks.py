@@ -51,8 +51,8 @@ def deflection_in_chunks(
     >>> float(max(chunk.N[0].max() for chunk in chunks))
     90.0
     """
-    columns = columns_of(mechanism) if columns is None else columns
     count = np.shape(drive)[-1]
+    columns = columns_of(mechanism, count) if columns is None else columns
     properties = [np.shape(value) for one in sections for value in (one.EA, one.EI, one.kGA, one.strain)]
     designs = np.broadcast_shapes(mechanism.designs, *properties)
     for rows in design_chunks(designs, count, columns):

@@ -51,17 +51,19 @@ def motion_in_chunks(
     >>> [len(chunk.time) for chunk in motion_in_chunks(turning, [0.1 * k for k in range(20)], columns=8)]
     [8, 8, 4]
     """
-    columns = columns_of(mechanism) if columns is None else columns
+    asked = courses(mechanism, drive, drive_rate, drive_acceleration, time)
+    columns = columns_of(mechanism, len(asked[-1])) if columns is None else columns
     if columns <= SEAM:
         raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
-    asked = courses(mechanism, drive, drive_rate, drive_acceleration, time)
     for rows in design_chunks(mechanism.designs, len(asked[-1]), columns):
         yield from _along(of_designs(mechanism, rows, mechanism.designs), asked, columns)
 
 
-def columns_of(mechanism: Mechanism) -> int:
-    """Columns of a chunk of a mechanism: some 8,000 of a four-bar, 2,000 of thirteen bars."""
-    return max(CELLS // max(len(mechanism.links) - 1, 1), COLUMNS)
+def columns_of(mechanism: Mechanism, positions: int) -> int:
+    """Columns of a chunk: some 8,000 of a four-bar, 2,000 of thirteen bars; a few more rather than a small rest."""
+    columns = max(CELLS // max(len(mechanism.links) - 1, 1), COLUMNS)
+    chunks = max(round(positions / columns), 1)
+    return max(columns, -(-positions // chunks))
 
 
 def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Iterator[slice]:

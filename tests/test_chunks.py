@@ -134,6 +134,16 @@ class TestSameNumbers:
             np.testing.assert_array_equal(found[:, 0], whole.direction[:, design])
 
 
+@pytest.mark.parametrize(
+    ("positions", "expected"),
+    [(10, [10]), (8192, [8192]), (9000, [9000]), (20000, [10000, 10000]), (13000, [8192, 4808])],
+)
+def test_left_alone_chunks_leave_no_small_rest(positions, expected):
+    """8192 columns of a four-bar, up to half as many more."""
+    case = steel_four_bar(8)
+    assert [len(chunk.time) for chunk in motion_in_chunks(case.mechanism, turn(positions))] == expected
+
+
 def peak_memory(count):
     case = steel_four_bar(8)
     drive = turn(count)
