@@ -25,6 +25,10 @@ SLOT = (
 )
 
 
+# An effort of any size may take an integrator any time: gears are here with a steady drive.
+GEARED = edited(WHEEL, ("[[drives]]", MESH + "[[drives]]"), ("R =", "Q = [1, 0]\nR ="))
+
+
 def add(text: str) -> tuple[str, str]:
     return "[run]", f"{text}\n[run]"
 
@@ -310,8 +314,6 @@ def test_lengths_that_never_assemble_are_told():
 
 JUNK = [0, -1, 1e300, float("inf"), float("nan"), "", "A", "ground", "rocker", "3 mm", "2 kg", [], {}, [1, 2], ["A", "B"], ["O"],
         [["A", "B"]], True, None, 10**40, {"A": [0, 0], "B": [1, 0]}, {"A": 1}, [{"a": 1}]]  # fmt: skip
-# An effort of any size may take an integrator any time: gears are here with a steady drive.
-GEARED = edited(WHEEL, ("[[drives]]", MESH + "[[drives]]"), ("R =", "Q = [1, 0]\nR ="))
 BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED)]
 
 
