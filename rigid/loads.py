@@ -11,7 +11,7 @@ from rigid.closure import Columns
 from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
 from rigid.motion import Motion
-from rigid.plane import cross, dot
+from rigid.plane import cross
 from rigid.tables import beam_table, mass_table
 
 UNSTRESSED = 1e-9
@@ -146,9 +146,18 @@ def reactions(motion: Motion) -> JointForces:
     for state in self_stresses(motion.closures):
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):
-                if np.nanmax(np.abs(part), initial=0.0) > UNSTRESSED:
-                    values[number] = values[number] + np.where(np.abs(part) > UNSTRESSED, np.nan, 0.0)
+                values[number] = _open_where(values[number], part)
     return found
+
+
+def _open_where(value: Columns, part: Columns) -> Columns:
+    """nan in every component that a self-stress has a part in."""
+    if not np.iscomplexobj(part):
+        return np.where(np.abs(part) > UNSTRESSED, np.nan, value) if np.any(np.abs(part) > UNSTRESSED) else value
+    result = np.empty(np.broadcast(value, part).shape, complex)
+    result.real = np.where(np.abs(part.real) > UNSTRESSED, np.nan, np.real(value))
+    result.imag = np.where(np.abs(part.imag) > UNSTRESSED, np.nan, np.imag(value))
+    return result
 
 
 def balancing_forces(motion: Motion) -> JointForces:
@@ -166,6 +175,12 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
         if joint.drive is not None:
             push = forces.moment[number]
             if place.along is not None:
-                push = dot(place.along, forces.force[number])
+                push = _along(place.along, forces.force[number])
             efforts[joint.drive] = joint.sense * push
     return efforts
+
+
+def _along(way: Columns, force: Columns) -> Columns:
+    """Component of a force along a way; one across it may be open."""
+    parts = (np.real(way), np.real(force)), (np.imag(way), np.imag(force))
+    return sum(np.where(part == 0, 0.0, part * of_force) for part, of_force in parts)

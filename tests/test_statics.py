@@ -6,6 +6,7 @@ References: one dense system of all links' equilibrium, Newton's laws summed ove
 from __future__ import annotations
 
 import cmath
+from dataclasses import replace
 
 import balance
 import numpy as np
@@ -17,6 +18,7 @@ from rigid import (
     Link,
     Lump,
     Mechanism,
+    MechanismError,
     PinDrive,
     PointLoad,
     Slider,
@@ -219,3 +221,17 @@ def test_several_links_on_one_pin():
         efforts.append(drive_efforts(going, reactions(going))[0])
     np.testing.assert_allclose(efforts[1], efforts[0], rtol=0, atol=1e-12 * abs(efforts[0]).max())
     np.testing.assert_allclose(efforts[2], efforts[0], rtol=0, atol=1e-12 * abs(efforts[0]).max())
+
+
+def test_a_carriage_on_two_guides_tells_what_its_motor_pushes_with_and_no_more():
+    links = (Link("ground", {"O": 0.0, "P": 1j}), Link("cart", {"A": 0.0, "B": 1j}, (), (Lump("A", 2.0, 0.1),)))
+    guides = (Slider("low", "cart", "ground", "A", 0j, 1.0), Slider("high", "cart", "ground", "B", 1j, 1.0))
+    drawing = {"O": 0, "A": 0, "B": 1j}
+    course = Mechanism(links, (SliderDrive("low"),), drawing, guides, gravity=-9.81j)
+    going = motion(course, np.linspace(0, 1, 4), 1.0, 3.0)
+    forces = reactions(going)
+    np.testing.assert_allclose(drive_efforts(going, forces), 6.0, rtol=1e-12)
+    assert all(np.isnan(force.imag).all() for force in forces.force)
+    crooked = Mechanism(links, (SliderDrive("low"),), drawing, (guides[0], replace(guides[1], direction=np.exp(0.1j))))
+    with pytest.raises(MechanismError, match="too many drives"):
+        motion(crooked, [0.0, 1.0])
