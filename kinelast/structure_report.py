@@ -30,6 +30,7 @@ from rigid import (
     bar_graph,
     flat_triangles,
     fundamental_loops,
+    gear_contacts,
     incidence,
     link_graph,
     mobility,
@@ -76,10 +77,16 @@ class StructureReport:
 
 
 def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = ()) -> StructureReport:
-    """Everything that is known of a mechanism's structure; `contacts` are its gears and cams as drawn."""
+    """Everything that is known of a mechanism's structure; `contacts` are its cams and slipping gears as drawn.
+
+    Raises
+    ------
+    MechanismError
+        A gear whose wheels touch nowhere.
+    """
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     title = "" if isinstance(subject, Mechanism) else subject.title or subject.name
-    contacts = tuple(contacts)
+    contacts = (*gear_contacts(mechanism), *contacts)
     joints = pairs(mechanism, contacts)
     ranks: Mobility | str
     groups: tuple[AssurGroup, ...] | str

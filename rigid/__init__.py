@@ -80,7 +80,7 @@ if TYPE_CHECKING:
     )
     from rigid.input_output import Action, force_law, joint_rates, velocity_law
     from rigid.inverse import drive_values
-    from rigid.kinematic_pairs import Contact, Pair, kutzbach, mobility_count, pairs
+    from rigid.kinematic_pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
     from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
     from rigid.mechanism_graphs import bar_graph, link_graph
     from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
@@ -194,6 +194,7 @@ __all__ = [
     "force_law",
     "forward",
     "fundamental_loops",
+    "gear_contacts",
     "graph_from_incidence",
     "incidence",
     "joint_rates",
@@ -313,7 +314,7 @@ _LATER = {
         "static_matrix",
         "stressed_joints",
     ),
-    "rigid.kinematic_pairs": ("Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
+    "rigid.kinematic_pairs": ("gear_contacts", "Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
     "rigid.planar": ("mechanism_mobility", "planar_chain", "redundant_joints", "self_stress_forces"),
     "rigid.postures": ("Posture", "assembled", "flat_triangles", "posture"),
     "rigid.spatial": (

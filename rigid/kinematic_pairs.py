@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from rigid.mechanism import Mechanism, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.drawing import Drawing
+from rigid.mechanism import Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
 
 Kind = Literal["pin", "slider", "rolling", "slipping"]
 
@@ -48,6 +49,35 @@ class Pair:
     def freedoms(self) -> int:
         """Freedoms that it leaves: two where links slip on each other, one otherwise."""
         return 2 if self.kind == "slipping" else 1
+
+
+def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
+    """Where the wheels of a mechanism's gears touch as drawn, each one condition: they slip along the line of centres.
+
+    Raises
+    ------
+    MechanismError
+        A gear of ratio 1, whose wheels touch nowhere; a point that is not drawn.
+    """
+    return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
+
+
+def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
+    drawing = Drawing(mechanism)
+    ends = gear.driver, gear.follower
+    wheels = [end for end in ends if isinstance(end, PinDrive)]
+    racks = [slider for end in ends for slider in mechanism.sliders if slider.name == getattr(end, "slider", None)]
+    one, other = (end.link if isinstance(end, PinDrive) else racks[0].link for end in ends)
+    centers = [drawing.at(wheel.at) for wheel in wheels]
+    if len(wheels) == 2 and gear.ratio != 1:
+        at, normal = (centers[0] - gear.ratio * centers[1]) / (1 - gear.ratio), 1j * (centers[1] - centers[0])
+        if normal != 0:
+            return Contact(f"gear {number}", one, other, at, normal)
+    elif len(wheels) == 1:
+        radius = gear.ratio if isinstance(gear.follower, SliderDrive) else 1 / gear.ratio
+        normal = complex(racks[0].direction)
+        return Contact(f"gear {number}", one, other, centers[0] - 1j * radius * normal, normal)
+    raise MechanismError(f"gear {number}: its wheels touch nowhere in the plane, so that it has no place in the graph")
 
 
 def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:

@@ -17,8 +17,13 @@ from rigid import (
     PointLoad,
     Slider,
     SliderDrive,
+    assembled,
     drive_efforts,
+    gear_contacts,
+    mobility,
+    mobility_count,
     motion,
+    planar_chain,
     posture,
     reactions,
 )
@@ -158,3 +163,13 @@ def test_a_wheel_on_a_turning_rocker_does_not_lose_turns():
     np.testing.assert_allclose(near.direction[4, 1], motion(course, angles[99:101]).direction[4, 1], atol=1e-12)
     turned = np.unwrap(np.angle(whole.direction[3]))
     np.testing.assert_allclose(np.diff(np.unwrap(np.angle(whole.direction[4]))), 0.1 * np.diff(turned), atol=1e-12)
+
+
+def test_gears_count_as_one_condition_each():
+    course = geared_four_bar()
+    contacts = gear_contacts(course)
+    found = mobility(planar_chain(assembled(course), contacts))
+    assert (int(found.mobility), int(found.hyperstaticity)) == (1, 0)
+    assert mobility_count(course, contacts) == 1
+    assert contacts[0].at == pytest.approx(0.05)  # wheels of 50 and 150 mm, 200 mm apart
+    assert contacts[1].at == pytest.approx(0.2 - 0.04j)  # the rack passes below the wheel, which turns it forwards
