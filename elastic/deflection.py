@@ -146,7 +146,8 @@ def deflection(
     _require_soft_rings(mechanism, stance.frame, soft)
     _require_prismatic_rails(mechanism, stance.frame, sections)
     joints = joints or {}
-    require_joints(motion, joints)
+    if joints:
+        require_joints(motion, joints)
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
         states = self_stresses(motion.closures) if forces is None else []

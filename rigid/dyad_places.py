@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from rigid import dyads
 from rigid.closure import Columns
 from rigid.drawing import Drawing
+from rigid.mechanism import Mechanism
 from rigid.placement import Placement, carried
 from rigid.plane import cross, dot
 from rigid.structure import Group, Joint
@@ -46,14 +48,21 @@ def _carry(placed: Placement, outer: Joint) -> Columns:
 
 def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
-    drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
-    base = drawn[1] - drawn[0]
-    side = flip * drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
+    side = flip * _drawn_side(drawing.mechanism, one, other, inner)
     arms = _end(inner, one.child) - one.at_child, _end(inner, other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
     _hold(placed, one, first, direction)
     _hold(placed, other, second, opposite)
     return sine
+
+
+@lru_cache(maxsize=1024)
+def _drawn_side(mechanism: Mechanism, one: Joint, other: Joint, inner: Joint) -> float:
+    """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
+    drawing = Drawing(mechanism)
+    drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
+    base = drawn[1] - drawn[0]
+    return drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
 
 
 def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
