@@ -51,16 +51,14 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
     Raises
     ------
     ValueError
-        One of them is no joint of the mechanism.
+        One of them is no joint of the mechanism, or several.
     """
     mechanism = frame.motion.mechanism
-    unknown = set(joints) - {joint.name for joint in mechanism.structure.joints}
-    if unknown:
-        raise ValueError(f'there is no joint "{min(unknown)}" to be soft')
+    _require_told(mechanism, joints)
     for (_, point), (hub, *others) in frame.ends.items():
         yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
     soft = _Soft(mechanism, joints)
-    for point, parent, child in _pins(mechanism, joints):
+    for point, parent, child in _pins(mechanism):
         sides = frame.place(parent, point), frame.place(child, point)
         yield Tie(point, soft.made(point, parent, child, _held(sides)))
     for slider in mechanism.sliders:
@@ -106,18 +104,24 @@ def _links(mechanism: Mechanism, slider: Slider) -> tuple[int, int]:
     return mechanism.index[slider.on], mechanism.index[slider.link]
 
 
-def _pins(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> Iterator[tuple[str, int, int]]:
-    """Pins by the points that links share: all to the first of them, soft ones as the mechanism pairs its links."""
+def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
+    """Pins by the points that links share, all to the first of these links: name, parent and child."""
     shared: dict[str, list[int]] = {}
     for at, link in enumerate(mechanism.links):
         for point in link.points:
             shared.setdefault(point, []).append(at)
     for point, (first, *links) in shared.items():
-        if point in joints:
-            pairs = (joint for joint in mechanism.structure.joints if joint.name == point and joint.slider is None)
-            yield from ((point, joint.parent, joint.child) for joint in pairs)
-        else:
-            yield from ((point, first, at) for at in links)
+        yield from ((point, first, at) for at in links)
+
+
+def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
+    """Raise where a name is no joint's, or that of several between which it does not tell."""
+    names = [joint.name for joint in mechanism.structure.joints]
+    for name in joints:
+        count = names.count(name)
+        if count != 1:
+            meant = f'"{name}" is {count} joints: which is meant' if count else f'no joint is named "{name}"'
+            raise ValueError(f"what gives way or does not fit: {meant}")
 
 
 class _Soft:

@@ -199,5 +199,5 @@ class TestMechanisms:
             natural_frequencies(moving(case), [STIFF])
         with pytest.raises(ValueError, match="0 elements"):
             natural_frequencies(moving(case), case.sections, 0)
-        with pytest.raises(ValueError, match='no joint "X"'):
+        with pytest.raises(ValueError, match='no joint is named "X"'):
             natural_frequencies(moving(case), case.sections, joints={"X": JointCompliance(1.0)})
