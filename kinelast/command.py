@@ -103,18 +103,25 @@ def _run(options: argparse.Namespace) -> int:
         return _refuse(f'two scenes are named "{twice[0]}" and would share a folder: {both}')
     if options.structure:
         return _structures(paths, options, BAD_INPUT if problems else FINE)
+    if options.out.exists() and not options.out.is_dir():
+        return _refuse(f'-o: "{options.out}" is a file: name a folder')
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
     status = BAD_INPUT if problems else FINE
     with _progress(options, len(paths)) as report:
-        for outcome in _outcomes(paths, options, request, report):
+        for path, outcome in zip(paths, _outcomes(paths, options, request, report), strict=True):
             status = max(status, outcome.status)
             if outcome.status >= BAD_INPUT:
-                _say(outcome.line, sys.stderr)
+                _say(_named_once(outcome.line, path), sys.stderr)
             elif not options.quiet:
                 _say(outcome.line, sys.stdout)
     return status
+
+
+def _named_once(line: str, path: Path) -> str:
+    """An error without the scene's name before its file."""
+    return line.removeprefix(f"{path.stem}: ") if line.startswith(f"{path.stem}: {path}: ") else line
 
 
 def _structures(paths: Sequence[Path], options: argparse.Namespace, status: int) -> int:
@@ -125,7 +132,7 @@ def _structures(paths: Sequence[Path], options: argparse.Namespace, status: int)
         text, line = structure_outcome(path, options.out)
         if not text:
             status = BAD_INPUT
-            _say(line, sys.stderr)
+            _say(_named_once(line, path), sys.stderr)
         elif not options.quiet:
             _say(text, sys.stdout)
             _say(line, sys.stdout)
@@ -159,6 +166,9 @@ def _request(options: argparse.Namespace) -> Request | str:
     from kinelast.output import require_pictures
     from kinelast.output_folder import Request, RequestError
 
+    unknown = _unknown_diagram(options.animate)
+    if unknown:
+        return unknown
     request = Request(
         fields=options.fields,
         stations=options.stations,
@@ -176,6 +186,20 @@ def _request(options: argparse.Namespace) -> Request | str:
     except RequestError as error:
         return str(error)
     return request
+
+
+def _unknown_diagram(names: Sequence[str]) -> str:
+    """What to say of the first diagram that there is none of; empty where there are all."""
+    if not names:
+        return ""
+    from animations import DIAGRAMS
+    from kinelast.scene_error import likely
+
+    for name in names:
+        if name not in DIAGRAMS:
+            near = likely(name, DIAGRAMS).partition("; there is")[0]  # all are listed anyhow
+            return f'--animate: there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}'
+    return ""
 
 
 Report = Callable[[str, int, int], None]

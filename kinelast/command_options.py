@@ -7,8 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 ELEMENTS = 16
+STATIONS = 101
+FORMATS = ("mp4", "gif", "png")
+MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 EPILOG = """\
-exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed)
+exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program
 
 examples:
   deflection-report steel_four_bar
@@ -26,7 +29,18 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
     SystemExit
         Help was asked for and printed, or the arguments are wrong and that was said.
     """
-    return _parser().parse_args(_with_elements(argv))
+    parser = _parser()
+    options = parser.parse_args(_with_elements(argv))
+    for given, needed, why in (
+        (options.stations, options.fields, "--stations belongs to --fields, which is not asked for"),
+        (options.frames, options.animate, "--frames belongs to --animate, which is not asked for"),
+        (options.format, options.animate, "--format belongs to --animate, which is not asked for"),
+    ):
+        if given is not None and not needed:
+            parser.error(why)
+    options.stations = options.stations or STATIONS
+    options.format = options.format or FORMATS[0]
+    return options
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -47,14 +61,18 @@ def _parser() -> argparse.ArgumentParser:
         help="folder for the results [%(default)s]",
     )
     add("--list", action="store_true", help="list the shipped scenes and stop")
-    add("--positions", type=_at_least(2), metavar="N", help="positions over the cycle, instead of the scene's own")
+    add(
+        "--positions",
+        type=_at_least(1, MOST_POSITIONS),
+        metavar="N",
+        help="positions over the cycle, instead of the scene's own",
+    )
     add("--fields", action="store_true", help="also write all fields along all links (fields.npz)")
     add(
         "--stations",
         type=_at_least(2),
-        default=101,
         metavar="N",
-        help="stations along a link for --fields [%(default)s]",
+        help=f"stations along a link for --fields [{STATIONS}]",
     )
     add(
         "--check",
@@ -69,10 +87,10 @@ def _parser() -> argparse.ArgumentParser:
         type=_names,
         default=(),
         metavar="DIAGRAM,...",
-        help="movies: deflection, slope, moment, ... (see docs)",
+        help="movies: deflection, slope, bending-moment, ... (an unknown name lists all)",
     )
     add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
-    add("--format", choices=("mp4", "gif", "png"), default="mp4", help="of the movies; png: stills [%(default)s]")
+    add("--format", choices=FORMATS, help=f"of the movies; png: stills [{FORMATS[0]}]")
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
@@ -86,21 +104,22 @@ def _parser() -> argparse.ArgumentParser:
 
 def _with_elements(argv: Sequence[str]) -> list[str]:
     """The arguments, with the number of elements filled in where a scene follows a bare --check."""
-    following = [*argv[1:], ""]
+    following = (*argv[1:], "")
     return [
         f"--check={ELEMENTS}" if word == "--check" and not after.isdecimal() else word
-        for word, after in zip(argv, following, strict=True)
+        for word, after in zip(argv, following, strict=False)
     ]
 
 
-def _at_least(least: int) -> Callable[[str], int]:
+def _at_least(least: int, most: int | None = None) -> Callable[[str], int]:
     def count(text: str) -> int:
         try:
             value = int(text)
         except ValueError:
             value = least - 1
-        if value < least:
-            raise argparse.ArgumentTypeError(f"expected a whole number from {least} up, not {text!r}")
+        if value < least or (most is not None and value > most):
+            bounds = f"from {least} up" if most is None else f"from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"expected a whole number {bounds}, not {text!r}")
         return value
 
     return count

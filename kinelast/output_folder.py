@@ -50,13 +50,16 @@ def complete(folder: Path) -> Iterator[Path]:
     Raises
     ------
     RequestError
-        What is there now was not all written by this program.
+        What is there now was not all written by this program, or the folder cannot be made.
     """
-    _refuse_foreign(folder)
     part = folder.with_name(f".{folder.name}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:
-        part.mkdir(parents=True)
+        try:
+            _refuse_foreign(folder)
+            part.mkdir(parents=True)
+        except OSError as error:
+            raise RequestError(f'-o: "{folder}" cannot be made: {error.strerror}') from None
         yield part
         _exchange(part, folder)
     finally:

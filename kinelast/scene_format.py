@@ -127,7 +127,7 @@ class LinkTable(Table, frozen=True, kw_only=True):
 class RunTable(Table, frozen=True, kw_only=True):
     """Which positions are computed, gravity, and the theory of beams."""
 
-    positions: Annotated[int, Meta(ge=1, le=10_000_000)] = 360
+    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
     theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"

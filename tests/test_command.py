@@ -351,13 +351,68 @@ def test_scenes_side_by_side_give_the_same_files(arm, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     "options",
-    [[], ["steel_four_bar", "--positions", "1"], ["steel_four_bar", "--jobs", "x"], ["--nonsense"],
+    [[], ["steel_four_bar", "--positions", "0"], ["steel_four_bar", "--positions", "1000001"],
+     ["steel_four_bar", "--jobs", "x"], ["--nonsense"],
      ["steel_four_bar", "--format", "avi"], ["steel_four_bar", "--animate", "wobble"]],
 )  # fmt: skip
 def test_wrong_calls_are_refused(options, capsys, tmp_path):
     assert main([*options, "-o", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--stations", "5"], "--stations belongs to --fields"),
+        (["--frames", "5"], "--frames belongs to --animate"),
+        (["--format", "gif"], "--format belongs to --animate"),
+        (["--positions", "1000001"], "from 1 to 1000000"),
+        (["--animate", "moment"], 'did you mean "bending-moment"'),
+        (["--animate", "zzz"], "all: longitudinal-load"),
+    ],
+)
+def test_wrong_options_are_told_with_what_is_right(options, message, tmp_path, capsys):
+    assert main(["steel_four_bar", *options, "-o", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_nothing_at_all_is_answered_with_advice(capsys):
+    assert main([]) == 2
+    assert "no scene was given" in capsys.readouterr().err
+
+
+def test_one_position_is_enough(arm, tmp_path):
+    assert main([str(arm), "--positions", "1", "-o", str(tmp_path / "out")]) == 0
+    assert len((tmp_path / "out" / "arm" / "positions.csv").read_text().splitlines()) == 2
+
+
+def test_help_names_diagrams_that_there_are_and_all_exit_statuses(capsys):
+    from animations import DIAGRAMS
+
+    assert main(["--help"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert set(re.search(r"movies: (.*), \.\.\.", text)[1].split(", ")) <= set(DIAGRAMS)
+    assert all(re.search(rf"\b{status} \w", text.partition("exit status:")[2]) for status in range(4))
+
+
+def test_an_error_names_its_scene_once(tmp_path, capsys):
+    bad = tmp_path / "mine.toml"
+    bad.write_text("title = 3")
+    for way in ([], ["--structure"]):
+        assert main([str(bad), *way, "-o", str(tmp_path / "out")]) == 2
+        assert capsys.readouterr().err.startswith(f"{bad}: title: ")
+
+
+def test_a_folder_that_cannot_be_made_is_told_in_words(arm, tmp_path, capsys):
+    file = tmp_path / "file"
+    file.write_text("")
+    for out, message in ((file, "is a file: name a folder"), (file / "in", "cannot be made: Not a directory")):
+        assert main([str(arm), "-o", str(out)]) == 2
+        said = capsys.readouterr().err
+        assert message in said
+        assert "Errno" not in said
 
 
 def test_list_and_version(capsys):
