@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastic import deflection
-from kinelast.output_results import Peak, Results, extremes_of, peak_positions
+from kinelast.output_results import WELL, Peak, Results, extremes_of, peak_positions
 from kinelast.scene import scene_motion_at
 from rigid import Reals
 
@@ -20,18 +20,21 @@ def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, l
     """The peaks, each improved between the neighbours of the position where it was found.
 
     A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
-    narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions.
+    narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions. A peak is left
+    as it is where the condition at its neighbours, or at any instant looked at between them, is beyond `WELL`.
     """
     names = [(field, beam) for field, extreme in results.extremes.items()
-             for beam, at in enumerate(peak_positions(extreme)) if at >= 0]  # fmt: skip
+             for beam, at in enumerate(peak_positions(results, extreme)) if at >= 0]  # fmt: skip
     if not names or len(results.motion.time) < 2:
         return found
     low, high = np.array([_bracket(results, found[field][beam].time) for field, beam in names]).T
     best = [found[field][beam] for field, beam in names]
     better: dict[int, tuple[float, float, float]] = {}
+    spoiled: set[int] = set()
     for _ in range(ROUNDS):
         grid = np.linspace(low, high, POINTS, axis=-1)
-        values, xi = _values(results, names, grid)
+        values, xi, well = _values(results, names, grid)
+        spoiled |= set(np.flatnonzero(~well.all(axis=-1)).tolist())
         at = np.where(np.isfinite(values), np.abs(values), -1.0).argmax(axis=-1)
         for row, (peak, choice) in enumerate(zip(best, at, strict=True)):
             if abs(values[row, choice]) > abs(better[row][0] if row in better else peak.value):
@@ -39,7 +42,7 @@ def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, l
         rows = np.arange(len(names))
         low, high = grid[rows, np.maximum(at - 1, 0)], grid[rows, np.minimum(at + 1, POINTS - 1)]
     improved = {field: list(peaks) for field, peaks in found.items()}
-    for row, peak in _peaks(results, better):
+    for row, peak in _peaks(results, {row: one for row, one in better.items() if row not in spoiled}):
         field, beam = names[row]
         improved[field][beam] = peak
     return improved
@@ -55,8 +58,11 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
     return before, after
 
 
-def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Any, Any]:
-    """Every name's extreme along its beam and where it is, at its own instants; shapes of `grid`."""
+def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Any, Any, Any]:
+    """Every name's extreme along its beam, where it is, and whether the mechanism is well conditioned there.
+
+    At every name's own instants; shapes of `grid`.
+    """
     order = np.argsort(grid, axis=None)
     course = scene_motion_at(results.scene, grid.ravel()[order])
     bent = deflection(course, results.scene.sections, joints=results.scene.joints)
@@ -67,7 +73,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
         for row, (field, beam) in enumerate(names)
     ]
     values, places = zip(*rows, strict=True)
-    return np.array(values), np.array(places)
+    return np.array(values), np.array(places), (course.condition <= WELL)[back]
 
 
 def _peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:

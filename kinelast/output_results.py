@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,7 @@ STRESSES = {"normal_stress": "normal", "shear_stress": "shear", "mises_stress": 
 UNITS |= dict.fromkeys(STRESSES, "Pa")
 EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
 FEW = 16  # positions that tell too little of a cycle
+WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 
 
@@ -112,7 +113,7 @@ class Results:
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
-        return cautions(self.deflection, self.frequencies, period)
+        return cautions(self.counted_deflection, self.frequencies, period)
 
     @cached_property
     def efforts(self) -> Reals:
@@ -123,6 +124,31 @@ class Results:
     def singular(self) -> Any:
         """Whether a position is too near a singular one to be computed, shape (positions,)."""
         return ~(self.motion.condition <= SINGULAR)
+
+    @cached_property
+    def counted(self) -> Any:
+        """Whether a position counts in the largest values, shape (positions,): conditioned up to `WELL`.
+
+        Where no position is so well conditioned, all that could be computed count.
+        """
+        well = self.motion.condition <= WELL
+        return well if well.any() else ~self.singular
+
+    @cached_property
+    def ill(self) -> Any:
+        """Whether a position was computed and yet does not count, shape (positions,)."""
+        return ~self.singular & ~self.counted
+
+    @cached_property
+    def counted_deflection(self) -> Deflection:
+        """The deflection with nan at the positions that do not count."""
+        if not self.ill.any():
+            return self.deflection
+        shown = ("N", "V", "M", "u", "w", "phi", "q")
+        fields: dict[str, Any] = {
+            name: np.where(self.counted, getattr(self.deflection, name), np.nan) for name in shown
+        }
+        return replace(self.deflection, **fields)
 
 
 def extremes_of(deflection: Deflection, fields: Sequence[str]) -> dict[str, Extreme]:
@@ -156,9 +182,9 @@ class Peak:
     refined: bool = False
 
 
-def peak_positions(extreme: Extreme) -> Any:
-    """Number of the position at which every beam's extreme is largest, -1 where none is known, shape (beams,)."""
-    size = np.where(np.isfinite(extreme.value), np.abs(extreme.value), -1.0)
+def peak_positions(results: Results, extreme: Extreme) -> Any:
+    """Number of the counted position at which every beam's extreme is largest, -1 where none is known, per beam."""
+    size = np.where(np.isfinite(extreme.value) & results.counted, np.abs(extreme.value), -1.0)
     at = size.argmax(axis=-1)
     return np.where(np.take_along_axis(size, at[:, None], -1)[:, 0] >= 0.0, at, -1)
 
@@ -169,7 +195,7 @@ def peaks(results: Results) -> dict[str, list[Peak]]:
     motion = results.motion
     for field, extreme in results.extremes.items():
         rows = []
-        for beam, at in enumerate(peak_positions(extreme)):
+        for beam, at in enumerate(peak_positions(results, extreme)):
             if at < 0:
                 rows.append(Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive)))
                 continue

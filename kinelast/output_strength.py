@@ -24,7 +24,7 @@ def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str
         The peaks per field, see `output_results.peaks`.
     """
     rows = {}
-    swings: Any = stress_range(results.deflection, STATIONS) if results.scene.labels else ()
+    swings: Any = stress_range(results.counted_deflection, STATIONS) if results.scene.labels else ()
     for beam, label in enumerate(results.scene.labels):
         limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises_stress"][beam].value
         rows[label] = {
@@ -74,7 +74,7 @@ def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
 
 def _load(results: Results, lowest: float) -> dict[str, Any] | None:
     """The fastest strong harmonic of the load, and the error of an answer without vibration; None of no cycle."""
-    if math.isnan(results.period) or not math.isfinite(lowest) or results.singular.any():
+    if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
         return None
     found = harmonics(results.deflection, results.period)
     strong = found.strong()

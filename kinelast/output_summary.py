@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic import FIELDS, LIMITS
 from kinelast.output_accuracy import angle_figures, output_figure, point_figures
-from kinelast.output_figures import coordinates, figure, largest
+from kinelast.output_figures import at_position, coordinates, figure, largest
 from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words
 from kinelast.output_strength import strength_figures, vibration_figures
 from kinelast.report_trust import caution_figures, findings, left_out
@@ -31,10 +31,11 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "run": {
             "positions": len(motion.time),
             "singular": int(np.count_nonzero(results.singular)),
+            "ill_conditioned": int(np.count_nonzero(results.ill)),
             "left_out": results.left_out,
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),
-            "largest_condition": largest(results, np.where(results.singular, np.nan, motion.condition), "1"),
+            "largest_condition": _worst_condition(results),
         },
         "links": _links(results),
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
@@ -64,6 +65,15 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "trust": [asdict(finding) for finding in findings(results)],
         "not_computed": left_out(results),
     }
+
+
+def _worst_condition(results: Results) -> dict[str, Any]:
+    """Of all positions that could be computed, also those that do not count."""
+    condition = np.where(results.singular, -1.0, results.motion.condition)
+    at = int(condition.argmax())
+    if condition[at] < 0:
+        return figure(math.nan, "1")
+    return figure(condition[at], "1", **at_position(results, at))
 
 
 def _links(results: Results) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import FIELDS
-from kinelast.output_results import Peak, Results, drive_words
+from kinelast.output_results import Peak, Results, drive_words, peak_positions
 from kinelast.output_summary import greatest_beam
 from kinelast.report_charts import Axis, line_charts
 from kinelast.report_cycle import MOST_MAPPED, NAMES, SYMBOLS, axis, cycle_charts, cycle_maps, legend
@@ -139,8 +139,7 @@ def _drawing(results: Results, found: dict[str, list[Peak]]) -> tuple[str, str]:
     beam = greatest_beam(found, "w")
     position = 0
     if beam is not None:
-        size = np.abs(results.extremes["w"].value[beam])
-        position = int(np.nanargmax(size))
+        position = int(peak_positions(results, results.extremes["w"])[beam])
     drawing, factor = mechanism_drawing(results, position)
     place = ", ".join(
         f"{name} at {coordinate(float(value), unit)}"

@@ -70,7 +70,7 @@ def _extent(results: Results) -> tuple[complex, complex]:
 def exaggeration(results: Results, size: float) -> float:
     """Round factor that makes the largest displacement of the cycle well visible."""
     moved = [results.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
-    largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in moved)
+    largest = max(float(np.nanmax(np.where(results.counted, np.abs(values), 0.0), initial=0.0)) for values in moved)
     return round_down(SHARE * size / largest) if largest > 1e-12 * size else 1.0
 
 

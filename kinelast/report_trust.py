@@ -14,7 +14,7 @@ import numpy as np
 
 from elastic import LIMITS
 from kinelast.output_figures import at_position
-from kinelast.output_results import Results
+from kinelast.output_results import WELL, Results
 from kinelast.output_strength import fastest_drive
 from kinelast.report_numbers import number
 
@@ -66,6 +66,12 @@ def _positions(results: Results) -> Finding:
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
     if singular:
         text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
+    ill = int(np.count_nonzero(results.ill))
+    if ill:
+        text += (
+            f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
+            f" ill-conditioned, beyond {number(WELL)}: round-off grows there; positions.csv has them, with their condition numbers."
+        )
     if results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > 1e5 or results.left_out else GOOD
@@ -136,7 +142,7 @@ def _judged(results: Results) -> set[str]:
     pairs = zip(results.slenderness, sections, strict=True)
     slender = [np.isfinite(value) and np.isinf(section.kGA) for value, section in pairs]
     bends = [np.isfinite(section.EI) for section in sections]
-    cyclic = not math.isnan(results.period) and not results.singular.any()
+    cyclic = not math.isnan(results.period) and bool(results.counted.all())
     frequencies = results.frequencies
     known = frequencies is not None and math.isfinite(frequencies.lowest)
     kinds = {
