@@ -10,9 +10,10 @@ from typing import Annotated, Any, get_args, get_origin
 import msgspec
 
 from kinelast.scene_error import fault, likely
-from kinelast.scene_format import BeamTable, SceneTable, read_quantity
+from kinelast.scene_format import BeamTable, RunTable, SceneTable, read_quantity
 from kinelast.scene_format_motion import AgainstTable, JointNameTable, SegmentTable, Table
 from kinelast.scene_format_structure import ChainTable
+from kinelast.units import shown
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
@@ -24,6 +25,8 @@ WORDS = {
     "int": "a whole number",
     "bool": "true or false",
 }
+AXES = {"[1]": " x", "[2]": " y"}
+EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NESTED = {
     "beams": BeamTable,
     "law": SegmentTable,
@@ -38,7 +41,19 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise fault("", "", f"not readable as TOML: {error}") from None
+        raise fault("", "", f"not readable as TOML: {error}{_toml_hint(text, str(error))}") from None
+
+
+def _toml_hint(text: str, message: str) -> str:
+    """The likely correction of a line that is no TOML."""
+    at = re.search(r"at line (\d+)", message)
+    lines = text.splitlines()
+    line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
+        return f'; a number with a unit stands in quotes, as in "{found[1]}"'
+    if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
+        return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
+    return ""
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
@@ -71,7 +86,8 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
     fields = {field.name: field for field in msgspec.structs.fields(whole)}
     for key in raw:
         if key not in fields:
-            raise fault("", key, f"there is no such table or key{likely(key, fields)}")
+            place = "; it belongs under [run]" if key in _keys(RunTable, "", raw) else likely(key, fields)
+            raise fault("", key, f"there is no such table or key{place}")
     parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
     for name, field in fields.items():
         if field.required and not raw.get(name):
@@ -115,7 +131,22 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "") -> Any:
         assert report is not None
         path = _path(report["path"] or "")
         key, problem = _told(report["what"], path, value, kind)
+        topic = "points" if table == "points" else key
+        if topic in EXAMPLES and problem.startswith(("expected a list", "the key is missing")):
+            problem += f"; as in {EXAMPLES[topic]}"
+        if table == "points":
+            key = AXES.get(key, key)
         raise fault(table, prefix + key if prefix else key, problem) from None
+
+
+def _found(value: Any, path: str) -> Any:
+    """What stands in a file at a path that counts from 1; a table where that cannot be told."""
+    for part in re.findall(r"[^.\[\]]+", path):
+        try:
+            value = value[int(part) - 1] if isinstance(value, list) else value[part]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return {}
+    return value
 
 
 def _path(path: str) -> str:
@@ -140,6 +171,9 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
         size = f" of {found[2].replace('>=', 'at least')} entries" if found[2] else ""
         got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
+        stands = _found(value, path)
+        if got and not isinstance(stands, dict | list):
+            got = f", got {shown(stands)}"
         return path, f"expected {words}{size}{found[3]}{got}"
     return path, what
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cmath import rect
+from contextlib import suppress
 from math import inf
 from typing import ClassVar, Self
 
@@ -253,15 +254,14 @@ class Sizes(tuple[float, float]):
 class Direction(complex):
     """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
 
-    expected: ClassVar[str] = 'a direction, [x, y] or an angle as in "30 deg"'
+    expected: ClassVar[str] = 'a direction, as in [1, 0], or an angle, as in "30 deg"'
 
     @classmethod
     def read(cls, value: object) -> Self:
         """From a list of two numbers or a string; ValueError says what was expected."""
         if isinstance(value, str):
-            angle = Coordinate.read(value)
-            if angle.unit == "rad":
-                return cls(_exact(angle))
+            with suppress(ValueError):  # whose message would speak of lengths too
+                return cls(_exact(Angle.read(value)))
         elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
             way = complex(*value)
             if 0 < abs(way) < inf:

@@ -42,9 +42,11 @@ joule = newton * meter = J
 watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
-          "N m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
+          "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
 LARGEST = 1e50  # whose fourth power, as in a second moment of area, is still a number
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
+# Written together, as torque wrenches have it; a power belongs to the metre.
+JOINED = re.compile(r"(?<![\wµμ°])([mkM]?N)([cm]?m)((?:\s*(?:\^|\*\*)\s*\d+)?)(?!\s*(?:\^|\*\*)|\w)")
 TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
 
 
@@ -118,9 +120,9 @@ class Quantity(float):
             raise ValueError(f'expected {cls.expected}, got "{text}"')
         number, name = float(form[1]), form[2].strip()
         try:
-            given = registry().parse_units(name)
+            given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
         except pint.UndefinedUnitError as error:
-            raise ValueError(f"expected {cls.expected}, {_unknown(error)}") from None
+            raise ValueError(f"expected {cls.expected}, {_unknown(error, name, cls.units)}") from None
         except Exception:  # pint's parser raises whatever it stumbles over
             raise ValueError(f'expected {cls.expected}, got "{text}"') from None
         for unit in cls.units:
@@ -137,11 +139,20 @@ def _float(value: float) -> float:
         return inf
 
 
-def _unknown(error: Any) -> str:
+def _unknown(error: Any, whole: str, units: tuple[str, ...]) -> str:
+    """What to say of an unknown unit, with the nearest one: of the right dimension where it stands alone."""
     from kinelast.scene_error import likely
 
     name = error.unit_names if isinstance(error.unit_names, str) else next(iter(error.unit_names))
-    return f'but there is no unit "{name}"{likely(name, COMMON) if len(name) > 1 else ""}'
+    dimension = registry().get_dimensionality
+    wanted = [dimension(registry().parse_units(unit)) for unit in units]
+    fitting = [
+        unit
+        for unit in COMMON
+        if (unit.isalpha() if name != whole else dimension(registry().parse_units(unit)) in wanted)
+    ]
+    hint = likely(name, fitting).partition("; there is")[0] if len(name) > 1 else ""
+    return f'but there is no unit "{name}"{hint}'
 
 
 def shown(value: object) -> str:

@@ -314,9 +314,9 @@ class _Net:
         freedoms = 3 * len(unknown) - 2 * len(joints) - drives
         who = self.names(unknown)
         if freedoms > 0:
-            return f"links {who} are left with {freedoms} freedom(s): add a drive or a joint for each"
+            return f"links {who} are left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
         if freedoms < 0:
-            return f"links {who} are held {-freedoms} time(s) too often: remove a drive or a joint for each"
+            return f"links {who} are held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
         return f"links {who} hold one another in some places twice and in others not at all: check their joints"
 
     def refuse_unfit(self, group: Group) -> None:
@@ -329,11 +329,15 @@ class _Net:
         except MechanismError as unfit:
             surplus = 2 * len(group.cut) - len(group.free)
             raise MechanismError(
-                f"links {self.names(group.links)} are held {surplus} time(s) too often, and the surplus does not fit "
-                f"({unfit}): remove a joint"
+                f"links {self.names(group.links)} are held {counted(surplus, 'time')} too often, "
+                f"and the surplus does not fit ({unfit}): remove a joint"
             ) from unfit
+        if ways == 0:
+            who = self.names(group.links)
+            raise MechanismError(f"links {who} are locked: no drive can move them, remove a link or a joint")
         if drives > ways:
-            raise MechanismError(f"too many drives: {drives} of a mechanism that moves in {ways} way(s): remove one")
+            many = f"{drives} of a mechanism that moves in {counted(ways, 'way')}"
+            raise MechanismError(f"too many drives: {many}: remove one")
 
     def refuse_surplus(self, joints: Sequence[Joint]) -> None:
         """Raise where a joint or drive of the mechanism is not among those that place it."""
@@ -348,6 +352,11 @@ class _Net:
         if idle:
             name = next(key[0] for key, number in self.drives.items() if number in idle)
             raise MechanismError(f'too many drives: the one at "{name}" has no freedom left to move')
+
+
+def counted(count: int, noun: str) -> str:
+    """A number with its noun, for a message."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
