@@ -215,5 +215,7 @@ def _line(figures: dict[str, Any]) -> str:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
         verdict = "agrees" if figures["check"]["passed"] else "FAILED"
-        words.append(f"check {verdict} ({number(_or_nan(figures['check']['largest']), 2)})")
+        size = number(_or_nan(figures["check"]["largest"]), 2)
+        nothing = figures["check"]["passed"] and not (figures["links"] and figures["check"]["compared"])
+        words.append("check has nothing to compare" if nothing else f"check {verdict} ({size})")
     return "; ".join(words)

@@ -170,7 +170,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
 
     Returns
     -------
-    Shape (rows, columns, 4), bytes: negative blue, positive red, nan grey, clear between the maps.
+    Shape (rows, columns, 4), bytes: positive blue, negative red as in the diagrams, nan grey, clear between the maps.
     """
     from matplotlib import colormaps
 
@@ -184,7 +184,7 @@ def mosaic(fields: Sequence[Any]) -> Any:
         plain = np.where(good, shown, 0.0)
         largest = np.abs(plain).max(axis=(1, 2), keepdims=True)
         shares = plain / np.where(largest > 0, largest, 1.0)
-        colours = colormaps["RdBu_r"](0.5 + 0.47 * shares, bytes=True)
+        colours = colormaps["RdBu"](0.5 + 0.47 * shares, bytes=True)
         colours[~good] = (GREY, GREY, GREY, 255)
         picture[:, :stations, column, :ACROSS] = colours
     return picture.reshape(beams * (stations + below), -1, 4)

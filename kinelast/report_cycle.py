@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,14 +39,37 @@ def axis(results: Results) -> Axis:
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
     if isinstance(drive, PinDrive) and len(steps) and (np.all(steps > 0) or np.all(steps < 0)):
-        angles = np.degrees(values)
+        angles = _spread(results, np.degrees(values))
         low, high = sorted((float(angles[0]), float(angles[-1])))
         step = next((step for step in ANGLE_STEPS if high - low <= 8 * step), 360 * math.ceil((high - low) / 2880))
         marks = [float(step * k) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
         return Axis(angles, f"angle of {drive.link} [deg]", marks)
     factor, unit = scale_of(float(np.abs(motion.time).max()), "s")
-    times = motion.time * factor
+    times = _spread(results, motion.time * factor)
     return Axis(times, f"time [{unit}]", ticks(float(times[0]), float(times[-1]), 6))
+
+
+def _numbers(results: Results) -> Any:
+    """Of every position, its number in the run; those that were left out have none here, shape (positions,)."""
+    time = results.motion.time
+    if not results.left_out or len(time) < 2:
+        return np.arange(len(time))
+    return np.round((time - time[0]) / np.diff(time).min()).astype(int)
+
+
+def _spread(results: Results, values: Any) -> Any:
+    """Values of an axis at all positions from the first to the last, those that were left out among them."""
+    numbers = _numbers(results)
+    return np.interp(np.arange(numbers[-1] + 1), numbers, values)
+
+
+def _with_gaps(results: Results, values: Any) -> Any:
+    """Values, positions last, with nan at the positions between that were left out or that do not count."""
+    values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
+    numbers = _numbers(results)
+    spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
+    spread[..., numbers] = np.where(results.counted | results.singular, values, np.nan)
+    return spread
 
 
 def cycle_charts(results: Results) -> list[Chart]:
@@ -71,7 +95,12 @@ def cycle_charts(results: Results) -> list[Chart]:
     strays = {f"{point}": np.abs(moved) for point, moved in results.displacements.items() if np.any(moved)}
     if strays:
         charts.append(Chart("Displacement of the points", "m", _curves(strays)))
-    return [_largest(chart) for chart in charts]
+    return [_largest(_broken(results, chart)) for chart in charts]
+
+
+def _broken(results: Results, chart: Chart) -> Chart:
+    curves = [replace(curve, values=_with_gaps(results, curve.values)) for curve in chart.curves]
+    return Chart(chart.heading, chart.unit, curves)
 
 
 def _largest(chart: Chart) -> Chart:
@@ -110,7 +139,8 @@ def cycle_maps(results: Results, over: Axis) -> str:
     stations = np.linspace(0.0, 1.0, 31)
     fields = {}
     for field in MAPPED:
-        values = sample(results.deflection, field, stations)[:MOST_MAPPED]
+        sampled = sample(results.deflection, field, stations)[:MOST_MAPPED]
+        values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
         sizes = [float(np.abs(own[np.isfinite(own)]).max(initial=0.0)) for own in values]
         ranges = [f"±{quantity(size, UNITS[field], 3)}" if size else "0" for size in sizes]
         symbol = "" if field.startswith("q") else f"{SYMBOLS.get(field, field)}  "

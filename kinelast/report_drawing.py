@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
 GHOSTS = 12
+EDGE = 0.06  # inches, kept free around what reaches out
 SHARE = 0.08  # of the mechanism's size that the largest displacement is drawn as
 STATIONS = np.linspace(0.0, 1.0, 25)
 
@@ -52,7 +53,26 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
         _draw_bent(results, axes, sheet, position, factor)
         sheet.draw_joints()
         _draw_scale(axes, complex(left, foot) + (0.2 + 0.1j) / scale, width / scale)
+        _make_room(axes, scale)
         return svg_of(figure, "drawing"), factor
+
+
+def _make_room(axes: Axes, scale: float) -> None:
+    """Widen the drawing, at its scale in inches per metre, to whatever was drawn: deformed shape, symbols, words."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure: Any = axes.figure
+    canvas: Any = FigureCanvasAgg(figure)
+    renderer = canvas.get_renderer()
+    to_metres = axes.transData.inverted()
+    (left, right), (foot, top) = axes.get_xlim(), axes.get_ylim()
+    boxes = [to_metres.transform(text.get_window_extent(renderer).get_points()) for text in axes.texts]
+    every = np.concatenate([[(left, foot), (right, top)], axes.dataLim.get_points(), *boxes])
+    every = every[np.isfinite(every).all(axis=1)]  # a singular position is nowhere
+    edge = EDGE / scale * (every.min(axis=0) < (left, foot)), EDGE / scale * (every.max(axis=0) > (right, top))
+    low, high = every.min(axis=0) - edge[0], every.max(axis=0) + edge[1]
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    figure.set_size_inches(*((high - low) * scale))
 
 
 def _extent(results: Results) -> tuple[complex, complex]:

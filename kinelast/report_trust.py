@@ -34,6 +34,7 @@ WITHIN = {
     "yield": "none is stressed to more than {:.0%} of its yield stress",
     "vibration": "vibration would change the deflection by less than about {:.0%}",
 }
+ADVICE = {"slenderness": 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'}
 UNKNOWN = {
     "yield": "strength: no yield stress or dimensions of the sections are given",
     "vibration": "vibration: the motion is no cycle, and no drive turns",
@@ -70,7 +71,8 @@ def _positions(results: Results) -> Finding:
     if ill:
         text += (
             f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
-            f" ill-conditioned, beyond {number(WELL)}: round-off grows there; positions.csv has them, with their condition numbers."
+            f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
+            " positions.csv has them, with their condition numbers."
         )
     if results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
@@ -83,6 +85,8 @@ def _check(results: Results) -> list[Finding]:
     comparison = results.comparison
     if comparison is None:
         return [Finding(OPEN, heading, "Not made. Run with --check to compare with independent finite elements.")]
+    if comparison.passed and not (results.mechanism.beams and comparison.compared):
+        return [Finding(OPEN, heading, "Nothing to compare: no link bends, or no position could be computed.")]
     largest = max((worst.relative for worst in comparison.worst), default=0.0)
     text = (
         f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
@@ -105,6 +109,8 @@ def _cautions(results: Results) -> Iterator[Finding]:
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
         )
         words += f" (limits: {_limits(kind)})"
+        if kind in ADVICE:
+            words += f"; {ADVICE[kind]}"
         if names:
             words += f"; less so {', '.join(names)}"
         yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")

@@ -19,9 +19,11 @@ from kinelast.output_refine import refined_peaks
 from kinelast.output_results import Results, peaks
 from kinelast.output_summary import summary
 from kinelast.report_charts import GREY, Axis, Chart, Curve, field_maps, line_charts
+from kinelast.report_cycle import axis, cycle_charts, cycle_maps
+from kinelast.report_drawing import mechanism_drawing
 from kinelast.report_numbers import number, quantity, round_down, round_up, ticks
 from kinelast.report_trust import findings
-from kinelast.scene import scene_from_dict, scene_motion
+from kinelast.scene import scene_from_dict, scene_motion, scene_motion_at
 from kinelast.scene_files import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}
@@ -246,7 +248,7 @@ def test_a_chart_after_another_has_none_of_its_curves():
 
 
 def test_maps_show_the_sign_of_every_value():
-    """Positions go across, stations up; positive is red, negative blue, nan grey."""
+    """Positions go across, stations up; positive is blue, negative red, as in the diagrams; nan grey."""
     values = np.array([[1.0, -1.0], [0.0, 0.5], [np.nan, np.nan]])
     svg = field_maps(Axis(np.arange(3.0), "x", [0.0]), ["bar"], {"M": (values[None], ["±1"])})
     (picture,) = re.findall(r"base64,([^\"]*)", svg)
@@ -255,10 +257,10 @@ def test_maps_show_the_sign_of_every_value():
     drawn = image[:, image[0, :, 3] > 0][..., :3]
     first, middle, last = (drawn[:2, column] for column in (0, drawn.shape[1] // 2, -1))
     (top, bottom), zero, half = first, middle[1], middle[0]
-    assert bottom[0] > bottom[2] + 50
-    assert top[2] > top[0] + 50
+    assert bottom[2] > bottom[0] + 50
+    assert top[0] > top[2] + 50
     assert zero.min() > 240
-    assert half[0] > half[2]
+    assert half[2] > half[0]
     assert bottom.sum() < half.sum() < zero.sum()
     assert last.tolist() == [[GREY] * 3] * 2
 
@@ -608,3 +610,69 @@ def test_refining_keeps_away_from_singular_positions():
         for before, after in zip(found[field], rows, strict=True):
             assert abs(after.value) <= 2 * abs(before.value) + 1e-9
             assert min(abs(math.remainder(after.drive[0], math.pi)), 1.0) > 0.2
+
+
+def test_a_check_without_beams_has_nothing_to_compare(tmp_path, capsys):
+    scene = tmp_path / "block.toml"
+    scene.write_text(
+        "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n"
+        "[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n"
+        "[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n"
+        "[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n"
+        "[run]\npositions = 5\n"
+    )
+    assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
+    assert "nothing to compare" in capsys.readouterr().out
+    page = (tmp_path / "out" / "block" / "report.html").read_text()
+    assert ">nothing to compare<" in page
+    assert "agrees" not in page
+    assert "are not searched between them" in page
+    trust = json.loads((tmp_path / "out" / "block" / "summary.json").read_text())["trust"]
+    assert {one["heading"]: one["level"] for one in trust}["Finite element check"] == "open"
+
+
+def test_advice_for_slender_links():
+    bar = {"bar": {"shape": "rectangle", "depth": 0.02, "width": 0.01}}
+    (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Slender links"]
+    assert 'theory = "timoshenko"' in text
+    material = {"steel": {"E": 210e9, "density": 7850, "poisson": 0.3}}
+    softer = results_of(sections=bar, materials=material, run={**ARM["run"], "theory": "timoshenko"})
+    assert all(one.heading != "Slender links" for one in findings(softer))
+
+
+def test_charts_and_maps_have_gaps_where_positions_were_left_out():
+    """Eight positions of an arm at 1e-3 rad/s over 7 s, of which the third to fifth are not there."""
+    scene = scene_from_dict({**ARM, "run": {"positions": 8, "duration": 7.0, "gravity": [0, -9.81]}}, "arm")
+    course = scene_motion_at(scene, np.array([0.0, 1.0, 5.0, 6.0, 7.0]))
+    results = Results(scene, deflection(course, scene.sections), left_out=3)
+    over = axis(results)
+    assert over.values == pytest.approx(np.degrees(1e-3 * np.arange(8.0)))
+    for chart in cycle_charts(results):
+        for curve in chart.curves:
+            assert np.flatnonzero(np.isnan(curve.values)).tolist() == [2, 3, 4]
+    (picture,) = re.findall(r"base64,([^\"]*)", cycle_maps(results, over))
+    image = iio.imread(base64.b64decode(picture), extension=".png").astype(int)
+    row = image[0][image[0, :, 3] > 0]
+    grey = (row[: len(row) // 7, :3] == GREY).all(axis=1)
+    assert grey.mean() == pytest.approx(3 / 7, abs=0.02)
+
+
+def test_the_drawing_has_room_for_the_deformed_shape():
+    """An arm whose weight bends it upwards, drawn small beside a stub: the line of its rigid shape is the topmost."""
+    links = {
+        "ground": {"points": ["O"]},
+        "arm": {"points": ["O", "A"], "section": "bar", "material": "steel"},
+        "stub": {"points": ["A", "B"], "section": "bar", "material": "steel"},
+    }
+    points = {"O": [0, 0], "A": [0.2, 0], "B": [0.203, 0]}
+    drives = [{"link": "arm", "speed": 1e-3}, {"link": "stub", "on": "arm", "speed": 1e-3}]
+    run = {"positions": 1, "gravity": [0, 9.81]}
+    results = results_of(links=links, points=points, drives=drives, run=run)
+    svg = ElementTree.fromstring(mechanism_drawing(results, 0)[0])
+    wide, tall = (float(size) for size in svg.get("viewBox").split()[2:])
+    bent, _ = [
+        path for path in svg.iter("{http://www.w3.org/2000/svg}path") if "stroke-width: 2.4" in path.get("style", "")
+    ]
+    spots = np.array([pair.split() for pair in re.findall(r"[\d.-]+ [\d.-]+", bent.get("d"))], float)
+    assert (spots >= 0).all()
+    assert (spots <= (wide, tall)).all()
