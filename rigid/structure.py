@@ -333,7 +333,7 @@ class _Net:
                 f"and the surplus does not fit ({unfit}): remove a joint"
             ) from unfit
         if ways == 0:
-            who = self.names(group.links)
+            who = self.names(range(1, len(self.mechanism.links)))
             raise MechanismError(f"links {who} are locked: no drive can move them, remove a link or a joint")
         if drives > ways:
             many = f"{drives} of a mechanism that moves in {counted(ways, 'way')}"

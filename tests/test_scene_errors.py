@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
+from kinelast.scene_quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 from kinelast.scene_structure import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
@@ -61,7 +62,22 @@ MISTAKES = [
     ("bad point name", FOUR_BAR, [("A = [0.1", '"A.1" = [0.1')], "points", '"A.1"', "letters A-Z"),
     ("bad own point name", FOUR_BAR, [('["A", "B"]', '{A = [0, 0], B = [0.3, 0], "P 1" = [0, 0.1]}')], "links.coupler.points",
      '"P 1"', "letters A-Z"),
-    ("title", FOUR_BAR, [('"A four-bar"', "4")], "", "title", "expected a text in quotes, got a whole number"),
+    ("title", FOUR_BAR, [('"A four-bar"', "4")], "", "title", "expected a text in quotes, got 4"),
+    ("number without quotes", FOUR_BAR, [('"100 rad/s"', "100 rad/s")], "", "", r'line 41\b.*in quotes, as in "100 rad/s"'),
+    ("space in a header", FOUR_BAR, [("[links.crank]", "[links.my crank]")], "", "", "no spaces: write my_crank"),
+    ("space in a key", FOUR_BAR, [("A = [0.1", "A 1 = [0.1")], "", "", "no spaces: write A_1"),
+    ("fraction of a position", FOUR_BAR, [("positions = 36", "positions = 36.5")], "run", "positions", "a whole number, got 36.5"),
+    ("positions in quotes", FOUR_BAR, [("positions = 36", 'positions = "36"')], "run", "positions", 'a whole number, got "36"'),
+    ("too many positions", FOUR_BAR, [("positions = 36", "positions = 1000001")], "run", "positions", "<= 1000000"),
+    ("a place of one", FOUR_BAR, [("[0.1, 0.0]", "30")], "points", "A", r"a list, got 30; as in \[0.1, 0.05\]"),
+    ("gravity of one", FOUR_BAR, [("[0.0, -9.81]", "9.81")], "run", "gravity", r"got 9.81; as in \[0, -9.81\]"),
+    ("gravity at the top", "gravity = [0, 1]" + FOUR_BAR, [], "", "gravity", r"it belongs under \[run\]"),
+    ("direction in a letter", SLIDER_CRANK, [("direction = [1, 0]", 'direction = "x"')], "sliders.guide", "direction",
+     r'as in \[1, 0\], or an angle, as in "30 deg", got "x"'),
+    ("no direction", SLIDER_CRANK, [("direction = [1, 0]", "")], "sliders.guide", "direction", r'missing; as in \[1, 0\] or "30 deg"'),
+    ("unit of a moment", FOUR_BAR, [add(LOAD + 'point = "B"\nmoment = "3 NM"')], "loads[1]", "moment", 'did you mean "N m"'),
+    ("a locked mechanism", FOUR_BAR, [add('[links.strut]\npoints = ["O", "B"]\nsection = "bar"\nmaterial = "steel"')], "links", "",
+     "\"strut\" are locked: no drive can move them, remove a link or a joint"),
     # Quantities.
     ("wrong dimension", FOUR_BAR, [('"6 mm"', '"6 kg"')], "sections.bar", "depth",
      'expected a length, as in "100 mm" or 0.1, got "6 kg"'),
@@ -77,7 +93,7 @@ MISTAKES = [
     ("a list", FOUR_BAR, [('"210 GPa"', "[1]")], "materials.steel", "E", r"got \[1\]"),
     ("a table", FOUR_BAR, [('"210 GPa"', "{value = 1}")], "materials.steel", "E", "got a table"),
     ("a place of three", FOUR_BAR, [("[0.1, 0.0]", "[0.1, 0.0, 0.0]")], "points", "A", "expected a list of 2 entries, got 3"),
-    ("a place with a word", FOUR_BAR, [("[0.1, 0.0]", '[0.1, "x"]')], "points", "A[2]", 'expected a length.* got "x"'),
+    ("a place with a word", FOUR_BAR, [("[0.1, 0.0]", '[0.1, "x"]')], "points", "A y", 'expected a length.* got "x"'),
     ("poisson", FOUR_BAR, [("0.3", "0.7")], "materials.steel", "poisson", r"expected a number <= 0.5"),
     ("poisson and G", FOUR_BAR, [("0.3", '0.3\nG = "80 GPa"')], "materials.steel", "poisson", "not both"),
     ("tube", FOUR_BAR, [('"rectangle"', '"tube"'), ("depth", "outer"), ("width", "inner")], "sections.bar", "inner",
@@ -128,7 +144,7 @@ MISTAKES = [
     ("slider through no point", SLIDER_CRANK, [('through = "B"', 'through = "A"')], "sliders.guide", "through", 'has no point "A"; there is "B"'),
     ("slider through no place", SLIDER_CRANK, [('points = ["B"]', "points = {C = [0, 0]}"), ('through = "B"', 'through = "C"')],
      "sliders.guide", "through", "has no place under"),
-    ("direction zero", SLIDER_CRANK, [("[1, 0]", "[0, 0]")], "sliders.guide", "direction", r"or an angle as in \"30 deg\", got \[0, 0\]"),
+    ("direction zero", SLIDER_CRANK, [("[1, 0]", "[0, 0]")], "sliders.guide", "direction", r"or an angle, as in \"30 deg\", got \[0, 0\]"),
     ("direction length", SLIDER_CRANK, [("[1, 0]", '"3 mm"')], "sliders.guide", "direction", 'got "3 mm"'),
     ("guide off the beams of an elastic link", QUICK_RETURN,
      [('rigid = true\nmass = 0.4\ncenter = [0.25, 0]\ninertia = "8e-3 kg m^2"', 'section = "s"'), ("A = [0.0, 0.4]", "A = [0.01, 0.4]"),
@@ -252,6 +268,29 @@ def test_a_mistake_is_told_with_its_table_and_key(text, edits, table, key, messa
     assert (error.file, error.table, error.key) == ("mine.toml", table, key), str(error)
     assert re.search(message, error.problem), error.problem
     assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (Moment, "3 Nm", 3.0),
+        (Moment, "3 Nmm", 3e-3),
+        (Moment, "3 kNm", 3e3),
+        (BendingRigidity, "3 Nm^2", 3.0),
+        (BendingRigidity, "3 kNmm²", 3e-3),
+        (Stiffness, "3 Nm/rad", 3.0),
+        (TurnCompliance, "3 rad/Nm", 3.0),
+    ],
+)
+def test_a_newton_metre_may_be_written_together(kind, text, value):
+    assert kind.read(text) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["3 Nm^-1", "3 Nms", "3 nm"])
+def test_what_may_not_be_a_newton_metre_is_not_guessed(text):
+    for kind in (Moment, ForcePerLength, Force):
+        with pytest.raises(ValueError, match="expected a"):
+            kind.read(text)
 
 
 def test_the_message_names_file_table_key_and_problem():
