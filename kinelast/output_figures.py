@@ -37,4 +37,4 @@ def largest(results: Results, values: Any, unit: str, **more: Any) -> dict[str, 
     at = int(size.argmax())
     if size[at] < 0:
         return figure(math.nan, unit)
-    return figure(values[at], unit, **more, **at_position(results, at))
+    return figure(results.rounded(values[at], unit), unit, **more, **at_position(results, at))

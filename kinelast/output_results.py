@@ -38,6 +38,7 @@ UNITS |= dict.fromkeys(STRESSES, "Pa")
 EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
 FEW = 16  # positions that tell too little of a cycle
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
+NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 
 
@@ -133,6 +134,28 @@ class Results:
         """
         well = self.motion.condition <= WELL
         return well if well.any() else ~self.singular
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """By unit, the greatest forces, moments of them, displacements and stresses over the counted positions."""
+
+        def greatest(*values: Any) -> float:
+            known = [np.where(self.counted & np.isfinite(each), np.abs(each), 0.0) for each in values]
+            return max((float(each.max(initial=0.0)) for each in known), default=0.0)
+
+        found, forces = {name: extreme.value for name, extreme in self.extremes.items()}, self.deflection.forces
+        force = greatest(forces.force, forces.ground_force, found["N"], found["V"])
+        length = float(np.max(self.deflection.length, initial=0.0))
+        return {
+            "N": force,
+            "N m": force * length,
+            "m": greatest(found["u"], found["w"], *self.displacements.values()),
+            "Pa": greatest(*(found[field] for field in STRESSES)),
+        }
+
+    def rounded(self, values: Any, unit: str) -> Any:
+        """Values with zero in place of what is round-off beside the scene's `scales`."""
+        return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
 
     @cached_property
     def ill(self) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 from elastic import FIELDS, LIMITS
 from kinelast.output_accuracy import angle_figures, output_figure, point_figures
 from kinelast.output_figures import at_position, coordinates, figure, largest
+from kinelast.output_inputs import input_figures
 from kinelast.output_results import UNITS, Peak, Results, drive_words, joint_words
 from kinelast.output_strength import strength_figures, vibration_figures
 from kinelast.report_trust import caution_figures, findings, left_out
@@ -37,6 +38,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             "end": figure(motion.time[-1], "s"),
             "largest_condition": _worst_condition(results),
         },
+        "inputs": input_figures(results),
         "links": _links(results),
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
         "peaks": _peaks(results, found),
@@ -108,7 +110,7 @@ def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str
 def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]:
     length = results.deflection.length[beam].item()
     return figure(
-        peak.value,
+        results.rounded(peak.value, UNITS[field]),
         UNITS[field],
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],

@@ -149,7 +149,8 @@ def _drawing(results: Results, found: dict[str, list[Peak]]) -> tuple[str, str]:
     )
     if not any(np.any(moved) for moved in results.displacements.values()):
         return drawing, f"{place}, over its course."
-    words = f"rigid position (thin) and deformed shape (thick), displacements enlarged {number(factor)} times."
+    size = f"enlarged {number(factor)}" if factor >= 1 else f"reduced {number(1 / factor)}"
+    words = f"rigid position (thin) and deformed shape (thick), displacements {size} times."
     return drawing, f"{place}: {words}"
 
 

@@ -99,7 +99,9 @@ def cycle_charts(results: Results) -> list[Chart]:
 
 
 def _broken(results: Results, chart: Chart) -> Chart:
-    curves = [replace(curve, values=_with_gaps(results, curve.values)) for curve in chart.curves]
+    curves = [
+        replace(curve, values=_with_gaps(results, results.rounded(curve.values, chart.unit))) for curve in chart.curves
+    ]
     return Chart(chart.heading, chart.unit, curves)
 
 

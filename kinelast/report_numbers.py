@@ -20,7 +20,7 @@ def scale_of(largest: float, unit: str) -> tuple[float, str]:
         return 1.0, unit
     power = min(max(3 * math.floor(math.log10(abs(largest)) / 3), -9), 9)
     if unit == "m" and power > 0:
-        power = 0
+        power = 3 if abs(largest) >= 1e4 else 0
     return 10.0**-power, PREFIXES[power] + unit
 
 

@@ -676,3 +676,42 @@ def test_the_drawing_has_room_for_the_deformed_shape():
     spots = np.array([pair.split() for pair in re.findall(r"[\d.-]+ [\d.-]+", bent.get("d"))], float)
     assert (spots >= 0).all()
     assert (spots <= (wide, tall)).all()
+
+
+def test_the_page_shows_what_was_put_in(tmp_path):
+    scene = tmp_path / "arm.toml"
+    scene.write_text(
+        "[points]\nO = [0, 0]\nA = [0.2, 0]\n[sections.bar]\nshape = 'rectangle'\ndepth = 0.006\nwidth = 0.01\n"
+        "[materials.steel]\nE = 210e9\ndensity = 7850\n[links.ground]\npoints = ['O']\n"
+        "[links.arm]\npoints = ['O', 'A']\nsection = 'bar'\nmaterial = 'steel'\n"
+        "[[drives]]\nlink = 'arm'\nspeed = 6.283185307179586\n"
+        "[[loads]]\nlink = 'arm'\npoint = 'A'\nforce = [3.0, 4.0]\n[run]\npositions = 1\ngravity = [0, -9.81]\n"
+    )
+    assert main([str(scene), "--quiet", "-o", str(tmp_path / "out")]) == 0
+    reader = Reader()
+    reader.feed((tmp_path / "out" / "arm" / "report.html").read_text())
+    text = " ".join(reader.words)
+    for words in (
+        "= 1 Hz",
+        "\u22129.81 m/s^2 in y",
+        "5 N",
+        "Point load on arm, A",
+        "Euler-Bernoulli",
+        "1 position from",
+    ):
+        assert words in text
+
+
+def test_round_off_is_shown_as_nothing():
+    """Gravity along an upright arm does not bend it."""
+    results = results_of(points={"O": [0, 0], "A": [1.2e-17, 0.2]})
+    arm = summary(results, peaks(results))["peaks"]["arm"]
+    assert arm["M"]["value"] == arm["w"]["value"] == 0.0
+    assert arm["N"]["value"] == pytest.approx(-7850 * 6e-5 * 9.81 * 0.2)
+    assert results.rounded(np.array([1e-9, -8e-10]), "N").tolist() == [1e-9, -8e-10]
+    assert results.rounded(np.array([1e-14, np.nan]), "N")[0] == 0.0
+
+
+def test_far_is_told_in_kilometres():
+    assert quantity(22936.0, "m") == "22.94 km"
+    assert quantity(9000.0, "m") == "9000 m"

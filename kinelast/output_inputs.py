@@ -1,0 +1,58 @@
+"""What a scene was computed from, as figures: speeds, gravity, loads, point masses, theory."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kinelast.output_figures import figure
+from kinelast.output_results import Results, drive_words
+from rigid import LineLoad, PointLoad
+
+STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
+
+
+def input_figures(results: Results) -> dict[str, Any]:
+    """What the reader of a report needs to know of the scene beside its links."""
+    mechanism, sections = results.mechanism, results.deflection.sections
+    gravity = complex(mechanism.gravity)
+    return {
+        "theory": "Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
+        "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
+        "drives": {
+            name: _speed(rate, unit)
+            for (name, _, unit, _), rate in zip(drive_words(mechanism), results.motion.drive_rate, strict=True)
+        },
+        "point_masses": [
+            {"link": link.name, "point": lump.point, "mass": figure(lump.mass, "kg")}
+            for link in mechanism.links[1:]
+            for lump in link.lumps
+        ],
+        "loads": [dict(_load(load)) for load in mechanism.loads],
+    }
+
+
+def _speed(rate: Any, unit: str) -> dict[str, Any]:
+    """Greatest speed of a drive with its sign, and whether it is the same throughout."""
+    known = np.ravel(rate)[np.isfinite(np.ravel(rate))]
+    if not known.size:
+        return {"speed": figure(np.nan, f"{unit}/s"), "steady": False}
+    fastest = known[np.abs(known).argmax()]
+    return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(np.ptp(known) <= STEADY * abs(fastest))}
+
+
+def _load(load: Any) -> Iterator[tuple[str, Any]]:
+    """Kind of a load, the link and place it acts on, and how large it is before any law in time."""
+    yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
+    yield "link", getattr(load, "link", "")
+    yield "place", getattr(load, "point", getattr(load, "at", ""))
+    yield "varies", getattr(load, "law", None) is not None
+    if isinstance(load, PointLoad):
+        yield "sizes", [figure(abs(load.force), "N"), figure(load.moment, "N m")]
+    elif isinstance(load, LineLoad):
+        yield "sizes", [figure(abs(load.start), "N/m"), figure(abs(load.end), "N/m")]
+    else:
+        yield "sizes", []
