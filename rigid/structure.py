@@ -332,7 +332,7 @@ class _Net:
                 f"links {self.names(group.links)} are held {counted(surplus, 'time')} too often, "
                 f"and the surplus does not fit ({unfit}): remove a joint"
             ) from unfit
-        if ways == 0:
+        if drives and ways == 0:
             who = self.names(range(1, len(self.mechanism.links)))
             raise MechanismError(f"links {who} are locked: no drive can move them, remove a link or a joint")
         if drives > ways:
