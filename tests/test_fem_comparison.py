@@ -96,6 +96,18 @@ def test_a_field_that_is_zero_but_for_round_off_passes():
     assert comparison.relative[FIELDS.index("N")].max() <= 1e-8
 
 
+def test_an_arm_that_only_a_moment_bends_passes():
+    """N and V are some 1e-16 of M/l on one side or the other."""
+    arm = Link("arm", {"O": 0.0, "A": 0.7}, (Beam("O", "A"),))
+    links, twist = (Link("ground", {"O": 0.0}), arm), PointLoad("arm", "A", 0.0, 5.0)
+    mechanism = Mechanism(links, (PinDrive("arm", "O"),), {"O": 0.0, "A": 0.7}, loads=(twist,))
+    held = motion_of(mechanism, [0.4])
+    exact, found = deflection(held, [Section(3e6, 50.0)]), solve(held, [Section(3e6, 50.0)])
+    noise = replace(found, V=found.V + 1e-15 * 5.0 / 0.7, N=found.N - 1e-15 * 5.0 / 0.7)
+    assert compare(exact, noise).passed
+    assert not compare(exact, replace(found, V=found.V + 1e-13 * 5.0 / 0.7)).passed
+
+
 @pytest.mark.parametrize("slenderness", [5, 200])
 def test_an_arm_that_is_only_pulled_passes(slenderness):
     """No gravity, constant speed: w and phi are round-off of what the pull would bend, were it across."""

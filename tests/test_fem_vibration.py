@@ -15,7 +15,7 @@ from test_gears import geared_four_bar
 import elastic
 from elastic import RIGID, JointCompliance, Section, Taper
 from fem_check import natural_frequencies
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, motion
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 LENGTH, EI, MASS = 1.7, 23.0, 0.9
 ENDS = {"A": 0.0, "B": LENGTH}
@@ -185,6 +185,26 @@ class TestMechanisms:
         case = four_bar(0.1, 0.3, 0.1, 0.3)
         found = natural_frequencies(motion(case.mechanism, [0.4, 1e-8], 7.0), case.sections, 2, 1)
         np.testing.assert_array_equal(np.isnan(found), [[False, True]])
+
+    def test_positions_with_a_block_beyond_its_beam_have_none(self):
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("arm", {"O": 0.0, "A": LENGTH}, (Beam("O", "A", MASS),)),
+            Link("block", {"B": 0.0}, lumps=(Lump("B", 0.5),)),
+        )
+        mechanism = Mechanism(
+            links,
+            (PinDrive("arm", "O"), SliderDrive("guide")),
+            {"O": 0.0, "A": LENGTH, "B": 0.5},
+            (Slider("guide", "block", "arm", "B", 0.0, 1.0),),
+        )
+        places = np.array([0.0, 0.6, 1.0, 1.1]) * LENGTH
+        found = natural_frequencies(motion(mechanism, [np.zeros(4), places]), [STIFF], 8, 1)[0]
+        np.testing.assert_array_equal(np.isnan(found), [False, False, False, True])
+        bare = lowest(cantilever(ENDS, MASS), elements=8)[0]
+        tipped = lowest(cantilever(ENDS, MASS, lumps=(Lump("B", 0.5),)), elements=8)[0]
+        np.testing.assert_allclose(found[[0, 2]], [bare, tipped], rtol=1e-3)
+        assert bare > found[1] > tipped
 
     def test_many_designs_go_together(self):
         case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
