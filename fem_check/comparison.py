@@ -12,6 +12,8 @@ from fem_check.solution import Solution
 from rigid import Reals
 
 TOLERANCE = 1e-8
+COARSEST = 1e-3
+"""What is granted at most to elements of tapered beams, whose nodal values are exact to the fourth order only."""
 FLOOR = 1e-6
 """A field that stays below this part of its companions counts as zero, and is measured against that part of them."""
 AT_NODE = 1e-9
@@ -69,8 +71,13 @@ class Comparison:
         return self.compared > 0 and bool((self.relative <= self.tolerance).all())
 
 
-def compare(deflection: Deflection, solution: Solution, tolerance: float = TOLERANCE) -> Comparison:
+def compare(deflection: Deflection, solution: Solution, tolerance: float | None = None) -> Comparison:
     """Difference of closed forms and finite elements at the nodes, field by field and beam by beam.
+
+    Parameters
+    ----------
+    tolerance
+        `TOLERANCE` unless said, and where beams taper what so many elements may leave, 1/elements^4.
 
     Raises
     ------
@@ -81,6 +88,9 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float = TOLER
         raise ValueError(
             f"a deflection of {deflection.w.shape[1:]} beams and positions, a solution of {solution.w.shape[:-1]}"
         )
+    if tolerance is None:
+        tapered = any(section.taper is not None for section in solution.sections)
+        tolerance = max(TOLERANCE, min(COARSEST, solution.elements**-4.0)) if tapered else TOLERANCE
     values = np.array([sample(deflection, field, solution.xi) for field in FIELDS])
     found = np.array([getattr(solution, field) for field in FIELDS])
     _leave_out(deflection, solution.xi, values, found)

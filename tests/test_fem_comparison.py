@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import four_bar
 
-from elastic import FIELDS, Section, deflection, sample
+from elastic import FIELDS, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
 from rigid import motion as motion_of
@@ -27,6 +27,20 @@ def test_the_true_answer_passes(answers):
     assert comparison.compared == 24
     assert [worst.field for worst in comparison.worst] == list(FIELDS)
     assert comparison.elements == 8
+
+
+def test_tapered_beams_are_granted_what_their_elements_leave(answers):
+    """1/elements^4, no more; and the closed forms do not stand 1e-5 beside the elements."""
+    exact, _ = answers
+    shaped = [replace(section, taper=Taper(EI=(1.0, -0.7))) for section in exact.sections]
+    bent = deflection(exact.motion, shaped)
+    for elements, tolerance in ((4, 1e-3), (16, 16**-4), (64, 64**-4), (256, 1e-8)):
+        comparison = compare(bent, solve(exact.motion, shaped, elements))
+        assert comparison.tolerance == tolerance
+        assert comparison.passed
+    off = replace(bent, w=bent.w * (1 + 1e-5))
+    assert not compare(off, solve(exact.motion, shaped, 64)).passed
+    assert not compare(bent, solve(exact.motion, shaped, 16), 1e-9).passed
 
 
 def test_a_rigidity_one_percent_off_fails(answers):

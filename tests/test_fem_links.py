@@ -269,6 +269,20 @@ class TestBlocksOnBeams:
         assert comparison.passed
         assert comparison.compared == 2
 
+    def test_positions_beyond_a_short_lever_are_lost_alone(self):
+        case = elastic_guide()
+        *others, lever = case.mechanism.links
+        short = replace(lever, points={"D": 0.0, "F": 0.3 * np.exp(0.4j)})
+        case = case.with_(links=(*others, short))
+        turning = moving(case)
+        away = np.abs(
+            turning.origin[turning.mechanism.index["rod"]] - turning.origin[turning.mechanism.index["rocker"]]
+        )
+        comparison = compare(deflection(turning, case.sections), solve(turning, case.sections, 4))
+        assert 0 < (away > 0.3).sum() < len(away)
+        assert comparison.compared == (away <= 0.3).sum()
+        assert comparison.relative.max() < 1e-12
+
     def test_a_slider_that_no_beam_carries_is_refused(self):
         turning = on_an_arm()
         aside = replace(turning.mechanism.sliders[0], origin=0.1j)
@@ -334,17 +348,27 @@ def bar(name, start, end, length):
     return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.4),))
 
 
-PLACES = {"O": 0.0, "P": 0.05, "W": 0.2, "A": 0.3, "B": 0.46 + 0.23j, "D": 0.55, "R": 0.05, "F": 0.15 + 0.05j}
+PLACES = {
+    "O": 0.0,
+    "P": 0.05,
+    "W": 0.2,
+    "A": 0.3,
+    "B": 0.46 + 0.23j,
+    "D": 0.55,
+    "R": 0.05,
+    "F": 0.15 + 0.05j,
+    "S": 0.08,
+}
 GUIDE = Slider("guide", "rack", "ground", "R", 0.05, 1.0)
 STEPS = np.linspace(0.0, 6.0, 7)
 
 
-def geared(links, drive, gear, sliders, steps, rate):
+def geared(links, drives, gear, sliders, steps, rate):
     """A four-bar whose links are clamped elsewhere than where gears hold them, and what is geared to it."""
     four = (bar("wheel", "A", "W", 0.1), bar("coupler", "A", "B", 0.3), bar("rocker", "B", "D", 0.25))
     ground = Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55})
     drawing = {name: PLACES[name] for link in (ground, *four, *links) for name in link.points}
-    mechanism = Mechanism((ground, *four, *links), (drive,), drawing, sliders, gears=(gear,), gravity=-9.81j)
+    mechanism = Mechanism((ground, *four, *links), drives, drawing, sliders, gears=(gear,), gravity=-9.81j)
     return motion(mechanism, steps, rate)
 
 
@@ -354,7 +378,7 @@ class TestGears:
     CASES = {  # noqa: RUF012
         "wheels": (
             (bar("pinion", "P", "O", 0.05),),
-            PinDrive("pinion", "O"),
+            (PinDrive("pinion", "O"),),
             Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -0.5),
             (),
             -2 * STEPS,
@@ -362,7 +386,7 @@ class TestGears:
         ),
         "a rack is driven": (
             (RACK,),
-            PinDrive("wheel", "W"),
+            (PinDrive("wheel", "W"),),
             Gear(PinDrive("rocker", "D"), SliderDrive("guide"), 0.04),
             (GUIDE,),
             STEPS,
@@ -370,11 +394,19 @@ class TestGears:
         ),
         "a rack drives": (
             (RACK,),
-            SliderDrive("guide"),
+            (SliderDrive("guide"),),
             Gear(SliderDrive("guide"), PinDrive("wheel", "W"), 25.0),
             (GUIDE,),
             STEPS / 25,
             4.0,
+        ),
+        "a wheel on an arm drives": (
+            (bar("arm", "O", "P", 0.05), bar("planet", "P", "S", 0.03)),
+            (PinDrive("arm", "O"), PinDrive("planet", "P", "arm")),
+            Gear(PinDrive("planet", "P", "arm"), PinDrive("wheel", "W"), -0.5),
+            (),
+            np.array([0.3 * STEPS, -2 * STEPS]),
+            [[20.0], [-100.0]],
         ),
     }
 
