@@ -126,12 +126,12 @@ def forward(
     return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Reals) -> Course:
+def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853, OdeSolution
 
     tracker = system.tracker
-    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)  # type: ignore[arg-type]
+    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
     tracker.restart()
     times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
     while solver.status == "running":
