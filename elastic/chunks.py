@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastic.deflection import Deflection, deflection
+from elastic.line import designs_of
 from elastic.section import JointCompliance, Section
 from rigid import Mechanism, columns_of, design_chunks, motion_in_chunks, of_designs
 
@@ -53,8 +54,7 @@ def deflection_in_chunks(
     """
     count = np.shape(drive)[-1]
     columns = columns_of(mechanism, count) if columns is None else columns
-    properties = [np.shape(value) for one in sections for value in (one.EA, one.EI, one.kGA, one.strain)]
-    designs = np.broadcast_shapes(mechanism.designs, *properties)
+    designs = np.broadcast_shapes(mechanism.designs, designs_of(tuple(sections)))
     for rows in design_chunks(designs, count, columns):
         block = of_designs(mechanism, rows, designs)
         beams = of_designs(tuple(sections), rows, designs)

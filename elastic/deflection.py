@@ -92,7 +92,6 @@ class Deflection:
 def deflection(
     motion: Motion,
     sections: Sequence[Section],
-    forces: JointForces | None = None,
     joints: Mapping[str, JointCompliance] | None = None,
 ) -> Deflection:
     """Section forces and displacements of all beams at all positions.
@@ -103,8 +102,6 @@ def deflection(
         Of a mechanism whose elastic links are made of straight beams.
     sections
         One per beam, in the order of `Mechanism.beams`.
-    forces
-        Joint forces where they are known already.
     joints
         By name, the joints that give way or do not fit.
 
@@ -150,8 +147,8 @@ def deflection(
         require_joints(motion, joints)
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
-        states = self_stresses(motion.closures) if forces is None else []
-        forces = forces or balancing_forces(motion)
+        states = self_stresses(motion.closures)
+        forces = balancing_forces(motion)
         nodes = node_loads(motion, stance.frame)
         opened = opening(motion, stance, soft, joints, forces, nodes, q)
         if states:

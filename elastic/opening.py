@@ -15,6 +15,8 @@ from elastic.response import Response, beyond_contact, respond
 from elastic.section import JointCompliance
 from rigid import JointForces, Motion, dot
 
+UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
+
 
 @dataclass(frozen=True, eq=False)
 class Opening:
@@ -125,9 +127,6 @@ def brought_together(
 def _share(amount: Any, part: Any) -> Any:
     """A part of a self-stress; nothing where it has none, known or not."""
     return np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
-
-
-UNSTRESSED = 1e-12
 
 
 def _work(state: JointForces, opened: Opening) -> Any:

@@ -14,13 +14,11 @@ import numpy as np
 from rigid.closure import SINGULAR
 from rigid.constraints import conditions, constraint_matrix, joint_table
 from rigid.forces import JointForces
-from rigid.loads import given_loads, link_loads
+from rigid.loads import UNSTRESSED, given_loads, link_loads
 from rigid.mechanism import MechanismError, Reals
 from rigid.motion import Motion, with_rates
 from rigid.plane import cross, dot
 from rigid.tables import mass_table
-
-UNSTRESSED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
