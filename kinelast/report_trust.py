@@ -76,7 +76,7 @@ def _positions(results: Results) -> Finding:
         )
     if results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
-    level = POOR if worst > 1e10 else CAUTION if singular or worst > 1e5 or results.left_out else GOOD
+    level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
 
 

@@ -7,7 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import rigid.memory  # noqa: F401  before any array is made
-from rigid.closure import SINGULAR, JointPlace
+from rigid.closure import JointPlace
+from rigid.conditioning import SINGULAR
 from rigid.displacements import displacements
 from rigid.forces import JointForces, self_stresses
 from rigid.loads import (

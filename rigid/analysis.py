@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rigid.closure import SINGULAR, Closure, JointPlace
+from rigid.closure import Closure
+from rigid.conditioning import SINGULAR
 from rigid.coordinates import Coordinate, Rated
 from rigid.cycle import Intervals, intervals, turn_closes, zeros
 from rigid.mechanism import MechanismError, PinDrive, Reals
@@ -149,7 +150,7 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Any:
 
 
 def transmission_angles(course: Motion) -> list[Transmission]:
-    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.condition`."""
+    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
     links = course.mechanism.links
     found = []
     for closed in course.closures:
@@ -166,7 +167,7 @@ def _lines(closed: Closure) -> tuple[Any, Any]:
     inner = closed.cut[0]
     if inner.along is None:
         one, other = (
-            1j * hinge.along if hinge.along is not None else _arm(inner, hinge.joint.child) - hinge.arm_child
+            1j * hinge.along if hinge.along is not None else inner.arm(hinge.joint.child) - hinge.arm_child
             for hinge in closed.tree
         )
         return one, other
@@ -174,24 +175,19 @@ def _lines(closed: Closure) -> tuple[Any, Any]:
     if slides:
         return 1j * inner.along, 1j * slides[0].along
     # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
-    ends = [_arm(inner, hinge.joint.child) - hinge.arm_child for hinge in closed.tree]
+    ends = [inner.arm(hinge.joint.child) - hinge.arm_child for hinge in closed.tree]
     return ends[0] - ends[1], 1j * inner.along
-
-
-def _arm(place: JointPlace, link: int) -> Any:
-    return place.arm_child if place.joint.child == link else place.arm_parent
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:
     """Where a mechanism stops, and the singular positions that it passes; for one design.
 
-    Between positions they are found where the condition peaks: a singular position that lies between two positions of
-    good condition is seen only where these are close enough to notice.
+    Between positions they are found where the links meet at the least angle: a singular position that lies between two
+    others is seen only where these are close enough to notice.
     """
     found = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
     between = intervals(course)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sine = 1 / np.sqrt(course.condition)
+    sine = course.sine
     here = np.arange(len(between.left))
     if not turn_closes(course):
         here = here[1:]
@@ -211,8 +207,7 @@ def _lowest(between: Intervals, number: int) -> Motion:
         return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
 
     def sine(place: float) -> float:
-        condition = float(at(place).condition[0])
-        return 0.0 if np.isnan(condition) else 1 / np.sqrt(condition) if condition else np.inf
+        return float(np.nan_to_num(at(place).sine[0]))
 
     low, high = -1.0, 1.0
     places = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
@@ -236,6 +231,6 @@ def aligned_joint(place: Motion) -> str:
         if transmission.angle[0] < worst:
             worst, name = float(transmission.angle[0]), transmission.joint
     larger = [closed for closed in place.closures if len(closed.group.free) > 2]
-    if larger and not np.sin(worst) ** 2 * place.condition[0] <= 2.0:
+    if larger and not np.sin(worst) ** 2 <= 2.0 * place.sine[0] ** 2:
         name = larger[0].cut[0].joint.name
     return name

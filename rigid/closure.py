@@ -16,8 +16,6 @@ import numpy as np
 from rigid.plane import cross, minus, plus, times
 from rigid.structure import Group, Joint
 
-SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
-
 Columns = Any  # an array of shape (..., positions), or 0.0 where it is zero at every position
 
 
@@ -39,6 +37,10 @@ class JointPlace:
     arm_parent: Columns
     arm_child: Columns
     along: Columns = None
+
+    def arm(self, link: int) -> Columns:
+        """From the origin of one of its links' axes to the joint's point."""
+        return self.arm_child if self.joint.child == link else self.arm_parent
 
     def row(self, displacement: Columns, rotation: Columns) -> Columns:
         """The two conditions of a cut joint on a relative displacement and rotation, as one complex number.
@@ -62,6 +64,8 @@ class Closure:
     tensions
         tensions[s][c]: multipliers of the cut joints that balance one another, for every condition that the group has
         beyond its freedoms.
+    sine
+        At which the links of a dyad meet; of other groups what stands for it; nan where the group does not close.
     """
 
     group: Group
@@ -69,6 +73,7 @@ class Closure:
     cut: tuple[JointPlace, ...]
     duals: tuple[tuple[Columns, ...], ...]
     tensions: tuple[tuple[Columns, ...], ...] = ()
+    sine: Columns = 1.0
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:
@@ -77,13 +82,10 @@ class Closure:
 
 
 def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...], sine: Columns = 1.0) -> Closure:
-    """Solve a placed group once for all right-hand sides; `sine` is what its condition 1/s^2 is taken from."""
+    """Solve a placed group once for all right-hand sides."""
     effects = columns(group, tree, cut)
     duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects), ())
-    if not np.min(np.abs(sine)) >= SINGULAR**-0.5:
-        singular = ~(np.square(sine) * SINGULAR >= 1.0)
-        duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in duals)
-    return Closure(group, tree, cut, duals, tensions)
+    return Closure(group, tree, cut, duals, tensions, sine)
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.closure import SINGULAR
+from rigid.conditioning import SINGULAR
 from rigid.constraints import conditions, constraint_matrix, joint_table
 from rigid.forces import JointForces
 from rigid.loads import UNSTRESSED, given_loads, link_loads

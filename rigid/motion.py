@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigid.closure import Closure, Columns, JointPlace
+from rigid.conditioning import condition, without_singular
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.plane import dot, plus, product, times
@@ -42,10 +43,6 @@ class Motion:
     turning
         i eps - w^2 of every link [1/s^2], complex, shape (links, ..., positions): what multiplies an arm to give the
         acceleration of its end from its root.
-    condition
-        Greatest 1/s^2 of the groups, s the sine at which a dyad meets: 1 at best, infinite at a singular position,
-        nan where the mechanism does not close, shape (..., positions). Beyond SINGULAR, velocities and accelerations of
-        the links behind are nan.
     closures
         Per group, what answers for any small displacement or force.
     """
@@ -61,7 +58,6 @@ class Motion:
     acceleration: Complexes
     angular_velocity: Reals
     turning: Complexes
-    condition: Reals
     closures: tuple[Closure, ...]
 
     @property
@@ -82,7 +78,24 @@ class Motion:
     @property
     def columns(self) -> tuple[int, ...]:
         """Shape of the columns: (positions,) or (designs, positions)."""
-        return self.condition.shape
+        return self.turning.shape[1:]
+
+    @cached_property
+    def condition(self) -> Reals:
+        """By how much round-off grows at a position: errors are of this many eps, shape (..., positions).
+
+        1 at best, infinite where beyond SINGULAR, so that velocities and accelerations of the links behind are nan, and
+        nan where the mechanism does not close.
+        """
+        with np.errstate(all="ignore"):
+            found = (condition(self, closed) for closed in self.closures if closed.group.free)
+            worst = reduce(np.maximum, found, np.ones(self.columns))
+        return np.where(np.isnan(worst) & ~np.isnan(self.sine), np.inf, worst)
+
+    @property
+    def sine(self) -> Reals:
+        """Least sine at which the links of a group meet, shape (..., positions): 0 where the mechanism is singular."""
+        return reduce(np.minimum, (np.abs(closed.sine) for closed in self.closures), np.ones(self.columns))
 
 
 def motion(
@@ -127,47 +140,54 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    order = mechanism.structure
     coordinates, rate, rate2, instants = courses(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, order, coordinates, near, lead)
-        velocity, spin = _velocities(mechanism, closures, rate)
-        acceleration, turning = _accelerations(closures, velocity, spin, rate2)
-        condition = 1.0 / np.square(reduce(np.minimum, (np.abs(sine) for sine in placed.sine), 1.0))
+        placed, closures = place(mechanism, mechanism.structure, coordinates, near, lead)
     shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
-    return Motion(
-        mechanism,
-        instants,
-        coordinates,
-        rate,
-        rate2,
-        stacked(placed.origin, shape, complex),
-        stacked(placed.direction, shape, complex),
-        stacked(velocity, shape, complex),
-        stacked(acceleration, shape, complex),
-        stacked([np.imag(value) for value in spin], shape, float),
-        stacked(turning, shape, complex),
-        condition if np.shape(condition) == shape else np.broadcast_to(condition, shape),
-        closures,
-    )
+    origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
+    return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
 def with_rates(course: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (_per_position(value, course.drive) for value in (drive_rate, drive_acceleration))
+    here = course.origin, course.direction, course.closures
+    return _moving(course.mechanism, course.time, course.drive, rate, rate2, *here)
+
+
+def _moving(
+    mechanism: Mechanism,
+    time: Reals,
+    drive: Reals,
+    rate: Reals,
+    rate2: Reals,
+    origin: Complexes,
+    direction: Complexes,
+    closures: tuple[Closure, ...],
+) -> Motion:
+    """Placed links with their velocities and accelerations, those of singular positions nan."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        velocity, spin = _velocities(course.mechanism, course.closures, rate)
-        acceleration, turning = _accelerations(course.closures, velocity, spin, rate2)
-    shape = course.columns
-    return replace(
-        course,
-        drive_rate=rate,
-        drive_acceleration=rate2,
-        velocity=stacked(velocity, shape, complex),
-        acceleration=stacked(acceleration, shape, complex),
-        angular_velocity=stacked([np.imag(value) for value in spin], shape, float),
-        turning=stacked(turning, shape, complex),
+        velocity, spin = _velocities(mechanism, closures, rate)
+        acceleration, turning = _accelerations(closures, velocity, spin, rate2)
+    shape = direction.shape[1:]
+    found = Motion(
+        mechanism,
+        time,
+        drive,
+        rate,
+        rate2,
+        origin,
+        direction,
+        stacked(velocity, shape, complex),
+        stacked(acceleration, shape, complex),
+        stacked([np.imag(value) for value in spin], shape, float),
+        stacked(turning, shape, complex),
+        closures,
     )
+    marked = without_singular(found)
+    if marked is closures:
+        return found
+    return _moving(mechanism, time, drive, rate, rate2, origin, direction, marked)
 
 
 def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
@@ -178,7 +198,7 @@ def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
         more = (1,) * (len(columns) - len(course.columns))
         return np.broadcast_to(value.reshape(*links, *more, *course.columns), (*links, *columns))
 
-    names = ("origin", "direction", "velocity", "acceleration", "angular_velocity", "turning", "condition")
+    names = ("origin", "direction", "velocity", "acceleration", "angular_velocity", "turning")
     return replace(course, **{name: wide(getattr(course, name)) for name in names})
 
 

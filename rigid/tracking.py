@@ -137,7 +137,6 @@ class Tracker:
             acceleration,
             spin,
             turning,
-            np.ones(1),
             (),
         )
         mass, first, second = mass_table(self.mechanism, 1)

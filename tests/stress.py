@@ -106,6 +106,34 @@ class SliderCrank:
             return coordinates((mpmath.mpc(0), angle), (A, mpmath.arg(B - A)), (B, 0))
 
 
+class Inverted:
+    """A crank about 0 whose pin carries a block; a guide through it turns about `base`."""
+
+    def __init__(self, crank, base, start):
+        self.crank, self.base = crank, base
+        A = crank * np.exp(1j * start)
+        reach = 2 * (crank + base)
+        along = (A - base) / abs(A - base)
+        links = (
+            Link("ground", {"O": 0.0, "D": base}),
+            bar("crank", "O", "A", crank),
+            bar("guide", "D", "E", reach, 0.4),
+            Link("block", {"A": 0.0}, lumps=(Lump("A", 0.3, 0.01, 0.02j),)),
+        )
+        slide = Slider("slide", "block", "guide", "A", 0.0, 1.0)
+        drawing = {"O": 0, "A": A, "D": base, "E": base + reach * along}
+        self.mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (slide,), gravity=GRAVITY)
+        self.sections = [STEEL] * 2
+
+    def at(self, drive, side=None):
+        del side
+        with mpmath.workdps(WORKED):
+            base, angle = mpf(float(self.base)), mpf(float(drive))
+            A = mpf(float(self.crank)) * mpmath.expj(angle)
+            turned = mpmath.arg(A - base)
+            return coordinates((mpmath.mpc(0), angle), (mpmath.mpc(base), turned), (A, turned))
+
+
 def references(case, drive, rate, rate2, side=None):
     """Fields at STATIONS in 50 digits, rounded."""
     solved = exact(case.mechanism, case.sections, [drive], [rate], [rate2], at=case.at(drive, side))

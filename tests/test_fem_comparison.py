@@ -10,7 +10,7 @@ from mechanisms import four_bar
 
 from elastic import FIELDS, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of, repeated
 from rigid import motion as motion_of
 
 
@@ -215,7 +215,7 @@ def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
     with pytest.raises(ValueError, match="written at its nodes"):
         write_vtu_series(answers[1], tmp_path, stations=[0.0, 1.0])
     turning = answers[0].motion
-    several = replace(turning, condition=np.ones((3, 24)))
+    several = repeated(turning, (3, 24))
     with pytest.raises(ValueError, match="3 designs"):
         write_vtu_series(replace(answers[1], motion=several), tmp_path)
     assert not list(tmp_path.iterdir())

@@ -308,7 +308,7 @@ def test_a_position_next_to_singular_has_no_answer():
     """A parallelogram but 1e-8 rad from flat: the forces there would be round-off."""
     case = four_bar(0.1, 0.3, 0.1, 0.3)
     turning = motion(case.mechanism, [0.4, 1e-8], 7.0)
-    assert np.isfinite(turning.condition).all()
+    assert turning.sine[1] > 0
     found = solve(turning, case.sections)
     assert np.isfinite(found.w[:, 0]).all()
     assert np.isnan(found.w[:, 1]).all()

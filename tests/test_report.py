@@ -588,7 +588,7 @@ def parallelogram(count, start=0.1):
     }
 
 
-@pytest.mark.parametrize("start", [0.0, 1e-5])
+@pytest.mark.parametrize("start", [0.0, 1e-3])
 def test_round_off_near_a_change_point_is_no_largest_value(start):
     """The coupler carries its own weight on pins at its ends: 5 m' g l^4/(384 EI), wherever the crank is."""
     results = results_of(**parallelogram(24, start))

@@ -1,0 +1,98 @@
+"""How much a position multiplies round-off, and the marking of those where nothing else is left.
+
+Derivation: docs/theory.md, "Accuracy".
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigid.closure import Closure, Columns
+
+if TYPE_CHECKING:
+    from rigid.motion import Motion
+
+SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
+REGULAR = 1e-2  # sine at which a group of pins may still come to that
+TINY = np.finfo(float).tiny
+
+
+def condition(course: Motion, closed: Closure) -> Columns:
+    """By how much a moving group multiplies round-off: errors are of this many eps, shape (..., positions).
+
+    1/s^2 where the links come to a stop. Where they pass smoothly what is singular: how much faster they would turn if
+    the opening of their gaps were not nearly the one that needs no turning; squared, and the same of accelerations.
+    """
+    stopped = 1.0 / np.square(closed.sine)
+    links = {link for place in closed.joints for link in (place.joint.parent, place.joint.child)}
+    spin, turning = (_greatest(values, links) for values in (course.angular_velocity, course.turning))
+    opening = [_opening(course, closed, c) for c in range(len(closed.cut))]
+    answers = [
+        tuple(sum(_size(dual, gap[order]) for dual, gap in zip(duals, opening, strict=True)) for order in (0, 1))
+        for number, duals in zip(closed.group.free, closed.duals, strict=True)
+        if closed.tree[number].along is None
+    ]
+    if not answers:  # no angle comes from lengths
+        return stopped
+    speed, growth = (reduce(np.maximum, kind) for kind in zip(*answers, strict=True))
+    passed = np.square(speed / np.maximum(spin, TINY)) * (growth / np.maximum(turning, TINY))
+    return np.maximum(stopped, passed)
+
+
+def _greatest(values: Any, links: set[int]) -> Columns:
+    return reduce(np.maximum, (np.abs(values[link]) for link in links))
+
+
+def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Columns], ...]:
+    """Size of the velocity and of the acceleration at which a cut joint would open were the links but carried.
+
+    Each as displacement [m] and rotation [rad], per second and per second squared. What hangs on a pin is not turned.
+    """
+    carrier = dict(zip(closed.group.links, closed.tree, strict=True))
+    closing = closed.cut[c]
+    joint = closing.joint
+    ends = []
+    for link, point in ((joint.child, closing.arm_child), (joint.parent, closing.arm_parent)):
+        root, arm = link, point
+        while root in carrier:
+            hinge = carrier[root]
+            arm = hinge.arm_parent if hinge.along is None else arm - hinge.arm_child + hinge.arm_parent
+            root = hinge.joint.parent
+        spin, turning = course.angular_velocity[root], course.turning[root]
+        moved, hurried = course.velocity[root] + 1j * spin * arm, course.acceleration[root] + turning * arm
+        ends.append((moved, spin, hurried, turning.imag))
+    moved, spin, hurried, eps = (np.abs(one - other) for one, other in zip(*ends, strict=True))
+    turns = closing.along is not None
+    return (moved, spin if turns else 0.0), (hurried, eps if turns else 0.0)
+
+
+def _size(dual: Columns, gap: tuple[Columns, Columns]) -> Columns:
+    """Greatest rotation that a gap of a given size can ask for."""
+    displacement, rotation = gap
+    if isinstance(rotation, float):
+        return np.abs(dual) * displacement
+    return np.abs(np.real(dual)) * displacement + np.abs(np.imag(dual)) * rotation
+
+
+def without_singular(course: Motion) -> tuple[Closure, ...]:
+    """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
+    told = tuple(_marked(course, closed) for closed in course.closures)
+    same = all(one is other for one, other in zip(told, course.closures, strict=True))
+    return course.closures if same else told
+
+
+def _marked(course: Motion, closed: Closure) -> Closure:
+    pinned = all(place.along is None for place in closed.cut)
+    if not closed.group.free or (pinned and np.abs(closed.sine).min() >= REGULAR):
+        return closed
+    with np.errstate(all="ignore"):
+        singular = ~(condition(course, closed) <= SINGULAR)
+    told = [[np.isnan(dual) for dual in row] for row in closed.duals]
+    if not (singular & ~np.any(told, axis=(0, 1))).any():
+        return closed
+    duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in closed.duals)
+    return replace(closed, duals=duals)
