@@ -5,13 +5,15 @@ Derivation: docs/theory.md, "Accuracy".
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigid.closure import Closure, Columns
+from rigid.plane import imaginary, is_zero, minus, plus, times
 
 if TYPE_CHECKING:
     from rigid.motion import Motion
@@ -28,23 +30,30 @@ def condition(course: Motion, closed: Closure) -> Columns:
     the opening of their gaps were not nearly the one that needs no turning; squared, and the same of accelerations.
     """
     stopped = 1.0 / np.square(closed.sine)
-    links = {link for place in closed.joints for link in (place.joint.parent, place.joint.child)}
-    spin, turning = (_greatest(values, links) for values in (course.angular_velocity, course.turning))
-    opening = [_opening(course, closed, c) for c in range(len(closed.cut))]
-    answers = [
-        tuple(sum(_size(dual, gap[order]) for dual, gap in zip(duals, opening, strict=True)) for order in (0, 1))
+    links = sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
+    spin, turning = (np.abs(values[links]).max(axis=0) for values in (course.angular_velocity, course.turning))
+    pins = [
+        duals
         for number, duals in zip(closed.group.free, closed.duals, strict=True)
         if closed.tree[number].along is None
     ]
-    if not answers:  # no angle comes from lengths
+    if not pins:  # no angle comes from lengths
         return stopped
-    speed, growth = (reduce(np.maximum, kind) for kind in zip(*answers, strict=True))
+    speed, growth = 0.0, 0.0
+    for c, closing in enumerate(closed.cut):
+        (moved, spun), (hurried, spurred) = _opening(course, closed, c)
+        if closing.along is None:
+            lever, twist = _greatest(np.abs(duals[c]) for duals in pins), 0.0
+        else:
+            lever, twist = (_greatest(np.abs(part(duals[c])) for duals in pins) for part in (np.real, np.imag))
+        speed = plus(speed, plus(times(lever, moved), times(twist, spun)))
+        growth = plus(growth, plus(times(lever, hurried), times(twist, spurred)))
     passed = np.square(speed / np.maximum(spin, TINY)) * (growth / np.maximum(turning, TINY))
     return np.maximum(stopped, passed)
 
 
-def _greatest(values: Any, links: set[int]) -> Columns:
-    return reduce(np.maximum, (np.abs(values[link]) for link in links))
+def _greatest(values: Iterable[Columns]) -> Columns:
+    return reduce(np.maximum, values)
 
 
 def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Columns], ...]:
@@ -54,28 +63,23 @@ def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Co
     """
     carrier = dict(zip(closed.group.links, closed.tree, strict=True))
     closing = closed.cut[c]
-    joint = closing.joint
-    ends = []
+    joint, turns = closing.joint, closing.along is not None
+    ends: list[tuple[Columns, ...]] = []
     for link, point in ((joint.child, closing.arm_child), (joint.parent, closing.arm_parent)):
         root, arm = link, point
         while root in carrier:
             hinge = carrier[root]
             arm = hinge.arm_parent if hinge.along is None else arm - hinge.arm_child + hinge.arm_parent
             root = hinge.joint.parent
+        if not root:
+            ends.append((0.0, 0.0, 0.0, 0.0))
+            continue
         spin, turning = course.angular_velocity[root], course.turning[root]
-        moved, hurried = course.velocity[root] + 1j * spin * arm, course.acceleration[root] + turning * arm
-        ends.append((moved, spin, hurried, turning.imag))
-    moved, spin, hurried, eps = (np.abs(one - other) for one, other in zip(*ends, strict=True))
-    turns = closing.along is not None
-    return (moved, spin if turns else 0.0), (hurried, eps if turns else 0.0)
-
-
-def _size(dual: Columns, gap: tuple[Columns, Columns]) -> Columns:
-    """Greatest rotation that a gap of a given size can ask for."""
-    displacement, rotation = gap
-    if isinstance(rotation, float):
-        return np.abs(dual) * displacement
-    return np.abs(np.real(dual)) * displacement + np.abs(np.imag(dual)) * rotation
+        moved, hurried = course.velocity[root] + imaginary(spin) * arm, course.acceleration[root] + turning * arm
+        ends.append((moved, spin, hurried, turning.imag) if turns else (moved, 0.0, hurried, 0.0))
+    opened = [minus(one, other) for one, other in zip(*ends, strict=True)]
+    moved, spin, hurried, eps = (0.0 if is_zero(value) else np.abs(value) for value in opened)
+    return (moved, spin), (hurried, eps)
 
 
 def without_singular(course: Motion) -> tuple[Closure, ...]:
@@ -91,8 +95,7 @@ def _marked(course: Motion, closed: Closure) -> Closure:
         return closed
     with np.errstate(all="ignore"):
         singular = ~(condition(course, closed) <= SINGULAR)
-    told = [[np.isnan(dual) for dual in row] for row in closed.duals]
-    if not (singular & ~np.any(told, axis=(0, 1))).any():
+    if not singular.any():
         return closed
     duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in closed.duals)
     return replace(closed, duals=duals)

@@ -164,8 +164,9 @@ def _moving(
     origin: Complexes,
     direction: Complexes,
     closures: tuple[Closure, ...],
+    marked: bool = False,
 ) -> Motion:
-    """Placed links with their velocities and accelerations, those of singular positions nan."""
+    """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         velocity, spin = _velocities(mechanism, closures, rate)
         acceleration, turning = _accelerations(closures, velocity, spin, rate2)
@@ -184,10 +185,10 @@ def _moving(
         stacked(turning, shape, complex),
         closures,
     )
-    marked = without_singular(found)
-    if marked is closures:
+    told = closures if marked else without_singular(found)
+    if told is closures:
         return found
-    return _moving(mechanism, time, drive, rate, rate2, origin, direction, marked)
+    return _moving(mechanism, time, drive, rate, rate2, origin, direction, told, marked=True)
 
 
 def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
