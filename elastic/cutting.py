@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,15 +42,22 @@ class Contact:
 class Stance:
     """Where the links are, as far as statics needs it.
 
-    Directions of links and beams, those of the beams in the axes of their links, lengths [m], shape of the columns.
+    The beams' rows in arrays over the links, directions of links and beams, those of the beams in the axes of their
+    links, lengths [m], shape of the columns.
     """
 
     frame: Frame
+    rows: Any
     link: Any
     beam: Any
     unit: Any
     length: Any
     columns: tuple[int, ...]
+
+    @cached_property
+    def back(self) -> Any:
+        """From the ground's axes to the beams'."""
+        return np.conj(self.beam)
 
     def arm(self, at: int, start: str, end: str) -> Any:
         """From one node of a link to another, in the ground's axes [m], complex."""
@@ -57,10 +65,10 @@ class Stance:
 
 
 def node_loads(motion: Motion, frame: Frame) -> Nodes:
-    """Sum of the concentrated loads at every point of every link with beams."""
+    """Sum of the concentrated loads at every node that a beam ends at."""
     nodes: Nodes = {}
     for at, point, force, moment in point_loads(motion):
-        if at in frame.trees:
+        if (at, point) in frame.tips:
             put(nodes, (at, point), force, moment)
     return nodes
 
@@ -69,12 +77,13 @@ def with_joints(nodes: Nodes, motion: Motion, frame: Frame, forces: JointForces)
     """The same with the joint forces, and with what gears ask of the links that drive them."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
-        if joint.child in frame.trees and joint.child_point:
-            put(nodes, (joint.child, joint.child_point), force, moment)
-        if joint.parent in frame.trees and joint.parent_point:
-            put(nodes, (joint.parent, joint.parent_point), -force, -moment)
+        child, parent = (joint.child, joint.child_point or ""), (joint.parent, joint.parent_point or "")
+        if child in frame.tips:
+            put(nodes, child, force, moment)
+        if parent in frame.tips:
+            put(nodes, parent, -force, -moment)
     for at, point, force, moment in gear_loads(motion, forces):
-        if at in frame.trees:
+        if (at, point) in frame.tips:
             put(nodes, (at, point), force, moment)
     return nodes
 
@@ -99,7 +108,7 @@ def contacts(motion: Motion, stance: Stance, forces: JointForces) -> tuple[Conta
     rails = stance.frame.rails
     for (number, beam), xi in zip(rails.items(), block_places(motion, stance.frame) if rails else (), strict=True):
         sense = motion.structure.joints[number].sense
-        pull = np.conj(stance.beam[beam]) * forces.force[number]
+        pull = stance.back[beam] * forces.force[number]
         found.append(Contact(beam, xi, -sense * pull, -sense * forces.moment[number]))
     return tuple(found)
 
@@ -132,7 +141,7 @@ def end_loads(
                 moment = moment + cross(arm, own)
                 pull[k], twist[k] = -(force + own), -moment
             put(carried, (at, branch.near), force + own, moment)
-    pull *= np.conj(stance.beam)
+    pull *= stance.back
     return pull, twist
 
 

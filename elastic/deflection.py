@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.cutting import Contact, Stance, node_loads
+from elastic.cutting import Contact, Stance, node_loads, root_of
 from elastic.frame import Frame, frame
 from elastic.line import Compliance, compliance, designs_of
 from elastic.opening import brought_together, opening, require_joints
@@ -137,7 +137,13 @@ def deflection(
         motion = motion if columns == motion.columns else repeated(motion, columns)
     table = beam_table(mechanism, len(motion.columns))
     stance = Stance(
-        frame(mechanism), motion.direction, beam_directions(motion), table.unit, table.length, motion.columns
+        frame(mechanism),
+        table.link,
+        motion.direction,
+        beam_directions(motion),
+        table.unit,
+        table.length,
+        motion.columns,
     )
     soft = compliance(sections, len(motion.columns))
     _require_soft_rings(mechanism, stance.frame, soft)
@@ -154,11 +160,12 @@ def deflection(
         if states:
             forces = brought_together(motion, stance, soft, joints, forces, opened, states)
             opened = opening(motion, stance, soft, joints, forces, nodes, q)
-        shift, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
-        angle = [np.imag(value) for value in turning]
+        shifts, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
+        shift = stacked(shifts, motion.columns, complex)
+        angle = stacked([np.imag(value) for value in turning], motion.columns, float)
         found = opened.response
         _carry(stance, found, shift, angle)
-    line, shape = found.line, motion.columns
+    line = found.line
     return Deflection(
         motion=motion,
         sections=sections,
@@ -173,8 +180,8 @@ def deflection(
         w=line.w,
         phi=line.phi,
         shear=line.shear,
-        shift=stacked(shift, shape, complex),
-        angle=stacked(angle, shape, float),
+        shift=shift,
+        angle=angle,
         contacts=opened.contacts,
         soft=soft,
     )
@@ -202,17 +209,20 @@ def _require_soft_rings(mechanism: Mechanism, beams: Frame, soft: Compliance) ->
             )
 
 
-def _carry(stance: Stance, found: Response, shift: list[Any], angle: list[Any]) -> None:
+def _carry(stance: Stance, found: Response, shift: Any, angle: Any) -> None:
     """Add to every beam's fields what carries its start."""
-    line, bent = found.line, found.bent
+    line = found.line
+    own = stance.back * shift[stance.rows]
+    line.phi[0] = angle[stance.rows]
     for at, tree in stance.frame.trees.items():
         for branch in tree:
             k = branch.number
             start = branch.near if branch.forward else branch.far
-            move, turned = bent[at, start]
             local = stance.frame.points[at, start]
-            if np.ndim(local) or local:
-                move = move + 1j * angle[at] * (stance.link[at] * local)
-            own = np.conj(stance.beam[k]) * (shift[at] + move)
-            line.u[0, k], line.w[0, k], line.phi[0, k] = own.real, own.imag, angle[at] + turned
-            line.w[1, k] += stance.length[k] * line.phi[0, k]
+            if start == root_of(tree) and not np.ndim(local) and local == 0:
+                continue
+            move, more = found.bent[at, start]
+            own[k] += stance.back[k] * (move + 1j * angle[at] * (stance.link[at] * local))
+            line.phi[0, k] += more
+    line.u[0], line.w[0] = own.real, own.imag
+    line.w[1] += stance.length * line.phi[0]

@@ -43,6 +43,8 @@ class Frame:
         Per link with beams, its beams from the root outwards.
     cuts
         One per ring.
+    tips
+        The nodes at which a branch ends: all but the roots, whose loads no beam feels.
     points
         Place of every node in its link's axes [m].
     rails
@@ -51,6 +53,7 @@ class Frame:
 
     trees: Mapping[int, tuple[Branch, ...]]
     cuts: tuple[Cut, ...]
+    tips: frozenset[tuple[int, str]]
     points: Mapping[tuple[int, str], Any]
     rails: Mapping[int, int]
 
@@ -74,7 +77,8 @@ def frame(mechanism: Mechanism) -> Frame:
         points.update({(at, free): link.points[node] for node, free in loose})
         number += len(link.beams)
     _require_held(mechanism, trees)
-    return Frame(trees, tuple(cuts), points, _rails(mechanism, trees))
+    tips = frozenset((at, branch.far) for at, tree in trees.items() for branch in tree)
+    return Frame(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, str]]]:

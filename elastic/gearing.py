@@ -20,8 +20,7 @@ def gear_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, 
     ------
     Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
     """
-    places = motion.places
-    for place, force, moment in zip(places, forces.force, forces.moment, strict=True):
+    for place, force, moment in zip(motion.places, forces.force, forces.moment, strict=True):
         gear = place.joint.gear
         if gear is None:
             continue

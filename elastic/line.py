@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -34,12 +34,17 @@ def section_forces(q: Any, pull: Any, twist: Any, length: Any) -> tuple[Any, Any
     power = np.arange(1.0, len(q) + 2).reshape(-1, *[1] * pull.ndim)
     beyond = np.empty((len(q) + 1, *pull.shape), complex)
     np.multiply(q, -length / power[:-1], out=beyond[1:])
-    np.subtract(pull, beyond[1:].sum(0), out=beyond[0])
+    np.subtract(pull, _sum(beyond[1:]), out=beyond[0])
     N, V = np.ascontiguousarray(beyond.real), -beyond.imag
     M = np.empty((len(q) + 2, *pull.shape))
     np.multiply(V, length / power, out=M[1:])
-    np.subtract(twist, M[1:].sum(0), out=M[0])
+    np.subtract(twist, _sum(M[1:]), out=M[0])
     return N, V, M
+
+
+def _sum(rows: Any) -> Any:
+    """Sum over the first axis, which is short."""
+    return reduce(np.add, rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +181,7 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, soft: Compliance) -> Line:
         if slide is not None:
             w[1 : len(V) + 1] += slide
             slide = None
-        end = u.sum(0), w.sum(0), phi.sum(0)
+        end = _sum(u[1:]), _sum(w[1 if soft.sheared else 2 :]), _sum(phi[1:])
     else:
         parts = [(u[1:], 0), (phi[1:], 1), (w[2:], 2)] + ([(slide, 3)] if slide is not None else [])
         reached = [(values * soft.ends[kind][: len(values)]).sum(0) for values, kind in parts]

@@ -93,11 +93,13 @@ def _after_contact(contact: Contact, length: Any, soft: Compliance, way: Any) ->
 def _bent(stance: Stance, u: Any, w: Any, phi: Any) -> Bent:
     """Displacements of all nodes from the root outwards."""
     bent: Bent = {}
+    ends = np.empty(u.shape, complex)
+    ends.real, ends.imag = u, w
+    ends *= stance.beam
     for at, tree in stance.frame.trees.items():
         bent[at, root_of(tree)] = (0.0, 0.0)
         for branch in tree:
-            k = branch.number
-            move, turn = stance.beam[k] * (u[k] + 1j * w[k]), phi[k]
+            move, turn = ends[branch.number], phi[branch.number]
             if branch is tree[0] and branch.forward:
                 bent[at, branch.far] = (move, turn)
                 continue

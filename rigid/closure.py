@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.plane import cross, minus, plus, times
+from rigid.plane import cross, minus, plus
 from rigid.structure import Group, Joint
 
 Columns = Any  # an array of shape (..., positions), or 0.0 where it is zero at every position
@@ -59,8 +59,8 @@ class Closure:
     tree, cut
         The joints of the group, placed.
     duals
-        duals[k][c], complex, (..., positions): to open the cut joints by r_c, free tree joint k takes the coordinate
-        Im(sum over c of duals[k][c] r_c).
+        Complex, shape (free, cuts, ..., positions): to open the cut joints by r_c, free tree joint k takes the
+        coordinate Im(sum over c of duals[k, c] r_c).
     tensions
         tensions[s][c]: multipliers of the cut joints that balance one another, for every condition that the group has
         beyond its freedoms.
@@ -71,7 +71,7 @@ class Closure:
     group: Group
     tree: tuple[JointPlace, ...]
     cut: tuple[JointPlace, ...]
-    duals: tuple[tuple[Columns, ...], ...]
+    duals: Any
     tensions: tuple[tuple[Columns, ...], ...] = ()
     sine: Columns = 1.0
 
@@ -84,7 +84,7 @@ class Closure:
 def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...], sine: Columns = 1.0) -> Closure:
     """Solve a placed group once for all right-hand sides."""
     effects = columns(group, tree, cut)
-    duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects), ())
+    duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
     return Closure(group, tree, cut, duals, tensions, sine)
 
 
@@ -110,15 +110,18 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
     return effects
 
 
-def _duals(effects: list[list[Columns]]) -> tuple[tuple[Columns, ...], ...]:
+def _duals(effects: list[list[Columns]], cuts: int) -> Any:
     """Dual vectors of the columns: in closed form for one loop, by one batched inverse for several."""
     if not effects:
-        return ()
+        return np.empty((0, cuts))
     if len(effects) == 2:
         (one,), (other,) = effects
         across = np.conj(other)
-        scale = 1.0 / (across * one).imag
-        return ((times(scale, across),), (times(-scale, np.conj(one)),))
+        scale = 1.0 / np.asarray((across * one).imag)
+        duals = np.empty((2, 1, *scale.shape), complex)
+        np.multiply(scale, across, out=duals[0, 0, ...])
+        np.multiply(-scale, np.conj(one), out=duals[1, 0, ...])
+        return duals
     return _paired(np.moveaxis(_inverse(_matrix(effects)), (-2, -1), (0, 1)))
 
 
@@ -126,7 +129,7 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
     """Dual vectors by least squares, and multipliers that balance one another, of a group with surplus conditions."""
     if not effects:
         unit = np.eye(2 * cuts)
-        return (), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
+        return np.empty((0, cuts)), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
     matrix = _matrix(effects)
     good = np.isfinite(matrix).all(axis=(-2, -1))
     inverse = np.full(np.swapaxes(matrix, -2, -1).shape, np.nan)
@@ -145,9 +148,9 @@ def _matrix(effects: list[list[Columns]]) -> Any:
     return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
 
 
-def _paired(rows: Any) -> tuple[tuple[Columns, ...], ...]:
+def _paired(rows: Any) -> Any:
     """Dual vectors from the rows of an inverse, shape (free, 2 cuts, ..., positions)."""
-    return tuple(tuple(row[1::2][c] + 1j * row[0::2][c] for c in range(len(row) // 2)) for row in rows)
+    return rows[:, 1::2] + 1j * rows[:, 0::2]
 
 
 def _inverse(matrix: Any) -> Any:

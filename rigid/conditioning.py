@@ -5,9 +5,7 @@ Derivation: docs/theory.md, "Accuracy".
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
-from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,28 +30,20 @@ def condition(course: Motion, closed: Closure) -> Columns:
     stopped = 1.0 / np.square(closed.sine)
     links = sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
     spin, turning = (np.abs(values[links]).max(axis=0) for values in (course.angular_velocity, course.turning))
-    pins = [
-        duals
-        for number, duals in zip(closed.group.free, closed.duals, strict=True)
-        if closed.tree[number].along is None
-    ]
+    pins = [k for k, number in enumerate(closed.group.free) if closed.tree[number].along is None]
     if not pins:  # no angle comes from lengths
         return stopped
     speed, growth = 0.0, 0.0
     for c, closing in enumerate(closed.cut):
         (moved, spun), (hurried, spurred) = _opening(course, closed, c)
-        if closing.along is None:
-            lever, twist = _greatest(np.abs(duals[c]) for duals in pins), 0.0
-        else:
-            lever, twist = (_greatest(np.abs(part(duals[c])) for duals in pins) for part in (np.real, np.imag))
+        duals, twist = closed.duals[pins, c], 0.0
+        if closing.along is not None:
+            duals, twist = duals.real, np.abs(duals.imag).max(axis=0)
+        lever = np.abs(duals).max(axis=0)
         speed = plus(speed, plus(times(lever, moved), times(twist, spun)))
         growth = plus(growth, plus(times(lever, hurried), times(twist, spurred)))
     passed = np.square(speed / np.maximum(spin, TINY)) * (growth / np.maximum(turning, TINY))
     return np.maximum(stopped, passed)
-
-
-def _greatest(values: Iterable[Columns]) -> Columns:
-    return reduce(np.maximum, values)
 
 
 def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Columns], ...]:
@@ -97,5 +87,4 @@ def _marked(course: Motion, closed: Closure) -> Closure:
         singular = ~(condition(course, closed) <= SINGULAR)
     if not singular.any():
         return closed
-    duals = tuple(tuple(np.where(singular, np.nan, dual) for dual in row) for row in closed.duals)
-    return replace(closed, duals=duals)
+    return replace(closed, duals=np.where(singular, np.nan, closed.duals))

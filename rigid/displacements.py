@@ -95,8 +95,8 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
     for k, number in enumerate(closed.group.free):
         hinge = closed.tree[number]
         spin: Columns = 0.0
-        for dual, residual in zip(closed.duals[k], residuals, strict=True):
-            spin = plus(spin, product(dual, residual))
+        for c, residual in enumerate(residuals):
+            spin = plus(spin, product(closed.duals[k, c], residual))
         if hinge.along is None and np.ndim(spin):
             spin.real[...] = 0.0
         elif hinge.along is None:

@@ -18,7 +18,7 @@ ROUND_OFF = 4 * np.finfo(float).eps
 
 def _root(square: Any, slack: Any) -> Any:
     """Square root; 0 just below zero, nan further below."""
-    if not np.min(square) >= 0.0:
+    if not np.asarray(square).min() >= 0.0:
         square = np.where((square < 0.0) & (square > -slack), 0.0, square)
     return np.sqrt(square)
 

@@ -79,7 +79,7 @@ def joint_forces(
         for c, closing in enumerate(closed.cut):
             needed: Columns = 0.0
             for k, load in enumerate(held):
-                needed = plus(needed, times(load, closed.duals[k][c]))
+                needed = plus(needed, times(load, closed.duals[k, c]))
             multiplier = np.conj(1j * needed)
             if tension is not None and tension[0] == number:
                 multiplier = multiplier + closed.tensions[tension[1]][c]

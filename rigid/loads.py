@@ -30,11 +30,11 @@ def beam_loads(motion: Motion) -> Any:
     mechanism = motion.mechanism
     table = beam_table(mechanism, len(motion.columns))
     turning = motion.turning[table.link]
-    felt = motion.acceleration[table.link] - mechanism.gravity
+    felt = _felt(motion, table.link)
     if table.offset:
-        felt += turning * motion.direction[table.link] * table.start
+        felt = felt + turning * motion.direction[table.link] * table.start
     loads = np.empty((1 + len(table.mass_taper), *felt.shape), complex)
-    np.multiply(felt, np.conj(beam_directions(motion)), out=felt)
+    felt = felt * np.conj(beam_directions(motion))
     mass, moment = table.resistance
     np.multiply(felt, mass[0], out=loads[0])
     np.multiply(turning, moment[0], out=loads[1])
@@ -49,6 +49,12 @@ def beam_loads(motion: Motion) -> Any:
             loads[0, number] += start
             loads[1, number] += end - start
     return loads
+
+
+def _felt(motion: Motion, links: Any) -> Any:
+    """What mass at the origins of some links feels: their acceleration less gravity [m/s^2], complex."""
+    acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
+    return acceleration - gravity if gravity else acceleration
 
 
 def beam_directions(motion: Motion) -> Any:
@@ -97,10 +103,11 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     """
     mechanism = motion.mechanism
     mass, first, second = mass_table(mechanism, len(motion.columns))
-    felt = motion.acceleration - mechanism.gravity
-    arm = motion.direction * first
-    force = [0.0, *(-(mass * felt + motion.turning * arm))[1:]]
-    moment = [0.0, *(-(cross(arm, felt) + second * motion.angular_acceleration))[1:]]
+    moving = slice(1, None)
+    felt, turning = _felt(motion, moving), motion.turning[moving]
+    back = motion.direction[moving] * -first[moving]
+    force = [0.0, *(turning * back - mass[moving] * felt)]
+    moment = [0.0, *(cross(back, felt) - second[moving] * turning.imag)]
     for at, pull, twist in given_loads(motion):
         force[at] = force[at] + pull
         moment[at] = moment[at] + twist

@@ -65,7 +65,7 @@ class Motion:
         """The joints and groups, in the order of solution."""
         return self.mechanism.structure
 
-    @property
+    @cached_property
     def places(self) -> tuple[JointPlace, ...]:
         """All joints, placed, in the order of `Structure.joints`."""
         return tuple(place for closed in self.closures for place in closed.joints)

@@ -12,12 +12,12 @@ import numpy as np
 
 def dot(a: Any, b: Any) -> Any:
     """Scalar product Re(conj(a) b) of two vectors, elementwise."""
-    return np.real(a) * np.real(b) + np.imag(a) * np.imag(b)
+    return (np.conj(a) * b).real
 
 
 def cross(a: Any, b: Any) -> Any:
     """Vector product Im(conj(a) b) of two vectors, elementwise."""
-    return np.real(a) * np.imag(b) - np.imag(a) * np.real(b)
+    return (np.conj(a) * b).imag
 
 
 def is_zero(a: Any) -> bool:

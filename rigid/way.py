@@ -45,17 +45,22 @@ def way_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Way:
     Where positions are farther apart than a branch is followed, others are put between them.
     """
     drawn, slides, wraps = drawn_drives(mechanism)
-    first = [float(value) for value in (drive if lead is None or not lead.shape[1] else lead)[:, 0]]
+    first = (drive if lead is None or not lead.shape[1] else lead)[:, 0].tolist()
     ways = [
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
         for at, to, slide in zip(drawn, first, slides, strict=True)
     ]
-    coarse = any(np.abs(row[1:] - row[:-1]).max(initial=0.0) > BETWEEN for row in drive[~slides])
-    if lead is None and not coarse and all(abs(way) <= STILL for way in ways):
+    led = lead is not None or any(abs(way) > STILL for way in ways)
+    if not led and not any(_coarse(row) for row, slide in zip(drive, slides, strict=True) if not slide):
         return Way(drive)
     parts = [np.array(first)[:, None] - np.array(ways)[:, None]] if any(abs(way) > STILL for way in ways) else []
     given = np.concatenate([*parts, *([] if lead is None else [lead]), drive], axis=1)
     return _divided(given, slides, given.shape[1] - drive.shape[1], bool(parts))
+
+
+def _coarse(angle: Any) -> bool:
+    """Whether positions are farther apart than a branch is followed."""
+    return bool(np.abs(angle[1:] - angle[:-1]).max(initial=0.0) > BETWEEN)
 
 
 def _divided(given: Any, slides: Any, leading: int, drawn: bool) -> Way:
