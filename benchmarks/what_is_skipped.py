@@ -80,9 +80,10 @@ def targets() -> list[dict[str, Any]]:
             del chunk
 
     def sampled() -> None:
-        for chunk in deflection_in_chunks(large.mechanism, large.sections, large.drive, large.rate, columns=1024):
+        for chunk in deflection_in_chunks(large.mechanism, large.sections, large.drive, large.rate):
             for field in FIELDS:
                 sample(chunk, field, XI)
+            del chunk
 
     course = small.motion()
     taken = {

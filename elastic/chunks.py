@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -58,5 +59,5 @@ def deflection_in_chunks(
     for rows in design_chunks(designs, count, columns):
         block = of_designs(mechanism, rows, designs)
         beams = of_designs(tuple(sections), rows, designs)
-        for course in motion_in_chunks(block, drive, drive_rate, drive_acceleration, time, columns):
-            yield deflection(course, beams, joints=joints)
+        courses = motion_in_chunks(block, drive, drive_rate, drive_acceleration, time, columns)
+        yield from map(partial(deflection, sections=beams, joints=joints), courses)

@@ -15,7 +15,7 @@ from rigid.way import drawn_drives
 CELLS = 24576  # links times columns that stay in the cache
 COLUMNS = 1024  # below which what calls cost alone counts for more than that
 SEAM = 3  # positions of the chunk before that are passed again, so that a change point at the seam is seen
-FIRM = 1e6  # condition beyond which a position does not tell the branch well
+FIRM = 1e-2  # sine below which a position does not tell the branch well
 
 
 def motion_in_chunks(
@@ -101,16 +101,16 @@ def _along(mechanism: Mechanism, asked: tuple[Any, ...], columns: int) -> Iterat
         drive, rate, rate2, time = (value[..., first : first + columns] for value in asked)
         turns = 0.0 if drawn is mechanism else _whole_turns(drawn, lead[:, 0])
         way = None if lead is None else lead - turns
-        found = motion(drawn, drive - turns, rate, rate2, time, lead=way)
-        found = replace(found, mechanism=mechanism, drive=drive)
-        yield found
+        found = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
         if first + columns < asked[0].shape[-1]:
-            drawn, lead = _drawn_anew(drawn, lead, found)
+            drawn, lead = _drawn_anew(drawn, lead, found[0])
+        yield found.pop()  # kept, it would crowd the next one out of the cache
 
 
 def _drawn_anew(drawn: Mechanism, lead: Any, found: Motion) -> tuple[Mechanism, Any]:
     """The mechanism drawn at the last firm position before the seam, and the drive's way from there to the seam."""
-    firm: Any = (np.reshape(found.condition, (-1, found.condition.shape[-1])) < FIRM).all(axis=0)
+    sine = found.sine
+    firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > FIRM).all(axis=0)
     places = np.flatnonzero(firm[:-SEAM])
     if not len(places):
         return drawn, found.drive if lead is None else np.concatenate([lead, found.drive], axis=1)

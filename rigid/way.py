@@ -29,7 +29,7 @@ class Way:
     drive
         Shape (drives, n).
     asked
-        Places on the way of the positions asked, shape (positions,); None where the way is just these.
+        Places on the way of the positions asked, shape (positions,), or a slice; None where the way is just these.
     approach
         How many places lead to the first of them.
     """
@@ -50,12 +50,23 @@ def way_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Way:
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
         for at, to, slide in zip(drawn, first, slides, strict=True)
     ]
-    led = lead is not None or any(abs(way) > STILL for way in ways)
-    if not led and not any(_coarse(row) for row, slide in zip(drive, slides, strict=True) if not slide):
-        return Way(drive)
+    coarse = any(_coarse(row) for row, slide in zip(drive, slides, strict=True) if not slide)
     parts = [np.array(first)[:, None] - np.array(ways)[:, None]] if any(abs(way) > STILL for way in ways) else []
-    given = np.concatenate([*parts, *([] if lead is None else [lead]), drive], axis=1)
-    return _divided(given, slides, given.shape[1] - drive.shape[1], bool(parts))
+    if lead is None and not parts and not coarse:
+        return Way(drive)
+    given = np.concatenate([*parts, *([] if lead is None else [lead]), drive[:, :1]], axis=1)
+    pieces = _pieces(given, slides)
+    if parts:
+        step = np.abs(given[:, 1] - given[:, 0])
+        slid = step[slides].max(initial=0.0) > 0.0
+        pieces[0] = max(int(np.ceil(step[~slides].max(initial=0.0) / STRIDE)), SLIDES if slid else 3)
+    approach = _divided(given, pieces)[:, :-1]
+    begin = approach.shape[1]
+    pieces = _pieces(drive, slides) if coarse else np.ones(0, int)
+    if not coarse or pieces.sum() > max(MOST * drive.shape[1], FEW):
+        return Way(np.concatenate([approach, drive], axis=1), slice(begin, None), begin)
+    asked = begin + np.concatenate([[0], np.cumsum(pieces)])
+    return Way(np.concatenate([approach, _divided(drive, pieces)], axis=1), asked, begin)
 
 
 def _coarse(angle: Any) -> bool:
@@ -63,22 +74,19 @@ def _coarse(angle: Any) -> bool:
     return bool(np.abs(angle[1:] - angle[:-1]).max(initial=0.0) > BETWEEN)
 
 
-def _divided(given: Any, slides: Any, leading: int, drawn: bool) -> Way:
+def _pieces(given: Any, slides: Any) -> Any:
+    """Into how many pieces every step is to be divided."""
+    turned = np.abs(np.diff(given, axis=1))[~slides].max(axis=0, initial=0.0)
+    return np.maximum(np.ceil(turned / BETWEEN), 1).astype(int)
+
+
+def _divided(given: Any, pieces: Any) -> Any:
     """The way with the places that are missing on it."""
-    step = np.abs(np.diff(given, axis=1))
-    turned = step[~slides].max(axis=0, initial=0.0)
-    pieces = np.maximum(np.ceil(turned / BETWEEN), 1).astype(int)
-    if drawn:
-        slid = step[slides, 0].max(initial=0.0) > 0.0
-        pieces[0] = max(int(np.ceil(turned[0] / STRIDE)), SLIDES if slid else 3)
-    asked = given.shape[1] - leading
-    if pieces[leading:].sum() > max(MOST * asked, FEW):
-        pieces[leading:] = 1
     at = np.concatenate([[0], np.cumsum(pieces)])
     places = np.interp(np.arange(at[-1] + 1), at, np.arange(len(at)))
     drive = np.array([np.interp(places, np.arange(len(at)), row) for row in given])
     drive[:, at] = given
-    return Way(drive, at[leading:], int(at[leading]))
+    return drive
 
 
 @lru_cache(maxsize=64)
