@@ -14,6 +14,7 @@ from elastic.line import Compliance
 from elastic.response import Response, beyond_contact, respond
 from elastic.section import JointCompliance
 from rigid import JointForces, Motion, dot
+from rigid.plane import minus, plus
 
 UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
 
@@ -63,14 +64,14 @@ def opening(
             owner = joint.parent if joint.sense > 0 else joint.child
             at_block = _at_contact(motion, stance, found, soft, owner, on_rails[number], moving)
             child, parent = (child, at_block) if joint.sense > 0 else (at_block, parent)
-        gap, turn = parent[0] - child[0], parent[1] - child[1]
+        gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
         if joint.name in joints:
             own = joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
         along, turned = led(places[number], found.bent)
-        gaps.append(gap + along)
-        turns.append(turn + turned)
+        gaps.append(plus(gap, along))
+        turns.append(plus(turn, turned))
     return Opening(found, moving, gaps, turns)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -162,12 +163,9 @@ def _inverse(matrix: Any) -> Any:
     return inverse
 
 
-def reach_from(closed: Closure, link: int, number: int) -> Columns:
-    """From a tree joint to the origin of a link that it carries, directly or through others [m], complex, negated."""
-    carrier = closed.group.links.index(link)
-    reach = closed.tree[carrier].arm_child
-    while carrier != number:
-        hinge = closed.tree[carrier]
-        carrier = closed.group.links.index(hinge.joint.parent)
-        reach = plus(minus(reach, hinge.arm_parent), closed.tree[carrier].arm_child)
+def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
+    """From the origin of the link that the first of a chain of tree joints carries to the last [m], complex."""
+    reach = closed.tree[chain[0]].arm_child
+    for below, above in pairwise(chain):
+        reach = plus(minus(reach, closed.tree[below].arm_parent), closed.tree[above].arm_child)
     return reach

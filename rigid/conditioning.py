@@ -74,17 +74,19 @@ def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Co
 
 def without_singular(course: Motion) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
-    told = tuple(_marked(course, closed) for closed in course.closures)
-    same = all(one is other for one, other in zip(told, course.closures, strict=True))
-    return course.closures if same else told
+    if not any(_suspect(closed) for closed in course.closures):
+        return course.closures
+    return tuple(_marked(course, closed) if _suspect(closed) else closed for closed in course.closures)
+
+
+def _suspect(closed: Closure) -> bool:
+    """Whether a group may be singular: at a small angle, or where the pins of links that slide on each other meet."""
+    if not closed.group.free:
+        return False
+    return not np.abs(closed.sine).min() >= REGULAR or any(joint.slider is not None for joint in closed.group.cut)
 
 
 def _marked(course: Motion, closed: Closure) -> Closure:
-    pinned = all(place.along is None for place in closed.cut)
-    if not closed.group.free or (pinned and np.abs(closed.sine).min() >= REGULAR):
-        return closed
     with np.errstate(all="ignore"):
         singular = ~(condition(course, closed) <= SINGULAR)
-    if not singular.any():
-        return closed
-    return replace(closed, duals=np.where(singular, np.nan, closed.duals))
+    return replace(closed, duals=np.where(singular, np.nan, closed.duals)) if singular.any() else closed

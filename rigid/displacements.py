@@ -101,9 +101,9 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
             spin.real[...] = 0.0
         elif hinge.along is None:
             spin = imaginary(np.imag(spin))
-        for link, path in zip(closed.group.links, closed.group.path, strict=True):
-            if k in path and hinge.along is not None:
+        for link, chain in closed.group.carried[k]:
+            if hinge.along is not None:
                 shift[link] = plus(shift[link], times(np.imag(spin), hinge.along))
-            elif k in path:
-                shift[link] = minus(shift[link], product(spin, reach_from(closed, link, number)))
+            else:
+                shift[link] = minus(shift[link], product(spin, reach_from(closed, chain)))
                 turning[link] = plus(turning[link], spin)

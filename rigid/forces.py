@@ -126,14 +126,13 @@ def _lead(hinge: JointPlace, load: Columns, twist: Columns, force: list[Columns]
 
 def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
     """Generalised force of the links' loads on free tree joint k."""
-    number = closed.group.free[k]
-    hinge = closed.tree[number]
+    hinge = closed.tree[closed.group.free[k]]
     total: Columns = 0.0
-    for link, path in zip(closed.group.links, closed.group.path, strict=True):
-        if k in path and hinge.along is not None:
+    for link, chain in closed.group.carried[k]:
+        if hinge.along is not None:
             total = plus(total, dot(hinge.along, force[link]))
-        elif k in path:
-            total = plus(total, minus(moment[link], _about(reach_from(closed, link, number), force[link])))
+        else:
+            total = plus(total, minus(moment[link], _about(reach_from(closed, chain), force[link])))
     return total
 
 
@@ -151,6 +150,8 @@ def _push(link: int, arm: Columns, pull: Columns, twist: Columns, force: list[Co
 
 def self_stresses(closures: tuple[Closure, ...]) -> list[JointForces]:
     """Joint forces that balance without any load, one set for every surplus condition of the mechanism."""
+    if not any(closed.tensions for closed in closures):
+        return []
     nothing = [0.0] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
     return [
         joint_forces(closures, nothing, nothing, (number, which))

@@ -186,7 +186,7 @@ def _moving(
         closures,
     )
     told = closures if marked else without_singular(found)
-    if told is closures:
+    if all(one is other for one, other in zip(told, closures, strict=True)):
         return found
     return _moving(mechanism, time, drive, rate, rate2, origin, direction, told, marked=True)
 

@@ -79,15 +79,16 @@ class Joint:
 class Group:
     """Links that are placed together.
 
-    `tree[k]` carries `links[k]`. `path[k]` lists the free tree joints (numbers into `free`) between a link placed
-    before and `links[k]`; `free` the numbers of the tree joints that no drive moves. `cut` closes the loops.
+    `tree[k]` carries `links[k]`; `free` the numbers of the tree joints that no drive moves. `carried` lists per free
+    joint the links that it carries, each with the numbers of the tree joints from its own back to that one. `cut`
+    closes the loops.
     """
 
     links: tuple[int, ...]
     tree: tuple[Joint, ...]
     cut: tuple[Joint, ...]
     free: tuple[int, ...]
-    path: tuple[tuple[int, ...], ...]
+    carried: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,7 +372,7 @@ def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
 
 
 def _hung(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int], net: _Net) -> Group:
-    """Direct the tree away from the known links and list the free joints on the way to every link."""
+    """Direct the tree away from the known links and list what every free joint carries."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     hung: list[Joint] = []
     free: list[int] = []
@@ -380,11 +381,12 @@ def _hung(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: se
         tree.remove(joint)
         if joint.parent not in placed:
             joint = net.turned(joint)
-        way = placed[joint.parent]
         if not joint.moved:
-            way = (*way, len(free))
             free.append(len(hung))
-        placed[joint.child] = way
+        placed[joint.child] = (len(hung), *placed[joint.parent])
         hung.append(joint)
     order = tuple(joint.child for joint in hung)
-    return Group(order, tuple(hung), tuple(cut), tuple(free), tuple(placed[link] for link in order))
+    carried = tuple(
+        tuple((link, placed[link][: placed[link].index(k) + 1]) for link in order if k in placed[link]) for k in free
+    )
+    return Group(order, tuple(hung), tuple(cut), tuple(free), carried)
