@@ -66,7 +66,8 @@ def try_scene(path: Path, out: Path, request: Request, resume: bool = False, pro
     except (SceneError, MechanismError, RequestError) as error:
         return Outcome(BAD_INPUT, f"{path.stem}: {error}")
     except OSError as error:
-        return Outcome(BAD_INPUT, f"{path.stem}: not written: {error}")
+        place = f"{error.filename}: " if error.filename else ""
+        return Outcome(BAD_INPUT, f"{path.stem}: not written: {place}{(error.strerror or str(error)).lower()}")
     except Exception:  # one scene that the program fails on must not take the others with it
         return Outcome(BUG, f"{path.stem}: the program failed, please report this:\n{traceback.format_exc()}")
 
@@ -194,6 +195,7 @@ def _safe(factor: float | None) -> str:
 def _line(figures: dict[str, Any]) -> str:
     """The gist of a scene in one line."""
     from kinelast.report_numbers import coordinate, number, quantity
+    from kinelast.report_trust import GOOD, verdict
 
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest = figures["largest_deflection"]
@@ -214,8 +216,11 @@ def _line(figures: dict[str, Any]) -> str:
     if figures["run"]["left_out"]:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
-        verdict = "agrees" if figures["check"]["passed"] else "FAILED"
+        result = "agrees" if figures["check"]["passed"] else "FAILED"
         size = number(_or_nan(figures["check"]["largest"]), 2)
         nothing = figures["check"]["passed"] and not (figures["links"] and figures["check"]["compared"])
-        words.append("check has nothing to compare" if nothing else f"check {verdict} ({size})")
+        words.append("check has nothing to compare" if nothing else f"check {result} ({size})")
+    level, reasons = verdict(figures["trust"])
+    if level != GOOD:
+        words.append(f"{level}: {', '.join(reasons)}")
     return "; ".join(words)

@@ -1,4 +1,4 @@
-"""What a scene was computed from, as figures: speeds, gravity, loads, point masses, theory."""
+"""What a scene was computed from, as figures: speeds, gravity, loads, point masses, materials, theory."""
 
 from __future__ import annotations
 
@@ -21,6 +21,14 @@ def input_figures(results: Results) -> dict[str, Any]:
     gravity = complex(mechanism.gravity)
     return {
         "theory": "Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
+        "materials": {
+            name: {
+                "E": figure(stuff.E, "Pa"),
+                "density": figure(stuff.density, "kg/m^3"),
+                "yield": figure(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
+            }
+            for name, stuff in results.scene.materials.items()
+        },
         "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
         "drives": {
             name: _speed(rate, unit)

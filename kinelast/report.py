@@ -16,7 +16,7 @@ from kinelast.report_charts import Axis, line_charts
 from kinelast.report_cycle import MOST_MAPPED, NAMES, SYMBOLS, axis, cycle_charts, cycle_maps, legend
 from kinelast.report_drawing import mechanism_drawing
 from kinelast.report_numbers import coordinate, number, quantity
-from kinelast.report_trust import CAUTION, GOOD, OPEN, ORDER, POOR
+from kinelast.report_trust import CAUTION, GOOD, POOR, verdict
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -85,7 +85,7 @@ def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[st
     charts = cycle_charts(results)
     svgs = line_charts(over, charts)
     labels = results.scene.labels
-    verdict = min((finding["level"] for finding in figures["trust"] if finding["level"] != OPEN), key=ORDER.index)
+    level, reasons = verdict(figures["trust"])
     return _template().render(
         figures=figures,
         fields=[(field, NAMES[field], Markup(SYMBOLS.get(field, field))) for field in TABLED],
@@ -95,11 +95,9 @@ def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[st
         maps=Markup(cycle_maps(results, over)) if labels else "",
         unmapped=max(0, len(labels) - MOST_MAPPED),
         stressed=any(peaks["normal_stress"]["value"] is not None for peaks in figures["peaks"].values()),
-        verdict=verdict,
-        verdict_words=VERDICTS[verdict],
-        reasons=list(
-            dict.fromkeys(finding["heading"].lower() for finding in figures["trust"] if finding["level"] == verdict)
-        ),
+        verdict=level,
+        verdict_words=VERDICTS[level],
+        reasons=reasons,
         moved=any(point["displacement"]["value"] for point in figures["points"].values()),
         safety=_safety(figures),
         times_drive=_inverse(figures),

@@ -6,7 +6,7 @@ Limits and where they come from: docs/report.md and docs/strength.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,11 @@ HEADINGS = {
     "axial force": "Buckling",
     "yield": "Strength",
     "vibration": "Quasi-static answer",
+}
+SOLIDS = {  # from soft foam to diamond, and to osmium
+    "E": (1e4, 2e12, "Pa", '"210 GPa"'),
+    "density": (5.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
+    "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
 WITHIN = {
     "slenderness": "all links are longer than {:.0f} radii of gyration",
@@ -52,8 +57,14 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [_positions(results), *_check(results), *_cautions(results), *_within(results)]
+    found = [_positions(results), *_inputs(results), *_check(results), *_cautions(results), *_within(results)]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
+
+
+def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
+    """The worst level of findings as plain data, and what has it."""
+    level = min((finding["level"] for finding in trust if finding["level"] != OPEN), key=ORDER.index)
+    return level, list(dict.fromkeys(finding["heading"].lower() for finding in trust if finding["level"] == level))
 
 
 def _positions(results: Results) -> Finding:
@@ -78,6 +89,18 @@ def _positions(results: Results) -> Finding:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
+
+
+def _inputs(results: Results) -> Iterator[Finding]:
+    """What no solid has: most likely a number without its unit."""
+    for name, stuff in results.scene.materials.items():
+        for (what, (least, most, unit, example)), value in zip(
+            SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
+        ):
+            if value is not None and not least <= value <= most:
+                told = f"{what} of {name} is {value:.4g} {unit}, which no solid has"
+                hint = f"a bare number is in {unit}, other units are told as in {example}"
+                yield Finding(CAUTION, "Inputs", f"The {told}: {hint}.")
 
 
 def _check(results: Results) -> list[Finding]:

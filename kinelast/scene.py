@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.scene_course import require_determined, scene_motion, scene_motion_at, scene_times
-from kinelast.scene_data import Run, Scene
+from kinelast.scene_data import Material, Run, Scene
 from kinelast.scene_drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene_error import SceneError, fault
 from kinelast.scene_files import shipped_scenes, shipped_structures
-from kinelast.scene_format import SceneTable
+from kinelast.scene_format import MaterialTable, SceneTable
 from kinelast.scene_joints import build_joints
 from kinelast.scene_laws import RepeatedLaw, TableLaw
 from kinelast.scene_links import Body
@@ -99,12 +99,18 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         tuple(body.sections[k].stiff if body.rigid else body.sections[k].section for body, k in beams),
         tuple(_label(body, k) for body, k in beams),
         build_joints(table, mechanism),
+        {name: _material(stuff) for name, stuff in table.materials.items()},
         parts.laws,
         run,
         {body.link.name: body.outline for body in parts.bodies if body.outline},
     )
     require_determined(scene)
     return scene
+
+
+def _material(stuff: MaterialTable) -> Material:
+    limit = None if stuff.yield_stress is None else float(stuff.yield_stress)
+    return Material(float(stuff.E), float(stuff.density), limit)
 
 
 def _loads(table: SceneTable, parts: Parts, duration: float) -> tuple[Load | LineLoad, ...]:

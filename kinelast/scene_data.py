@@ -34,6 +34,15 @@ class Run:
     tolerance: float = 1e-10
 
 
+@dataclass(frozen=True)
+class Material:
+    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] or None."""
+
+    E: float
+    density: float
+    yield_stress: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A mechanism that is ready to move.
@@ -51,6 +60,8 @@ class Scene:
         of its link, followed by .1, .2 where that has several beams.
     joints
         By name, the joints that give way or do not fit.
+    materials
+        By name, those that the file describes.
     laws
         One per drive: time [s] to coordinate, rate and acceleration; or an effort, and the motion follows.
     run
@@ -67,6 +78,7 @@ class Scene:
     sections: tuple[Section, ...]
     labels: tuple[str, ...]
     joints: Mapping[str, JointCompliance]
+    materials: Mapping[str, Material]
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
     outlines: Mapping[str, tuple[complex, ...]]

@@ -13,6 +13,7 @@ from rigid.coordinates import Coordinate, Rated
 from rigid.cycle import Intervals, intervals, turn_closes, zeros
 from rigid.mechanism import MechanismError, PinDrive, Reals
 from rigid.motion import Motion, with_rates
+from rigid.names import counted
 from rigid.plane import cross, dot
 from rigid.reach import stops
 
@@ -119,7 +120,7 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[Limit, Limit]:
     low = min((each for each in found if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
     high = max((each for each in found if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
     if low is None or high is None:
-        raise MechanismError(f"{coordinate} does not swing on this way: it turns back {len(found)} time(s)")
+        raise MechanismError(f"{coordinate} does not swing on this way: it turns back {counted(len(found), 'time')}")
     return low, high
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rigid.mechanism import Mechanism
+from rigid.names import counted
 from rigid.structure import Group, Joint
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
@@ -45,7 +46,8 @@ class AssurGroup:
     def name(self) -> str:
         """In words: "dyad RRR, class II"."""
         if self.surplus:
-            return f"redundant {'link' if len(self.links) == 1 else 'links'}, {self.surplus} condition(s) too many"
+            links = "link" if len(self.links) == 1 else "links"
+            return f"redundant {links}, {counted(self.surplus, 'condition')} too many"
         if self.group_class == 1:
             return "driven link" if len(self.links) == 1 else "driven chain"
         what = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"

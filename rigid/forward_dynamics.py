@@ -16,6 +16,7 @@ from rigid.analysis import aligned_joint
 from rigid.effort import equation_of_motion
 from rigid.mechanism import Law, Mechanism, MechanismError, Reals
 from rigid.motion import Motion, motion, with_rates
+from rigid.names import counted
 from rigid.postures import Posture
 from rigid.tracking import Tracker
 
@@ -110,7 +111,7 @@ def forward(
     drives = tuple(drives)
     count = len(mechanism.drives)
     if len(drives) != count:
-        raise ForwardError(f"{len(drives)} efforts or motion laws were given for {count} drive(s)")
+        raise ForwardError(f"{len(drives)} efforts or motion laws were given for {counted(count, 'drive')}")
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     start, rate = (np.broadcast_to(np.asarray(value, float), (count,)).copy() for value in (start, rate))
     for number, drive in enumerate(drives):

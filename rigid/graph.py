@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid.mechanism import MechanismError
+from rigid.names import counted
 
 Integers = NDArray[np.int64]
 
@@ -92,9 +93,8 @@ def graph_from_incidence(matrix: Any, nodes: Sequence[str] = (), branches: Seque
     for name, column in zip(names, entries.T, strict=True):
         leaves, enters = np.flatnonzero(column == 1), np.flatnonzero(column == -1)
         if len(leaves) != 1 or len(enters) != 1 or np.count_nonzero(column) != 2:
-            raise MechanismError(
-                f'branch "{name}" leaves {len(leaves)} node(s) and enters {len(enters)}: it must leave one, enter one'
-            )
+            ends = f"leaves {counted(len(leaves), 'node')} and enters {len(enters)}"
+            raise MechanismError(f'branch "{name}" {ends}: it must leave one, enter one')
         found.append(Branch(name, nodes[leaves[0]], nodes[enters[0]]))
     return Graph(tuple(found), nodes)
 

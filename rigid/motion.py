@@ -13,6 +13,7 @@ from rigid.closure import Closure, Columns, JointPlace
 from rigid.conditioning import condition, without_singular
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
+from rigid.names import counted
 from rigid.plane import dot, plus, product, times
 from rigid.positions import place
 from rigid.structure import Structure
@@ -210,10 +211,10 @@ def courses(mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any) 
     if coordinates.ndim == 1:
         coordinates = coordinates[None] if count == 1 else coordinates[:, None]
     if len(coordinates) != count:
-        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {count} drive(s)")
+        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
     if instants.shape != coordinates.shape[-1:]:
-        raise MechanismError(f"{instants.size} instants were given for {coordinates.shape[-1]} position(s)")
+        raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
     return coordinates, _per_position(rate, coordinates), _per_position(rate2, coordinates), instants
 
 

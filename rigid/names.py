@@ -84,5 +84,11 @@ def _no_beam(link: Link, number: int, moving: bool) -> str | None:
     if not moving:
         return f'a line load on "{link.name}", which does not move: its beams feel nothing'
     if not 0 <= number < len(link.beams):
-        return f'a line load on beam {number} of "{link.name}", which has {len(link.beams)} beam(s), counted from 0'
+        known = f"which has {counted(len(link.beams), 'beam')}, counted from 0"
+        return f'a line load on beam {number} of "{link.name}", {known}'
     return None
+
+
+def counted(count: int, noun: str) -> str:
+    """A number with its noun, for a message."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from rigid.mechanism import Complex, Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.names import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,11 +354,6 @@ class _Net:
         if idle:
             name = next(key[0] for key, number in self.drives.items() if number in idle)
             raise MechanismError(f'too many drives: the one at "{name}" has no freedom left to move')
-
-
-def counted(count: int, noun: str) -> str:
-    """A number with its noun, for a message."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:

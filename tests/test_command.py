@@ -295,7 +295,7 @@ def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch
 
     monkeypatch.setattr(kinelast.output_tables, "write_positions", full)
     assert main([str(arm), "-o", str(out), "--positions", "9"]) == 2
-    assert "No space left" in capsys.readouterr().err
+    assert "arm: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()} == before
     assert [entry.name for entry in out.iterdir()] == ["arm"]
 
@@ -521,3 +521,15 @@ def test_without_opengl_pictures_are_refused_and_all_else_works(arm, tmp_path, m
     assert main([str(arm), "--animate", "deflection", "-o", str(tmp_path / "out")]) == 2
     assert "install libgl1" in capsys.readouterr().err
     assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
+
+
+def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
+    """Fine as it is; of rubber it bends by more than theory and strength allow."""
+    arm.write_text(arm.read_text() + "gravity = [0, -9.81]\n")
+    soft = tmp_path / "soft.toml"
+    soft.write_text(arm.read_text().replace("E = 210e9", "E = 2e6"))
+    assert main([str(arm), str(soft), "-o", str(tmp_path / "out")]) == 0
+    fine, poor = (line for line in capsys.readouterr().out.splitlines() if line)
+    assert "poor" not in fine
+    assert "caution" not in fine
+    assert re.search(r"; poor: [a-z ,]*small displacements", poor)

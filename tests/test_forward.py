@@ -400,7 +400,7 @@ class TestRefusals:
             forward(mechanism, [Effort(1.0)], 0.0, 0.0, 1.0)
 
     def test_as_many_efforts_as_drives(self):
-        with pytest.raises(ForwardError, match=r"1 efforts or motion laws were given for 2 drive\(s\)"):
+        with pytest.raises(ForwardError, match=r"1 efforts or motion laws were given for 2 drives"):
             forward(double_pendulum(), [FREE], 0.0, 0.0, 1.0)
 
     def test_a_start_that_does_not_close(self):

@@ -389,7 +389,7 @@ class TestMistakes:
             ),
             ('a load: there is no link "bat"', {"loads": (PointLoad("bat", "A", 1.0),)}),
             ('a load: link "crank" has no point "X"', {"loads": (PointLoad("crank", "X", 1.0),)}),
-            ('beam 1 of "crank", which has 1 beam(s)', {"loads": (LineLoad("crank", 1, 1.0, 1.0),)}),
+            ('beam 1 of "crank", which has 1 beam', {"loads": (LineLoad("crank", 1, 1.0, 1.0),)}),
             ('a line load on "ground", which does not move', {"loads": (LineLoad("ground", 0, 1.0, 1.0),)}),
             ('drive of slider "rail": there is no such slider', {"drives": (SliderDrive("rail"),)}),
         ],
