@@ -78,7 +78,7 @@ def quasi_static_error(found: Harmonics, omega: float) -> float:
 
     References
     ----------
-    Den Hartog, Mechanical Vibrations, 4th ed., section 2.8.
+    Den Hartog, Mechanical Vibrations, chapter 2: forced vibrations without damping.
     """
     square = np.square(found.omega / omega)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -46,8 +46,7 @@ class Shape:
 
         References
         ----------
-        Cowper, The shear coefficient in Timoshenko's beam theory, Journal of Applied Mechanics 33 (1966) 335-340,
-        Table 1.
+        Cowper, The shear coefficient in Timoshenko's beam theory, Journal of Applied Mechanics 33 (1966) 335-340.
         """
         a, b, c = self.cowper
         return a * (1 + poisson) / (b + c * poisson)

@@ -103,7 +103,7 @@ class TestLoadsOverPartOfABeam:
         assert sample(found, "phi", [0])[0, 0, 0] == pytest.approx(expected, rel=1e-12)
 
     def test_overhang(self):
-        """A force at the end of an overhang c behind a span l: P c^2 (l + c)/(3 EI): Gere, section 9.5."""
+        """A force at the end of an overhang c behind a span l: P c^2 (l + c)/(3 EI): Gere, beam with an overhang."""
         span, over = 0.9, 0.4
         found = solved(supported({"A": 0, "B": span, "C": span + over}, loads=[down("C", 90.0)], rollers=["B"]))
         assert sample(found, "w", [1])[1, 0, 0] == pytest.approx(-90 * over**2 * (span + over) / (3 * EI), rel=1e-12)
@@ -125,14 +125,14 @@ class TestStaticallyIndeterminate:
         assert sample(found, "V", [1])[0, 0, 0] == pytest.approx(-90 * L / 10, rel=1e-11)
 
     def test_continuous_beam_over_three_supports(self):
-        """Moment over the middle support q L^2/8, outer reactions 3 q L/8: Timoshenko, article 47."""
+        """Moment over the middle support q L^2/8, outer reactions 3 q L/8: Timoshenko, three moments."""
         loads = [LineLoad("beam", number, -90j, -90j) for number in (0, 1)]
         found = solved(supported({"A": 0, "B": L, "C": 2 * L}, loads=loads, rollers=["B", "C"]))
         assert sample(found, "M", [1])[0, 0, 0] == pytest.approx(-90 * L**2 / 8, rel=1e-11)
         assert sample(found, "V", [1])[1, 0, 0] == pytest.approx(-3 * 90 * L / 8, rel=1e-11)
 
     def test_fixed_beam(self):
-        """Moments at the ends q L^2/12, at mid-span q L^2/24: Gere, Table in section 10.3. Its base is rigid."""
+        """Moments at the ends q L^2/12, at mid-span q L^2/24: Gere, section 10.3. Its base is rigid."""
         found = solved(fixed_beam(LineLoad("frame", 1, -90j, -90j)), [RIGID, SECTION])
         assert sample(found, "M", [0, 0.5, 1])[1, 0] == pytest.approx(
             [-90 * L**2 / 12, 90 * L**2 / 24, -90 * L**2 / 12], rel=1e-11
@@ -294,7 +294,7 @@ class TestTimoshenkoBeam:
     kGA = 900.0
 
     def test_cantilever_tip(self):
-        """P L^3/(3 EI) + P L/(kGA): Timoshenko, article 39."""
+        """P L^3/(3 EI) + P L/(kGA): Timoshenko, effect of shear."""
         found = solved(cantilever({"A": 0, "B": L}, loads=[down("B", 5.0)]), [Section(EA, EI, self.kGA)])
         expected = -5 * L**3 / (3 * EI) - 5 * L / self.kGA
         assert sample(found, "w", [1])[0, 0, 0] == pytest.approx(expected, rel=1e-12)

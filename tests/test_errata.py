@@ -319,7 +319,7 @@ class TestErratum4:
         assert passes(LENGTH[0] ** 2 / EI[0] * (13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3), "uy1l")
 
     def test_with_a_moment_at_the_end(self):
-        """Cantilever under an end moment: w = M/(2 EI), slope M/EI (Gere, Goodno, 8th ed., Table H-1)."""
+        """Cantilever under an end moment: w = M l^2/(2 EI), slope M l/EI (Gere, Goodno, 8th ed., Table H-1)."""
         M1 = M2 = M3 = M4 = 1.0
         corrected = 13 / 120 * M1 + 3 / 10 * M2 + 3 / 40 * M3 + 1 / 60 * M4
         assert corrected == pytest.approx(1 / 2, rel=1e-15)

@@ -1,6 +1,6 @@
 """Claim: natural frequencies by finite elements are those of the standard beams and of `elastic`, to the fourth order.
 
-Characteristic equations: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, tables 8-1, 8-8 and 8-16.
+Characteristic equations: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, chapter 8.
 """
 
 from dataclasses import replace
@@ -64,7 +64,7 @@ class TestStandardBeams:
         np.testing.assert_allclose(found, np.array([1, 3, 5]) * np.pi / 2 / LENGTH * np.sqrt(EA / MASS), rtol=1e-5)
 
     def test_rod_of_simeons_slider_crank(self):
-        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s as printed."""
+        """IVP Test Set, "crank": 1276.686 and 5106.746 rad/s: the square roots of its stiffness over its mass."""
         rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
         found = lowest(supported({"A": 0, "B": 0.3}, 0.151104 / 0.3), rod, 2, 64)
         assert found == pytest.approx([1276.686, 5106.746], abs=6e-4)
@@ -79,7 +79,7 @@ class TestStandardBeams:
         assert exact[0] < 0.8 * bending(np.pi)
 
     def test_cone_that_comes_to_a_point(self):
-        """Blevins, table 8-16: a cone clamped at its base, (8.719/l^2) sqrt(EI/m) at the base; all but to the point."""
+        """A cone clamped at its base, (8.719/l^2) sqrt(EI/m) at the base (Blevins, tapered beams); all but to the point."""
         sharp = 0.99999
         taper = (1.0, -sharp)
         power2, power4 = np.polynomial.polynomial.polypow(taper, 2), np.polynomial.polynomial.polypow(taper, 4)

@@ -120,7 +120,7 @@ def test_the_drawing_is_reproduced_where_it_was_drawn(name):
 
 class TestClosedForms:
     def test_slider_crank(self):
-        """x = r cos + sqrt(l^2 - r^2 sin^2) (Norton, Design of Machinery, 5th ed., section 4.6, offset 0)."""
+        """x = r cos + sqrt(l^2 - r^2 sin^2) (Norton, Design of Machinery, chapter 4, offset 0)."""
         r, L = 0.1, 0.35
         case = slider_crank(r, L, offset=0.0, slope=0.0)
         angle = case.drive[0]
@@ -128,7 +128,7 @@ class TestClosedForms:
         np.testing.assert_allclose(position_of(course(case), "block", "B"), expected, rtol=1e-14, atol=1e-15)
 
     def test_four_bar(self):
-        """Freudenstein: K1 cos t4 - K2 cos t2 + K3 = cos(t2 - t4) (Norton, 5th ed., equation 4.8)."""
+        """Freudenstein: K1 cos t4 - K2 cos t2 + K3 = cos(t2 - t4) (Norton, chapter 4)."""
         a, b, c, d = 0.1, 0.3, 0.25, 0.35
         going = course(steel_four_bar(48))
         t2, t4 = (np.angle(going.direction[at]) for at in (1, 3))
@@ -271,7 +271,7 @@ class TestBranches:
 
 class TestCondition:
     def test_of_a_four_bar_is_the_transmission_angle(self):
-        """cos mu = (b^2 + c^2 - |AD|^2)/(2 b c) (Norton, 5th ed., section 4.10); condition 1/sin^2 mu."""
+        """cos mu = (b^2 + c^2 - |AD|^2)/(2 b c) (Norton, chapter 4, transmission angles); condition 1/sin^2 mu."""
         going = course(steel_four_bar(24))
         square = abs(position_of(going, "crank", "A") - 0.35) ** 2
         cosine = (0.3**2 + 0.25**2 - square) / (2 * 0.3 * 0.25)

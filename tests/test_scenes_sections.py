@@ -86,7 +86,7 @@ class TestSections:
         assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
 
     def test_two_sizes_taper(self):
-        # Roark: a cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
+        # A cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
         text = edited(ARM, ('depth = "20 mm"', 'depth = ["20 mm", "10 mm"]'))
         x = (np.arange(200000) + 0.5) / 200000 * L
         depth = 0.02 - 0.01 * x / L

@@ -121,7 +121,7 @@ class TestClosedForms:
         np.testing.assert_allclose(abs(forces.force[0]), m * np.hypot(a + g * np.sin(slope), g * np.cos(slope)))
 
     def test_piston_force_on_a_massless_slider_crank(self):
-        """T = F r sin(t + b)/cos(b), sin b = r sin(t)/l (Shigley, Theory of Machines, 3rd ed., section 15.5)."""
+        """T = F r sin(t + b)/cos(b), sin b = r sin(t)/l: virtual work, T = -F dx/dt."""
         r, L, F = 0.1, 0.35, 900.0
         links = (
             Link("ground", {"O": 0.0}),

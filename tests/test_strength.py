@@ -74,7 +74,7 @@ class TestShapes:
         ("shape", "printed"), [(rectangle(2, 1), 0.850), (circle(1), 0.886), (tube(1, 0.99999), 0.531)]
     )
     def test_cowper(self, shape, printed):
-        """Cowper (1966), Table 1, at nu = 0.3; a thin tube's is 2 (1 + nu)/(4 + 3 nu)."""
+        """Cowper (1966), at nu = 0.3; a thin tube's is 2 (1 + nu)/(4 + 3 nu)."""
         assert shape.shear_coefficient(0.3) == pytest.approx(printed, abs=5e-4)
 
     def test_tube_that_is_none(self):
