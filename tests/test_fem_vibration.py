@@ -79,7 +79,7 @@ class TestStandardBeams:
         assert exact[0] < 0.8 * bending(np.pi)
 
     def test_cone_that_comes_to_a_point(self):
-        """A cone clamped at its base, (8.719/l^2) sqrt(EI/m) at the base (Blevins, tapered beams); all but to the point."""
+        """A cone clamped at its base, 8.719/l^2 sqrt(EI/m) (Blevins, tapered beams); all but to the point."""
         sharp = 0.99999
         taper = (1.0, -sharp)
         power2, power4 = np.polynomial.polynomial.polypow(taper, 2), np.polynomial.polynomial.polypow(taper, 4)

@@ -104,7 +104,7 @@ class TestSimeonSliderCrank:
         assert sample(self.solved(), "chord", [0.5])[1, 0, 0] == pytest.approx(2.090334574e-4, abs=6e-14)
 
     def test_simply_supported_beam_under_a_trapezoidal_load(self):
-        """5 (q1 + q2)/2 l^4/(384 EI) at mid-span: Young, Budynas, Sadegh, Roark's Formulas, 8th ed., Table 8.1, case 2e."""
+        """5 (q1 + q2)/2 l^4/(384 EI) at mid-span: Roark's Formulas, 8th ed., Table 8.1, case 2e."""
         solved = self.solved()
         q = np.mean([625.479186, -354.877376])
         EI = 2e11 * 0.008**4 / 12
