@@ -25,6 +25,7 @@ from jobs import AREA, DENSITY, INERTIA, SPEED, E, steel_four_bar
 from elastic import FIELDS, deflection, sample
 from rigid import beam_loads, motion, position_of
 
+MIDDLE = 1e3  # of the figure [us]
 BEAMS = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))
 
 
@@ -305,7 +306,12 @@ def main() -> None:
         for count in counts if loads(name, module) else ():
             error, time = measured(solve, count, data)
             rows.append(
-                {"tool": version(name), "set-up": f"{count} {unit}", "us a position": time * 1e6, "error": error}
+                {
+                    "tool": version(name),
+                    "set-up": set_up(count, unit),
+                    "us a position": time * 1e6,
+                    "error": error,
+                }
             )
     if loads("pylinkage", "pylinkage"):
         error, time = pylinkage(360)
@@ -336,11 +342,26 @@ def main() -> None:
             rows.append(row | {"error": error if "fields" in what else None})
     notes = ["exudyn's difference is the geometric nonlinearity of its elements, not an error of it"]
     measuring.report("peers", "Peers: the steel four-bar elsewhere", {"tools": rows}, notes)
-    with measuring.figure("peers") as axis:
+    draw(rows)
+
+
+def set_up(count: int, unit: str) -> str:
+    return f"{count} {unit.replace('elements', 'element') if count == 1 else unit}"
+
+
+def draw(rows: list[dict[str, Any]]) -> None:
+    """Errors over times, each told beside its mark, or below where it is on the right."""
+    with measuring.figure("peers", size=(8.5, 4.5)) as axis:
         for row in rows:
             if row["error"]:
-                axis.loglog(row["us a position"], row["error"], "*" if row["tool"] == "kinelast" else "o")
-                axis.annotate(f"{row['tool']}, {row['set-up']}", (row["us a position"], row["error"]), fontsize=6)
+                right = row["us a position"] > MIDDLE
+                place = (row["us a position"], row["error"])
+                axis.loglog(*place, "*" if row["tool"] == "kinelast" else "o", ms=8)
+                words = f"{row['tool']}: {row['set-up']}"
+                told = {"ha": "right", "va": "top"} if right else {"ha": "left", "va": "center"}
+                off = (6, -7) if right else (8, 0)
+                axis.annotate(words, place, off, textcoords="offset points", fontsize=7, **told)
+        axis.margins(0.06)
         axis.set(xlabel="microseconds a position", ylabel="error of u and w over the greatest")
 
 
