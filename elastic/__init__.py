@@ -92,3 +92,7 @@ def __getattr__(name: str) -> Any:
     # all of its names at once: one is the module's own, which the import has put in its place
     globals().update({own: getattr(module, own) for own in _LATER[home]})
     return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

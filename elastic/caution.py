@@ -6,7 +6,7 @@ Limits and their sources: docs/strength.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -130,28 +130,36 @@ def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
 
 def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:
     found = extremes(deflection, ["w"])["w"].value / deflection.length
-    message = "deflects by {figure:.2%} of its length: linear theory takes the loads where the rigid link would be"
+    message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
 def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Caution]:
-    message = (
-        "is pressed with {figure:.2g} of Euler's load: bending, found without the axial force, grows by about "
-        "1/(1 - {figure:.2g})"
-    )
-    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message)
+    message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
+    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
+
+
+def _amplified(ratio: float) -> str:
+    """What a share of Euler's load does to the bending of a beam."""
+    return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
 
 
 def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
     limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
     if np.isfinite(limit).any():
         share = stress_extremes(deflection, ["mises"])["mises"].value / limit
-        yield from _per_beam("yield", over_cycle(share), "is stressed to {figure:.2g} of its yield stress")
+        yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
-def _per_beam(kind: str, peak: Peak, message: str) -> Iterator[Caution]:
+def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Caution]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
-        yield from _judged(kind, beam, int(position), float(value), message.format(figure=value))
+        words = message.format(figure=_share(float(value))) + more(float(value))
+        yield from _judged(kind, beam, int(position), float(value), words)
+
+
+def _share(figure: float) -> str:
+    """A part of something in words, or how many times that."""
+    return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
 def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
@@ -171,10 +179,9 @@ def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: 
         what = f"harmonic {strongest} of the load"
     own = frequencies is not None or cycle is deflection
     at = int(structure.position[int(np.nanargmin(structure.omega[0]))]) if own else None
-    message = (
-        f"{what} runs at {ratio:.2g} of the lowest natural frequency, {lowest / (2 * math.pi):.4g} Hz: the deflection, "
-        f"found without vibration, is about {missed:.1%} off"
-    )
+    off = f"about {100 * missed:.2g} % off" if missed < 1 else "off by more than itself: resonance"
+    slowest = f"the lowest natural frequency, {lowest / (2 * math.pi):.4g} Hz"
+    message = f"{what} runs at {_share(ratio)} {slowest}: the deflection, found without vibration, is {off}"
     yield from _judged("vibration", None, at, float(missed), message)
 
 

@@ -35,6 +35,11 @@ def extremes(deflection: Deflection, fields: Sequence[str] = FIELDS) -> dict[str
     fields
         Any of "N", "V", "M", "u", "w", "phi" and "chord"; only what these take is computed.
 
+    Raises
+    ------
+    ValueError
+        There is no such field.
+
     Examples
     --------
     A rod of 1 m and 1 kg/m turning at 1 rad/s pulls most at its root, with 1/2 N.
@@ -46,6 +51,9 @@ def extremes(deflection: Deflection, fields: Sequence[str] = FIELDS) -> dict[str
     >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
     array([[0.5]])
     """
+    for field in fields:
+        if field not in (*FIELDS, "chord"):
+            raise ValueError(f'there is no field "{field}" to be extreme: choose from {", ".join((*FIELDS, "chord"))}')
     cut = pieces(deflection)
     bare = not deflection.soft.strained and not deflection.soft.sheared
     found: dict[str, Extreme] = {}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
+from elastic.deflection import FIELDS, Deflection
 from elastic.line import tapered_powers
 from rigid import Reals
 
@@ -21,11 +21,18 @@ def sample(deflection: Deflection, field: str, stations: Any) -> Any:
     stations
         xi = x'/l from 0 to 1, shape (stations,).
 
+    Raises
+    ------
+    ValueError
+        There is no such field; a station is not on the beam.
+
     Returns
     -------
     Shape (beams, ..., positions, stations), units of the field.
     """
     xi = np.asarray(stations, float)
+    if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
+        raise ValueError(f"stations from {xi.min():g} to {xi.max():g}, expected from 0 to 1, shares of the length")
     if field == "chord":
         ends = sample(deflection, "w", [0.0, 1.0])
         return sample(deflection, "w", xi) - ends[..., :1] * (1 - xi) - ends[..., 1:] * xi
@@ -69,6 +76,8 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     """
     if field in ("qx", "qy"):
         return np.ascontiguousarray(deflection.q.real if field == "qx" else deflection.q.imag)
+    if field not in FIELDS:
+        raise ValueError(f'there is no field "{field}": choose from {", ".join((*FIELDS, "chord", "qx", "qy"))}')
     values: Reals = getattr(deflection, field)
     return values
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, sample
+from elastic import FIELDS, Deflection, Taper, sample
 from fem_check.solution import Solution
 from rigid import Reals
 
 TOLERANCE = 1e-8
 COARSEST = 1e-3
 """What is granted at most to elements of tapered beams, whose nodal values are exact to the fourth order only."""
+STEEPNESS = 250.0
+"""Divides the fourth power of how much rigidities change over an element; of that errors were a seventh to a half."""
 FLOOR = 1e-6
 """A field that stays below this part of its companions counts as zero, and is measured against that part of them."""
 AT_NODE = 1e-9
@@ -77,7 +80,8 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     Parameters
     ----------
     tolerance
-        `TOLERANCE` unless said, and where beams taper what so many elements may leave, 1/elements^4.
+        `TOLERANCE` unless said, and where beams taper what so many elements may leave: 1/elements^4, more where they
+        taper steeply.
 
     Raises
     ------
@@ -89,8 +93,7 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
             f"a deflection of {deflection.w.shape[1:]} beams and positions, a solution of {solution.w.shape[:-1]}"
         )
     if tolerance is None:
-        tapered = any(section.taper is not None for section in solution.sections)
-        tolerance = max(TOLERANCE, min(COARSEST, solution.elements**-4.0)) if tapered else TOLERANCE
+        tolerance = _granted([section.taper for section in solution.sections if section.taper], solution.elements)
     values = np.array([sample(deflection, field, solution.xi) for field in FIELDS])
     found = np.array([getattr(solution, field) for field in FIELDS])
     _leave_out(deflection, solution.xi, values, found)
@@ -110,6 +113,19 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     return Comparison(
         worst, _ratio(greatest, scale[:, None]), _ratio(greatest, by_beam), compared, solution.elements, tolerance
     )
+
+
+def _granted(tapers: Sequence[Taper], elements: int) -> float:
+    """Tolerance for beams that taper so, cut into so many elements."""
+    if not tapers:
+        return TOLERANCE
+    xi = np.linspace(0.0, 1.0, 65)
+    steepest = 0.0
+    for taper in tapers:
+        for along in (np.polynomial.Polynomial(taper.EA), np.polynomial.Polynomial(taper.EI)):
+            steepest = max(steepest, float(np.abs(along.deriv()(xi) / along(xi)).max()))
+    left = max(1.0, steepest**4 / STEEPNESS) * elements**-4.0
+    return float(max(TOLERANCE, min(COARSEST, left)))
 
 
 def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -> None:

@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself.
+    The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself, 130 interrupted.
     """
     try:
         options = parsed(sys.argv[1:] if argv is None else argv)

@@ -10,8 +10,10 @@ ELEMENTS = 16
 STATIONS = 101
 FORMATS = ("mp4", "gif", "png")
 MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
+MOST_ELEMENTS = 4096
 EPILOG = """\
-exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program
+exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program,
+130 interrupted
 
 examples:
   deflection-report steel_four_bar
@@ -77,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--check",
         nargs="?",
-        type=_at_least(1),
+        type=_at_least(1, MOST_ELEMENTS),
         const=ELEMENTS,
         metavar="ELEMENTS",
         help=f"compare with finite elements, so many to a beam [{ELEMENTS}] (check.json)",

@@ -201,7 +201,7 @@ def _line(figures: dict[str, Any]) -> str:
     largest = figures["largest_deflection"]
     if largest:
         place = quantity(largest["along"]["value"], "m", 3)
-        drives = (f"{name} {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
+        drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
         size = quantity(abs(largest["value"]), largest["unit"])
         words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
     stress = figures["largest_stress"]

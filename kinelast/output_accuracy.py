@@ -43,21 +43,22 @@ def output_figure(
     """Error of what the machine is there for, as far as that can be told from its form.
 
     Of the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground,
-    or else turns on it, without being driven.
+    or else turns on it, without being driven. What nothing displaces is not what the machine is there for.
     """
-    traced, slid = list(_traced(results)), list(_slid(results))
-    for names, what in ((traced, "point"), (slid, "slide")):
-        if names:
-            name = max(names, key=lambda each: points[each]["displacement"]["value"] or 0.0)
+    for names, what in ((_traced(results), "point"), (_slid(results), "slide")):
+        moved = [name for name in names if points[name]["displacement"]["value"]]
+        if moved:
+            name = max(moved, key=lambda each: points[each]["displacement"]["value"])
             return {"kind": what, "name": name, **points[name]["displacement"]}
     driven = {drive.link for drive in results.mechanism.drives if isinstance(drive, PinDrive)}
     ground = results.mechanism.links[0].points
     turned = [
         link.name for link in results.mechanism.links[1:] if ground.keys() & link.points and link.name not in driven
     ]
+    turned = [name for name in turned if angles[name]["value"]]
     if not turned:
         return None
-    name = max(turned, key=lambda each: abs(angles[each]["value"] or 0.0))
+    name = max(turned, key=lambda each: abs(angles[each]["value"]))
     return {"kind": "angle", "name": name, **angles[name]}
 
 

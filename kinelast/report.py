@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 VERDICTS = {
     GOOD: "These figures can be relied on.",
     CAUTION: "These figures are to be taken with care",
-    POOR: "These figures are not to be relied on in every respect",
+    POOR: "Some of these figures are not to be relied on",
 }
 TABLED = (*FIELDS, "chord")
 AT_END = 1e-6

@@ -27,9 +27,9 @@ HEADINGS = {
     "yield": "Strength",
     "vibration": "Quasi-static answer",
 }
-SOLIDS = {  # from soft foam to diamond, and to osmium
-    "E": (1e4, 2e12, "Pa", '"210 GPa"'),
-    "density": (5.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
+SOLIDS = {  # from soft rubber to diamond, from foam to osmium
+    "E": (1e6, 2e12, "Pa", '"210 GPa"'),
+    "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
 WITHIN = {
@@ -57,7 +57,7 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [_positions(results), *_inputs(results), *_check(results), *_cautions(results), *_within(results)]
+    found = [*_inputs(results), _positions(results), *_check(results), *_cautions(results), *_within(results)]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
@@ -98,9 +98,9 @@ def _inputs(results: Results) -> Iterator[Finding]:
             SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
         ):
             if value is not None and not least <= value <= most:
-                told = f"{what} of {name} is {value:.4g} {unit}, which no solid has"
+                told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
                 hint = f"a bare number is in {unit}, other units are told as in {example}"
-                yield Finding(CAUTION, "Inputs", f"The {told}: {hint}.")
+                yield Finding(POOR, "Inputs", f"The {told}: {hint}.")
 
 
 def _check(results: Results) -> list[Finding]:
@@ -113,8 +113,13 @@ def _check(results: Results) -> list[Finding]:
     largest = max((worst.relative for worst in comparison.worst), default=0.0)
     text = (
         f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
-        f"largest difference {number(largest, 2)} of the field's maximum over the cycle."
+        f"largest difference {number(largest, 2)} of the field's maximum over the cycle, "
+        f"{number(comparison.tolerance, 2)} granted."
     )
+    if not comparison.passed and any(section.taper for section in results.deflection.sections):
+        text += (
+            f" Elements of tapered beams err by the fourth power of their size: try --check {4 * comparison.elements}."
+        )
     return [Finding(GOOD if comparison.passed else POOR, heading, text)]
 
 

@@ -13,6 +13,7 @@ from kinelast.scene_sections import CrossSection, cross_section
 from rigid import GROUND, Beam, Link, Lump, Slider, cross, mass_moments
 
 ALONG = 1e-9
+BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +78,13 @@ def _lies_along(slider: Slider, link: Link, beam: Beam) -> bool:
 def likely_ground(scene: SceneTable) -> str:
     """A hint where another name looks like the ground's."""
     hint = likely(GROUND, scene.links)
-    return f'; is it "{hint.split(chr(34))[1]}"?' if "did you mean" in hint else ""
+    bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODILY)]
+    name = hint.split(chr(34))[1] if "did you mean" in hint else bare[0] if len(bare) == 1 else ""
+    return f'; is it "{name}"?' if name else ""
 
 
 def _ground(table: LinkTable, points: Points) -> Body:
-    made_of = ("section", "material", "beams", "strain", "temperature")
-    for key in ("length", *made_of, "mass", "center", "inertia", "masses"):
+    for key in ("length", *BODILY):
         if getattr(table, key):
             raise fault(f"links.{GROUND}", key, "the ground neither moves nor bends: it has points only")
     return Body(Link(GROUND, points), (), True, _outline(GROUND, table, points))

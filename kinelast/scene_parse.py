@@ -53,6 +53,8 @@ def _toml_hint(text: str, message: str) -> str:
         return f'; a number with a unit stands in quotes, as in "{found[1]}"'
     if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
         return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
+    if line.count('"') % 2:
+        return "; is a closing quote missing?"
     return ""
 
 
@@ -172,7 +174,7 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         size = f" of {found[2].replace('>=', 'at least')} entries" if found[2] else ""
         got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
         stands = _found(value, path)
-        if got and not isinstance(stands, dict | list):
+        if not isinstance(stands, dict | list):
             got = f", got {shown(stands)}"
         return path, f"expected {words}{size}{found[3]}{got}"
     return path, what

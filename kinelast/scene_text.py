@@ -20,7 +20,8 @@ def file_text(path: Path) -> str:
     except OSError as error:
         raise SceneError(str(path), "", "", f"not readable: {error.strerror}") from None
     except UnicodeDecodeError as error:
-        raise SceneError(str(path), "", "", f"not a text in UTF-8, byte {error.start + 1}") from None
+        line = error.object[: error.start].count(b"\n") + 1
+        raise SceneError(str(path), "", "", f"not a text in UTF-8 at line {line}: save it in UTF-8") from None
 
 
 def toml_tables(text: str, path: str) -> dict[str, Any]:

@@ -8,7 +8,9 @@ import numpy as np
 
 from rigid.mechanism import MechanismError, PinDrive
 from rigid.motion import Motion, motion
+from rigid.plane import cross
 from rigid.postures import Posture
+from rigid.structure import Group
 
 HALVINGS = 60
 
@@ -54,8 +56,10 @@ def require_reach(course: Motion) -> None:
     if closes.all():
         return
     if not closes.any():
-        joint = opening_joint(course)
-        raise ReachError(f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position')
+        joint, why = opening_joint(course), _shortfall(course)
+        raise ReachError(
+            f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position{why}'
+        )
     limits = "; ".join(
         f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in stops(course)
     )
@@ -67,11 +71,49 @@ def require_reach(course: Motion) -> None:
 
 def opening_joint(course: Motion) -> str:
     """Name of the inner joint of the first group that does not close."""
+    group = _open_group(course)
+    return group.cut[0].name if group else ""
+
+
+def _open_group(course: Motion) -> Group | None:
+    """The first group that does not close."""
     for closed in course.closures:
         links = list(closed.group.links)
         if closed.cut and not np.isfinite(course.origin[links] + course.direction[links]).all():
-            return closed.cut[0].joint.name
-    return ""
+            return closed.group
+    return None
+
+
+def _shortfall(course: Motion) -> str:
+    """By how much two links miss each other at the first position, where they meet at a pin; for one design."""
+    group = _open_group(course)
+    if group is None or len(group.tree) != 2 or group.cut[0].slider is not None or len(course.columns) != 1:
+        return ""
+    inner = group.cut[0]
+    arms: list[Any] = [
+        (inner.at_child if inner.child == hinge.child else inner.at_parent) - hinge.at_child for hinge in group.tree
+    ]
+    places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
+    slides = [k for k, hinge in enumerate(group.tree) if hinge.slider is not None]
+    if not slides:
+        one, other = sorted(hinge.name for hinge in group.tree)
+        long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
+        apart = f'"{one}" and "{other}" are {abs(places[1] - places[0]):.4g} m apart'
+        return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
+    slide = group.tree[slides[0]]
+    if len(slides) == 2 or slide.slider is None or slide.sense < 0:
+        return ""
+    k = 1 - slides[0]
+    carrier = course.direction[slide.parent, 0]
+    foot = _place(course, slide.parent, slide.slider.origin) + carrier * slide.slider.turn * arms[slides[0]]
+    away = abs(cross(carrier * slide.slider.direction, places[k] - foot))
+    far = f'"{group.tree[k].name}" is {away:.4g} m from the line of "{slide.name}"'
+    return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
+
+
+def _place(course: Motion, link: int, local: Any) -> complex:
+    """Where a link's point is at the first position."""
+    return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 
 
 def _at(course: Motion, coordinates: Any, near: int) -> Motion:

@@ -287,6 +287,16 @@ class TestExtremes:
 
 
 class TestSampling:
+    def test_stations_are_on_the_beam_and_fields_known(self):
+        solution = solved(steel_four_bar(4))
+        for stations in ([0.0, 1.5], [-1e-9], [np.nan]):
+            with pytest.raises(ValueError, match="expected from 0 to 1"):
+                sample(solution, "w", stations)
+        with pytest.raises(ValueError, match=r'no field "W".*chord'):
+            sample(solution, "W", [0.5])
+        with pytest.raises(ValueError, match='no field "qx" to be extreme'):
+            extremes(solution, ["w", "qx"])
+
     def test_shape_and_powers(self):
         solution = solved(steel_four_bar(4))
         assert sample(solution, "w", STATIONS).shape == (3, 4, 11)

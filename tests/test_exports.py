@@ -12,5 +12,6 @@ def test_every_promised_name_is_there(name):
     assert sorted(package.__all__) == sorted(set(package.__all__))
     for promised in package.__all__:
         assert not inspect.ismodule(getattr(package, promised))
+    assert set(package.__all__) <= set(dir(package))
     with pytest.raises(AttributeError):
         getattr(package, "nothing_of_the_kind")  # noqa: B009

@@ -319,6 +319,17 @@ class TestReach:
         assert coordinate[0] == pytest.approx(self.limit(), rel=1e-14)
         assert joint == "B"
 
+    def test_two_links_too_short_are_told_with_their_lengths(self):
+        """Tips 0.3 apart from a base of 0.4, at a right angle 0.5: coupler 0.2 and rocker 0.25 do not meet."""
+        words = re.escape('"B" is out of reach at every position: "A" and "D" are 0.5 m apart, the links between them')
+        with pytest.raises(ReachError, match=words + " reach from 0.05 to 0.45 m"):
+            require_reach(motion(self.double_rocker(), [np.pi / 2]))
+
+    def test_a_rod_too_short_for_its_line_is_told_with_its_length(self):
+        words = '"A" is 0.2 m from the line of "guide", the link between them is 0.15 m long'
+        with pytest.raises(ReachError, match=re.escape(words)):
+            require_reach(motion(slider_crank(0.2, 0.15, 0.0, 0.0).mechanism, [np.pi / 2]))
+
     def test_positions_in_reach_are_kept(self):
         going = motion(self.double_rocker(), [0.5, 2.5, 1.0], 1.0)
         assert np.isfinite(going.origin[:, [0, 2]]).all()

@@ -385,7 +385,7 @@ def test_files_that_cannot_be_read(tmp_path: Path):
         read_scene(tmp_path)
     latin = tmp_path / "latin.toml"
     latin.write_bytes(b'title = "M\xfcller"')
-    with pytest.raises(SceneError, match=r"latin.toml: not a text in UTF-8, byte 11"):
+    with pytest.raises(SceneError, match=r"latin.toml: not a text in UTF-8 at line 1: save it in UTF-8"):
         read_scene(latin)
 
 
