@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.output_figures import figure
 from kinelast.output_results import Results, drive_words
-from rigid import LineLoad, PointLoad
+from rigid import LineLoad, PointLoad, TorsionSpring
 
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
 
@@ -53,14 +53,22 @@ def _speed(rate: Any, unit: str) -> dict[str, Any]:
 
 
 def _load(load: Any) -> Iterator[tuple[str, Any]]:
-    """Kind of a load, the link and place it acts on, and how large it is before any law in time."""
+    """Kind of a load, the link and place it acts on, how large it is before any law in time, and where it points."""
     yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
     yield "link", getattr(load, "link", "")
     yield "place", getattr(load, "point", getattr(load, "at", ""))
     yield "varies", getattr(load, "law", None) is not None
+    force = 0.0
     if isinstance(load, PointLoad):
-        yield "sizes", [figure(abs(load.force), "N"), figure(load.moment, "N m")]
+        force = load.force
+        sizes = [(abs(force), "N"), (load.moment, "N m")]
     elif isinstance(load, LineLoad):
-        yield "sizes", [figure(abs(load.start), "N/m"), figure(abs(load.end), "N/m")]
+        force = load.start or load.end
+        sizes = [(abs(load.start), "N/m"), (abs(load.end), "N/m")]
     else:
-        yield "sizes", []
+        turned = isinstance(load, TorsionSpring)
+        per = ("N m/rad", "N m s/rad", "N m") if turned else ("N/m", "N s/m", "N")
+        sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
+    given = [figure(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
+    yield "sizes", given
+    yield "towards", figure(np.angle(force), "rad") if force else None

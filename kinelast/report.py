@@ -38,7 +38,7 @@ def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.globals.update(quantity=_quantity, hertz=_hertz, percent=_percent, share=_share, checked=FIELDS)
+    environment.globals.update(quantity=_quantity, hertz=_hertz, rpm=_rpm, direction=_direction, percent=_percent, share=_share, checked=FIELDS)
     return environment.get_template("report.html")
 
 
@@ -52,6 +52,16 @@ def _quantity(figure: dict[str, Any], digits: int = 4) -> str:
 def _hertz(figure: dict[str, Any], digits: int = 4) -> str:
     """A frequency of the summary in hertz."""
     return number(math.nan if figure["value"] is None else figure["value"] / (2 * math.pi), digits) + " Hz"
+
+
+def _rpm(figure: dict[str, Any]) -> str:
+    """A speed of the summary in turns per minute."""
+    return number(math.nan if figure["value"] is None else figure["value"] * 30 / math.pi) + " rpm"
+
+
+def _direction(figure: dict[str, Any]) -> str:
+    """An angle of the summary in degrees."""
+    return coordinate(figure["value"], figure["unit"])
 
 
 def _percent(figure: dict[str, Any], digits: int = 2) -> str:

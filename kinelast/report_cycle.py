@@ -143,7 +143,12 @@ def cycle_maps(results: Results, over: Axis) -> str:
     for field in MAPPED:
         sampled = sample(results.deflection, field, stations)[:MOST_MAPPED]
         values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
-        sizes = [float(np.abs(own[np.isfinite(own)]).max(initial=0.0)) for own in values]
+        exact = results.extremes[field].value if field in results.extremes else sampled.max(axis=-1, initial=0.0)
+        known = np.abs(exact[: len(values)][:, results.counted])
+        sizes = [
+            float(np.abs(np.concatenate([own[np.isfinite(own)], row])).max(initial=0.0))
+            for own, row in zip(values, np.nan_to_num(known), strict=True)
+        ]
         ranges = [f"±{quantity(size, UNITS[field], 3)}" if size else "0" for size in sizes]
         symbol = "" if field.startswith("q") else f"{SYMBOLS.get(field, field)}  "
         fields[symbol + NAMES[field]] = (values, ranges)
