@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from elastic.opening import brought_together, opening, require_joints
 from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
 from rigid import (
+    SINGULAR,
     JointForces,
     Mechanism,
     MechanismError,
@@ -25,10 +27,12 @@ from rigid import (
     beam_loads,
     beam_table,
     displacements,
+    force_condition,
     repeated,
     self_stresses,
     stacked,
 )
+from rigid.conditioning import REGULAR, amplified
 
 FIELDS = ("N", "V", "M", "u", "w", "phi")
 
@@ -60,6 +64,8 @@ class Deflection:
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.
+    gaps, turns
+        By how much the links, bent but not carried, leave every joint open: displacement [m], complex, and rotation.
     contacts
         Blocks that slide on beams: beyond them the fields are more by `beyond`.
     soft
@@ -81,8 +87,37 @@ class Deflection:
     shear: Any
     shift: Any
     angle: Reals
+    gaps: Sequence[Any]
+    turns: Sequence[Any]
     contacts: tuple[Contact, ...]
     soft: Compliance
+
+    @cached_property
+    def condition(self) -> Reals:
+        """By how much round-off grows in the fields, shape (..., positions): errors are of this many eps.
+
+        As `Motion.condition`, and more where joint forces, or the displacements that bring the bent links together, are
+        small beside what they are the difference of. Beyond SINGULAR the fields are nan.
+        """
+        asked: list[Any] = []
+        with np.errstate(all="ignore"):
+            found = force_condition(self.motion, self.forces)
+            if self.sections:
+                still = [0.0] * len(self.motion.mechanism.links)
+                displacements(self.motion.closures, self.gaps, self.turns, still, asked)
+                turned = reduce(np.maximum, asked, 0.0)
+                moved = np.maximum(_greatest(self.u), _greatest(self.w))
+                found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
+        found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
+        return np.broadcast_to(found, self.motion.columns)
+
+    @cached_property
+    def lost(self) -> Any:
+        """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
+        singular = ~(self.motion.condition <= SINGULAR)
+        if not self.motion.suspect:
+            return singular
+        return singular | ((self.motion.sine < REGULAR) & ~(self.condition <= SINGULAR))
 
     def beyond(self, contact: Contact, field: str) -> tuple[Any, ...]:
         """What a field beyond a contact is more than before it, in powers of xi - contact.xi."""
@@ -166,7 +201,7 @@ def deflection(
         found = opened.response
         _carry(stance, found, shift, angle)
     line = found.line
-    return Deflection(
+    solved = Deflection(
         motion=motion,
         sections=sections,
         joints=joints,
@@ -182,9 +217,30 @@ def deflection(
         shear=line.shear,
         shift=shift,
         angle=angle,
+        gaps=opened.gaps,
+        turns=opened.turns,
         contacts=opened.contacts,
         soft=soft,
     )
+    if motion.suspect:
+        _mark(solved)
+    return solved
+
+
+def _mark(solved: Deflection) -> None:
+    """Make nan what is nothing but round-off."""
+    lost = solved.lost
+    for values in (solved.N, solved.V, solved.M, solved.u, solved.w, solved.phi, solved.shift, solved.angle):
+        values[..., lost] = np.nan
+    for forces in (solved.forces.force, solved.forces.moment):
+        forces[:] = [value if isinstance(value, float) else np.where(lost, np.nan, value) for value in forces]
+
+
+def _greatest(values: Any) -> Any:
+    """Greatest magnitude of a field over the ends and middles of all beams."""
+    halves = 0.5 ** np.arange(len(values))
+    places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
+    return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
 
 
 def _require_prismatic_rails(mechanism: Mechanism, links: Frame, sections: tuple[Section, ...]) -> None:

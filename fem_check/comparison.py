@@ -129,7 +129,9 @@ def _granted(tapers: Sequence[Taper], elements: int) -> float:
 
 
 def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -> None:
-    """Mark what is not asked: positions whose blocks are beyond their beams, and section forces that jump at a node."""
+    """Mark what is not asked: positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
+    for array in (values, found):
+        array[:, :, deflection.lost] = np.nan
     for contact in deflection.contacts:
         lost = np.isnan(contact.xi)
         jump = np.abs(xi - np.asarray(contact.xi)[..., None]) <= AT_NODE

@@ -58,7 +58,8 @@ def _load(load: Any) -> Iterator[tuple[str, Any]]:
     yield "link", getattr(load, "link", "")
     yield "place", getattr(load, "point", getattr(load, "at", ""))
     yield "varies", getattr(load, "law", None) is not None
-    force = 0.0
+    force: Any = 0.0
+    sizes: list[tuple[Any, str]]
     if isinstance(load, PointLoad):
         force = load.force
         sizes = [(abs(force), "N"), (load.moment, "N m")]

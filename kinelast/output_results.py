@@ -27,7 +27,7 @@ from elastic import (
     stress_extremes,
 )
 from kinelast.scene import Scene
-from rigid import SINGULAR, Mechanism, Motion, PinDrive, Reals, drive_efforts
+from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
 
 if TYPE_CHECKING:
     from fem_check import Comparison
@@ -124,7 +124,7 @@ class Results:
     @cached_property
     def singular(self) -> Any:
         """Whether a position is too near a singular one to be computed, shape (positions,)."""
-        return ~(self.motion.condition <= SINGULAR)
+        return self.deflection.lost
 
     @cached_property
     def counted(self) -> Any:

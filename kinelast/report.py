@@ -38,7 +38,9 @@ def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.globals.update(quantity=_quantity, hertz=_hertz, rpm=_rpm, direction=_direction, percent=_percent, share=_share, checked=FIELDS)
+    environment.globals.update(
+        quantity=_quantity, hertz=_hertz, rpm=_rpm, direction=_direction, percent=_percent, share=_share, checked=FIELDS
+    )
     return environment.get_template("report.html")
 
 

@@ -16,6 +16,7 @@ from rigid.loads import (
     beam_directions,
     beam_loads,
     drive_efforts,
+    force_condition,
     point_loads,
     reactions,
 )
@@ -192,6 +193,7 @@ __all__ = [
     "drive_values",
     "equation_of_motion",
     "flat_triangles",
+    "force_condition",
     "force_law",
     "forward",
     "fundamental_loops",

@@ -67,6 +67,8 @@ class Closure:
         beyond its freedoms.
     sine
         At which the links of a dyad meet; of other groups what stands for it; nan where the group does not close.
+    whole
+        The group as it was before singular positions were marked in it.
     """
 
     group: Group
@@ -75,6 +77,7 @@ class Closure:
     duals: Any
     tensions: tuple[tuple[Columns, ...], ...] = ()
     sine: Columns = 1.0
+    whole: Closure | None = None
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:

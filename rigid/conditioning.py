@@ -5,88 +5,161 @@ Derivation: docs/theory.md, "Accuracy".
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import lru_cache, reduce
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigid.closure import Closure, Columns
-from rigid.plane import imaginary, is_zero, minus, plus, times
+from rigid.plane import plus, times
 
 if TYPE_CHECKING:
+    from rigid.mechanism import Mechanism
     from rigid.motion import Motion
 
 SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
-REGULAR = 1e-2  # sine at which a group of pins may still come to that
+REGULAR = 1e-2  # sine from which on no position comes to that
+MILD = 8.0  # by how much larger than their sum parts may be without counting
 TINY = np.finfo(float).tiny
 
+Asked = list[Columns]  # per group, what its openings could ask of it at worst
 
-def condition(course: Motion, closed: Closure) -> Columns:
-    """By how much a moving group multiplies round-off: errors are of this many eps, shape (..., positions).
 
-    1/s^2 where the links come to a stop. Where they pass smoothly what is singular: how much faster they would turn if
-    the opening of their gaps were not nearly the one that needs no turning; squared, and the same of accelerations.
+def asked_turn(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
+    """Greatest rotation of a free pin that openings of the sizes of these could ask for, shape (..., positions).
+
+    Parameters
+    ----------
+    openings
+        Of the cut joints: displacement, complex, and rotation, also those that a slider leaves free.
     """
-    stopped = 1.0 / np.square(closed.sine)
-    links = sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
-    spin, turning = (np.abs(values[links]).max(axis=0) for values in (course.angular_velocity, course.turning))
-    pins = [k for k, number in enumerate(closed.group.free) if closed.tree[number].along is None]
-    if not pins:  # no angle comes from lengths
-        return stopped
-    speed, growth = 0.0, 0.0
+    total: Columns = 0.0
+    for c, (displacement, rotation) in enumerate(openings):
+        lever, twist = _leverage(closed, c)
+        total = plus(total, plus(times(lever, np.abs(displacement)), times(twist, np.abs(rotation))))
+    return total
+
+
+def asked_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
+    """Greatest force at a cut joint [N] that loads of such sizes on the links could ask for, shape (..., positions)."""
+    total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
-        (moved, spun), (hurried, spurred) = _opening(course, closed, c)
-        duals, twist = closed.duals[pins, c], 0.0
+        asked: Columns = 0.0
+        for k, number in enumerate(closed.group.free):
+            dual = closed.duals[k, c] if closing.along is None else closed.duals[k, c].real
+            loads = moment if closed.tree[number].along is None else force
+            asked = asked + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
+        total = np.maximum(total, asked)
+    return total
+
+
+def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
+    """Greatest rotations of free pins per displacement [rad/m], and per rotation, that opens a cut joint."""
+    duals = closed.duals[_pins(closed), c]
+    if closed.cut[c].along is None:
+        return np.abs(duals).max(axis=0, initial=0.0), 0.0
+    return np.abs(duals.real).max(axis=0, initial=0.0), np.abs(duals.imag).max(axis=0, initial=0.0)
+
+
+def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
+    """How many times the displacement that opens a cut joint the ends of the links move that it turns, 1 at least."""
+    sizes = extents(mechanism)
+    all_duals = (closed.whole or closed).duals
+    greatest: Columns = 1.0
+    for k in _pins(closed):
+        dual = all_duals[k, c] if closed.cut[c].along is None else all_duals[k, c].real
+        turned = [sizes[link] for link, _ in closed.group.carried[k]]
+        size = reduce(np.maximum, turned)
+        if not np.all(size):
+            size = reduce(np.maximum, (sizes[link] for link in _links(closed)))
+        greatest = np.maximum(greatest, np.abs(dual) * size)
+    return greatest
+
+
+def _pins(closed: Closure) -> list[int]:
+    return [k for k, number in enumerate(closed.group.free) if closed.tree[number].along is None]
+
+
+def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:
+    """Sine at which a group meets; where it closes at sliders, also how short the levers of these are for its links."""
+    least = np.abs(closed.sine)
+    for c, closing in enumerate(closed.cut):
         if closing.along is not None:
-            duals, twist = duals.real, np.abs(duals.imag).max(axis=0)
-        lever = np.abs(duals).max(axis=0)
-        speed = plus(speed, plus(times(lever, moved), times(twist, spun)))
-        growth = plus(growth, plus(times(lever, hurried), times(twist, spurred)))
-    passed = np.square(speed / np.maximum(spin, TINY)) * (growth / np.maximum(turning, TINY))
-    return np.maximum(stopped, passed)
+            least = np.minimum(least, 1.0 / _multiple(mechanism, closed, c))
+    return least
 
 
-def _opening(course: Motion, closed: Closure, c: int) -> tuple[tuple[Columns, Columns], ...]:
-    """Size of the velocity and of the acceleration at which a cut joint would open were the links but carried.
+def _links(closed: Closure) -> list[int]:
+    """The moving links that the joints of a group join."""
+    return sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
 
-    Each as displacement [m] and rotation [rad], per second and per second squared. What hangs on a pin is not turned.
+
+def _greatest(values: Any, closed: Closure) -> Any:
+    return np.abs(values[_links(closed)]).max(axis=0)
+
+
+@lru_cache(maxsize=64)
+def extents(mechanism: Mechanism) -> list[Any]:
+    """Greatest distance of a link's first point from its others [m]."""
+    found = []
+    for link in mechanism.links:
+        places = list(link.points.values())
+        found.append(np.max(np.broadcast_arrays(0.0, *(np.abs(place - places[0]) for place in places)), axis=0))
+    return found
+
+
+def suspect(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
+    """Whether a position may be singular."""
+    free = (closed for closed in closures if closed.group.free)
+    return any(not narrowness(mechanism, closed).min() >= REGULAR for closed in free)
+
+
+def conditions(course: Motion, openings: tuple[Asked, Asked]) -> list[Columns]:
+    """By how much every group multiplies round-off when it moves: errors are of this many eps, (..., positions).
+
+    1/s^2 where the links come to a stop, more behind another group that is singular. Where they pass smoothly what is
+    singular: how much faster they would turn if their openings were not nearly those that need no turning; squared, and
+    the same of accelerations.
+
+    Parameters
+    ----------
+    openings
+        From the velocities and the accelerations, see `asked_turn`.
     """
-    carrier = dict(zip(closed.group.links, closed.tree, strict=True))
-    closing = closed.cut[c]
-    joint, turns = closing.joint, closing.along is not None
-    ends: list[tuple[Columns, ...]] = []
-    for link, point in ((joint.child, closing.arm_child), (joint.parent, closing.arm_parent)):
-        root, arm = link, point
-        while root in carrier:
-            hinge = carrier[root]
-            arm = hinge.arm_parent if hinge.along is None else arm - hinge.arm_child + hinge.arm_parent
-            root = hinge.joint.parent
-        if not root:
-            ends.append((0.0, 0.0, 0.0, 0.0))
+    found: list[Columns] = []
+    before: Columns = 1.0
+    for closed, speed, growth in zip(course.closures, *openings, strict=True):
+        if not closed.group.free:
+            found.append(1.0)
             continue
-        spin, turning = course.angular_velocity[root], course.turning[root]
-        moved, hurried = course.velocity[root] + imaginary(spin) * arm, course.acceleration[root] + turning * arm
-        ends.append((moved, spin, hurried, turning.imag) if turns else (moved, 0.0, hurried, 0.0))
-    opened = [minus(one, other) for one, other in zip(*ends, strict=True)]
-    moved, spin, hurried, eps = (0.0 if is_zero(value) else np.abs(value) for value in opened)
-    return (moved, spin), (hurried, eps)
+        narrow = narrowness(course.mechanism, closed)
+        worst = 1.0 / (before * np.square(narrow))
+        if _pins(closed):
+            spin, turning = (_greatest(values, closed) for values in (course.angular_velocity, course.turning))
+            cuts = range(len(closed.cut))
+            most = reduce(np.maximum, (_multiple(course.mechanism, closed, c) for c in cuts))
+            faster = np.minimum(speed / np.maximum(spin, TINY), most)
+            more = np.minimum((growth + most * np.square(spin)) / np.maximum(turning, TINY), most)
+            worst = np.maximum(worst, np.square(faster) * more)
+        before = np.minimum(before, narrow)
+        found.append(worst)
+    return found
 
 
-def without_singular(course: Motion) -> tuple[Closure, ...]:
+def amplified(asked: Columns, done: Columns) -> Columns:
+    """By how much less is done than could be asked for, 1 at least: what cancels leaves its round-off."""
+    return np.maximum(1.0, asked / (MILD * np.maximum(done, TINY)))
+
+
+def marked(course: Motion, openings: tuple[Asked, Asked]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
-    if not any(_suspect(closed) for closed in course.closures):
-        return course.closures
-    return tuple(_marked(course, closed) if _suspect(closed) else closed for closed in course.closures)
-
-
-def _suspect(closed: Closure) -> bool:
-    """Whether a group may be singular: at a small angle, or where the pins of links that slide on each other meet."""
-    if not closed.group.free:
-        return False
-    return not np.abs(closed.sine).min() >= REGULAR or any(joint.slider is not None for joint in closed.group.cut)
-
-
-def _marked(course: Motion, closed: Closure) -> Closure:
-    with np.errstate(all="ignore"):
-        singular = ~(condition(course, closed) <= SINGULAR)
-    return replace(closed, duals=np.where(singular, np.nan, closed.duals)) if singular.any() else closed
+    told = []
+    for closed, condition in zip(course.closures, conditions(course, openings), strict=True):
+        singular = ~(condition <= SINGULAR)
+        if np.any(singular) and closed.group.free:
+            told.append(replace(closed, duals=np.where(singular, np.nan, closed.duals), whole=closed))
+        else:
+            told.append(closed)
+    return tuple(told)

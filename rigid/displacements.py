@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigid.closure import Closure, Columns, JointPlace, reach_from
+from rigid.conditioning import Asked, asked_turn
 from rigid.plane import dot, imaginary, minus, plus, product, times
 
 
@@ -15,6 +16,7 @@ def displacements(
     gaps: Sequence[Columns],
     turns: Sequence[Columns],
     turning: list[Columns],
+    asked: Asked | None = None,
 ) -> tuple[list[Columns], list[Columns]]:
     """Displacement of every link's origin, and its rotation, so that the joints open by given gaps.
 
@@ -28,6 +30,8 @@ def displacements(
     turning
         Per link, what multiplies an arm to give the displacement of its end. For small displacements i times the
         rotation: all 0.0 at the start. For accelerations i eps - w^2, so that it starts as -w^2.
+    asked
+        Where it is given, what the openings could ask of every group at worst is added to it.
 
     Returns
     -------
@@ -50,10 +54,13 @@ def displacements(
                 turning[child] = turning[child] if hinge.along is not None else plus(turning[child], imaginary(led))
             shift[child] = minus(at_joint, product(turning[child], hinge.arm_child))
             number += 1
-        residuals = []
+        openings = []
         for closing in closed.cut:
-            residuals.append(_missing(closing, shift, turning, gaps[number], turns[number]))
+            openings.append(_missing(closing, shift, turning, gaps[number], turns[number]))
             number += 1
+        if asked is not None:
+            asked.append(asked_turn(closed, openings))
+        residuals = [closing.row(*opening) for closing, opening in zip(closed.cut, openings, strict=True)]
         _release(closed, residuals, shift, turning)
     return shift, turning
 
@@ -80,14 +87,16 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
     return plus(shift[link], product(turning[link], arm))
 
 
-def _missing(closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns) -> Columns:
-    """What a cut joint still lacks to its gap."""
+def _missing(
+    closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
+) -> tuple[Columns, Columns]:
+    """What a cut joint still lacks to its gap: displacement, and rotation where it holds one."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = minus(_moved(shift, turning, child, closing.arm_child), _moved(shift, turning, parent, closing.arm_parent))
     if closing.along is None:
-        return minus(gap, opened)
+        return minus(gap, opened), 0.0
     turned = minus(np.imag(turning[child]), np.imag(turning[parent]))
-    return closing.row(minus(gap, opened), minus(turn, turned))
+    return minus(gap, opened), minus(turn, turned)
 
 
 def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns], turning: list[Columns]) -> None:

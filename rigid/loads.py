@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from rigid.closure import Columns
+from rigid.conditioning import REGULAR, SINGULAR, amplified, asked_force, extents
 from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
 from rigid.motion import Motion
-from rigid.plane import cross
+from rigid.plane import cross, is_zero
 from rigid.tables import beam_table, mass_table
 
 UNSTRESSED = 1e-9
@@ -150,6 +152,10 @@ def reactions(motion: Motion) -> JointForces:
     In the order of `motion.structure.joints`; each acts on the joint's child link, its opposite on the parent.
     """
     found = balancing_forces(motion)
+    if motion.suspect:
+        lost = (motion.sine < REGULAR) & ~(force_condition(motion, found) <= SINGULAR)
+        for values in (found.force, found.moment):
+            values[:] = [value if is_zero(value) else np.where(lost, np.nan, value) for value in values]
     for state in self_stresses(motion.closures):
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):
@@ -171,6 +177,32 @@ def balancing_forces(motion: Motion) -> JointForces:
     """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
     with np.errstate(invalid="ignore", over="ignore"):
         return joint_forces(motion.closures, *link_loads(motion))
+
+
+def force_condition(motion: Motion, forces: JointForces) -> Reals:
+    """By how much round-off grows in joint forces, shape (..., positions): like `Motion.condition`, and more.
+
+    Where loads nearly balance without them, what is left of the forces is wrong by a larger share.
+    """
+    mechanism = motion.mechanism
+    mass, first, second = (np.abs(part) for part in mass_table(mechanism, len(motion.columns)))
+    with np.errstate(all="ignore"):
+        felt, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
+        force: list[Any] = list(mass * felt + first * turning)
+        moment: list[Any] = list(first * felt + second * turning)
+        for at, pull, twist in given_loads(motion):
+            force[at] = force[at] + np.abs(pull)
+            moment[at] = moment[at] + np.abs(twist)
+        pulls = iter(forces.force)
+        for closed in motion.closures:
+            for place, pull in zip(closed.joints, pulls, strict=False):
+                if place.joint.parent not in closed.group.links:
+                    force[place.joint.parent] = force[place.joint.parent] + np.abs(pull)
+        whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
+        asked = (asked_force(closed, force, whole) for closed in motion.closures)
+        greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)
+        found: Reals = motion.condition * amplified(reduce(np.maximum, asked, 0.0), greatest)
+        return found
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:

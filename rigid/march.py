@@ -33,7 +33,7 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
     """
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
-    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
+    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:], placed.mechanism.designs)
     start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
     count = shape[-1]
     asked = count - placed.approach
@@ -54,7 +54,7 @@ def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
-    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:])
+    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:], placed.mechanism.designs)
     start = np.stack([np.broadcast_to(_coordinate(near, joint), shape) for joint in free])
     _hang_all(placed, group, _newton(placed, group, start))
     return _sine(_close(placed, group))

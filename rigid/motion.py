@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigid.closure import Closure, Columns, JointPlace
-from rigid.conditioning import condition, without_singular
+from rigid.conditioning import Asked, conditions, marked, narrowness, suspect
 from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.names import counted
@@ -89,14 +89,22 @@ class Motion:
         nan where the mechanism does not close.
         """
         with np.errstate(all="ignore"):
-            found = (condition(self, closed) for closed in self.closures if closed.group.free)
-            worst = reduce(np.maximum, found, np.ones(self.columns))
+            worst = reduce(np.maximum, conditions(self, _openings(self)), np.ones(self.columns))
         return np.where(np.isnan(worst) & ~np.isnan(self.sine), np.inf, worst)
+
+    @cached_property
+    def suspect(self) -> bool:
+        """Whether a position may be singular."""
+        return suspect(self.mechanism, self.closures)
 
     @property
     def sine(self) -> Reals:
-        """Least sine at which the links of a group meet, shape (..., positions): 0 where the mechanism is singular."""
-        return reduce(np.minimum, (np.abs(closed.sine) for closed in self.closures), np.ones(self.columns))
+        """Least sine at which the links of a group meet, shape (..., positions): 0 where the mechanism is singular.
+
+        Where links slide on each other the distance of their pins over the links' size counts as one.
+        """
+        free = (closed for closed in self.closures if closed.group.free)
+        return reduce(np.minimum, (narrowness(self.mechanism, closed) for closed in free), np.ones(self.columns))
 
 
 def motion(
@@ -152,7 +160,7 @@ def motion(
 def with_rates(course: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (_per_position(value, course.drive) for value in (drive_rate, drive_acceleration))
-    here = course.origin, course.direction, course.closures
+    here = course.origin, course.direction, tuple(closed.whole or closed for closed in course.closures)
     return _moving(course.mechanism, course.time, course.drive, rate, rate2, *here)
 
 
@@ -165,7 +173,7 @@ def _moving(
     origin: Complexes,
     direction: Complexes,
     closures: tuple[Closure, ...],
-    marked: bool = False,
+    final: bool = False,
 ) -> Motion:
     """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -186,10 +194,20 @@ def _moving(
         stacked(turning, shape, complex),
         closures,
     )
-    told = closures if marked else without_singular(found)
-    if all(one is other for one, other in zip(told, closures, strict=True)):
+    if final or not found.suspect:
         return found
-    return _moving(mechanism, time, drive, rate, rate2, origin, direction, told, marked=True)
+    with np.errstate(all="ignore"):
+        told = marked(found, _openings(found))
+    return _moving(mechanism, time, drive, rate, rate2, origin, direction, told, final=True)
+
+
+def _openings(course: Motion) -> tuple[Asked, Asked]:
+    """What velocities and accelerations could ask of every group."""
+    first: Asked = []
+    second: Asked = []
+    velocity, spin = _velocities(course.mechanism, course.closures, course.drive_rate, first)
+    _accelerations(course.closures, velocity, spin, course.drive_acceleration, second)
+    return first, second
 
 
 def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
@@ -241,7 +259,9 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
     return result
 
 
-def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
+def _velocities(
+    mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any, asked: Asked | None = None
+) -> tuple[list[Columns], list[Columns]]:
     """Velocities of the links' origins and i times their angular velocities."""
     gaps: list[Columns] = []
     turns: list[Columns] = []
@@ -249,11 +269,15 @@ def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) 
         value = 0.0 if hinge.joint.drive is None else hinge.joint.sense * _steady(rate, hinge.joint.drive)
         gaps.append(0.0 if hinge.along is None else times(value, hinge.along))
         turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, gaps, turns, [0.0] * len(mechanism.links))
+    return displacements(closures, gaps, turns, [0.0] * len(mechanism.links), asked)
 
 
 def _accelerations(
-    closures: tuple[Closure, ...], velocity: list[Columns], spin: list[Columns], rate2: Any
+    closures: tuple[Closure, ...],
+    velocity: list[Columns],
+    spin: list[Columns],
+    rate2: Any,
+    asked: Asked | None = None,
 ) -> tuple[list[Columns], list[Columns]]:
     """Accelerations of the links' origins and i eps - w^2.
 
@@ -273,7 +297,7 @@ def _accelerations(
                 gap = plus(gap, 2 * spin[child] * times(dot(hinge.along, opened), hinge.along))
         gaps.append(gap)
         turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, gaps, turns, [product(value, value) for value in spin])
+    return displacements(closures, gaps, turns, [product(value, value) for value in spin], asked)
 
 
 def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Any]:

@@ -13,7 +13,7 @@ from mechanisms import apex, bar
 from mpmath import mpf
 
 from elastic import FIELDS, Section, deflection, sample
-from rigid import Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 EPS = np.finfo(float).eps
 GRAVITY = -9.81j
@@ -134,6 +134,54 @@ class Inverted:
             return coordinates((mpmath.mpc(0), angle), (mpmath.mpc(base), turned), (A, turned))
 
 
+class TwoDyads:
+    """A four-bar whose rocker, lengthened, pulls a second dyad; both are short of being stretched by given lengths."""
+
+    def __init__(self, first, second, start=1.3):
+        crank, base, coupler, over = 0.25, 0.33, 0.14, 1.4
+        A = crank * np.exp(1j * start)
+        rocker = abs(A - base) - coupler + first
+        B = apex(A, base, coupler, rocker, 1)
+        C = base + over * (B - base)
+        F = C + 0.3 + 0.1j
+        rod = 0.12
+        swing = abs(F - C) - rod + second
+        E = apex(C, F, rod, swing, 1)
+        long = Link("rocker", {"D": 0.0, "B": rocker, "C": over * rocker}, (Beam("D", "B", 0.5), Beam("B", "C", 0.5)))
+        links = (
+            Link("ground", {"O": 0.0, "D": base, "F": F}),
+            bar("crank", "O", "A", crank),
+            bar("coupler", "A", "B", coupler),
+            long,
+            bar("rod", "C", "E", rod),
+            bar("swing", "F", "E", swing),
+        )
+        drawing = {"O": 0, "D": base, "A": A, "B": B, "C": C, "F": F, "E": E}
+        self.mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, gravity=GRAVITY)
+        self.sections = [STEEL] * 6
+
+    def at(self, drive, side=None):
+        del side
+        with mpmath.workdps(WORKED):
+            points = [link.points for link in self.mechanism.links]
+            D, F = number(points[0]["D"]), number(points[0]["F"])
+            crank, coupler, rocker, over, rod, swing = (
+                mpf(float(points[k][name])) for k, name in ((1, "A"), (2, "B"), (3, "B"), (3, "C"), (4, "E"), (5, "E"))
+            )
+            angle = mpf(float(drive))
+            A = crank * mpmath.expj(angle)
+            B = triangle(A, D, coupler, rocker, 1)
+            C = D + over / rocker * (B - D)
+            E = triangle(C, F, rod, swing, 1)
+            return coordinates(
+                (mpmath.mpc(0), angle),
+                (A, mpmath.arg(B - A)),
+                (D, mpmath.arg(B - D)),
+                (C, mpmath.arg(E - C)),
+                (F, mpmath.arg(E - F)),
+            )
+
+
 def references(case, drive, rate, rate2, side=None):
     """Fields at STATIONS in 50 digits, rounded."""
     solved = exact(case.mechanism, case.sections, [drive], [rate], [rate2], at=case.at(drive, side))
@@ -148,7 +196,7 @@ def scales(fields):
 
 
 def error(case, drive, rate=7.0, rate2=-3.0, way=(), side=None):
-    """Greatest error of all fields in units of eps, and the condition of the position.
+    """Greatest error of all fields in units of eps, and the condition of the fields and of the position.
 
     `way`: positions that the mechanism passes before; `side`: where it is then, if not as drawn.
     """
@@ -157,4 +205,4 @@ def error(case, drive, rate=7.0, rate2=-3.0, way=(), side=None):
     expected = references(case, drive, rate, rate2, side)
     by = scales(expected)
     worst = max(np.abs(sample(solved, field, STATIONS)[:, -1] - expected[field]).max() / by[field] for field in FIELDS)
-    return worst / EPS, course.condition[-1]
+    return worst / EPS, solved.condition[-1], course.condition[-1]

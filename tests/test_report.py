@@ -692,7 +692,7 @@ def test_the_page_shows_what_was_put_in(tmp_path):
     reader.feed((tmp_path / "out" / "arm" / "report.html").read_text())
     text = " ".join(reader.words)
     for words in (
-        "= 1 Hz",
+        "= 60 rpm",
         "\u22129.81 m/s^2 in y",
         "5 N",
         "Point load on arm, A",
