@@ -126,7 +126,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Any:
         np.multiply(scale, across, out=duals[0, 0, ...])
         np.multiply(-scale, np.conj(one), out=duals[1, 0, ...])
         return duals
-    return _paired(np.moveaxis(_inverse(_matrix(effects)), (-2, -1), (0, 1)))
+    return _paired(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
 
 
 def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
@@ -134,7 +134,7 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
     if not effects:
         unit = np.eye(2 * cuts)
         return np.empty((0, cuts)), tuple(tuple(row[0::2] + 1j * row[1::2]) for row in unit)
-    matrix = _matrix(effects)
+    matrix = equations(effects)
     good = np.isfinite(matrix).all(axis=(-2, -1))
     inverse = np.full(np.swapaxes(matrix, -2, -1).shape, np.nan)
     inverse[good] = np.linalg.pinv(matrix[good])
@@ -145,7 +145,7 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
     return _paired(np.moveaxis(inverse, (-2, -1), (0, 1))), tensions
 
 
-def _matrix(effects: list[list[Columns]]) -> Any:
+def equations(effects: list[list[Columns]]) -> Any:
     """Real and imaginary parts of the columns as a matrix per position, shape (..., positions, 2 cuts, free)."""
     entries = np.array(np.broadcast_arrays(*(entry for column in effects for entry in column)), complex)
     entries = np.moveaxis(entries.reshape(len(effects), -1, *entries.shape[1:]), (1, 0), (-2, -1))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns, closure, columns
+from rigid.closure import Closure, Columns, closure, columns, equations
 from rigid.drawing import Drawing
 from rigid.placement import Placement
 from rigid.plane import cross, dot
@@ -28,8 +28,8 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
 
     All positions that lead there from the drawing, and a coarse selection of the others, are walked one after the
     other, every one corrected by Newton's method over all designs at once. All positions then start between their
-    coarse neighbours and are corrected in one batch. Where that does not converge or strays from its start, every
-    position is walked. Positions that cannot be reached are nan.
+    coarse neighbours and are corrected in one batch. Where that does not converge, strays from its start, or folds the
+    other way than both neighbours, every position is walked. Positions that cannot be reached are nan.
     """
     free = [group.tree[number] for number in group.free]
     known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
@@ -44,8 +44,9 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
         between = _interpolate(coarse, walked, count)
         found = _newton(placed, group, between)
         with np.errstate(invalid="ignore"):
-            strayed = ~(np.abs(found - between) < NEAR * (1 + np.abs(between)))
-        walked = found if not strayed.any() else _walk(placed, group, start, np.arange(count), shape)
+            strayed = (~(np.abs(found - between) < NEAR * (1 + np.abs(between)))).any()
+        strayed = strayed or _refolded(_folds(placed, group, found), coarse).any()
+        walked = _walk(placed, group, start, np.arange(count), shape) if strayed else found
     _hang_all(placed, group, walked)
     return _sine(_close(placed, group))
 
@@ -76,13 +77,40 @@ def _walk(placed: Placement, group: Group, start: Any, positions: Any, shape: tu
     """Coordinates at some positions, one after the other, each begun on the line through the two before it."""
     found = np.full((len(start), *shape[:-1], len(positions)), np.nan)
     last, guess = start, start
+    ahead = _strides(placed.drive[:, positions])
     for number, position in enumerate(positions):
         here = _newton(_at(placed, slice(position, position + 1), shape), group, guess)
         reached = np.isfinite(here)
-        guess = np.where(reached, 2 * here - last if number else here, guess)
+        guess = np.where(reached, here + ahead[number] * (here - last), guess)
         last = np.where(reached, here, last)
         found[..., number : number + 1] = here
     return found
+
+
+def _strides(drive: Any) -> Any:
+    """How far the drives go on from every position, by how far they came: 0 where they come from nowhere or stop."""
+    steps = np.diff(drive, axis=1)
+    before, after = steps[:, :-1], steps[:, 1:]
+    square = (before**2).sum(axis=0)
+    ahead = np.divide((before * after).sum(axis=0), square, out=np.zeros_like(square), where=square > 0)
+    return np.concatenate([[0.0], ahead, [0.0]])
+
+
+def _folds(placed: Placement, group: Group, coordinates: Any) -> Any:
+    """Which way a group is folded, as the sign of the determinant of its equations; 0 where it has surplus ones."""
+    _hang_all(placed, group, coordinates)
+    closed = _close(placed, group)
+    if closed.tensions:
+        return np.zeros(coordinates.shape[1:])
+    matrix = equations(columns(group, closed.tree, closed.cut))
+    return np.broadcast_to(np.linalg.slogdet(matrix)[0], coordinates.shape[1:])
+
+
+def _refolded(sign: Any, coarse: Any) -> Any:
+    """Whether positions between two others that are folded alike are folded the other way."""
+    below = np.minimum(np.searchsorted(coarse, np.arange(sign.shape[-1]), side="right") - 1, len(coarse) - 2)
+    low, high = sign[..., coarse[below]], sign[..., coarse[below + 1]]
+    return (low == high) & (sign * low < 0)
 
 
 def _interpolate(coarse: Any, walked: Any, count: int) -> Any:

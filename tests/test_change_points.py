@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import rigid.positions
 from elastic import Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion, reactions
 
@@ -34,6 +35,13 @@ class TestParallelogram:
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-12)
         away = going.condition < 1e6
         np.testing.assert_allclose(going.angular_velocity[3, away], 1.0, rtol=0, atol=1e-9)
+
+    @pytest.mark.parametrize("count", [60, 83, 361])
+    def test_stays_one_as_a_general_group(self, count, monkeypatch):
+        """Between coarse positions either branch may be near: none folds otherwise than both neighbours."""
+        monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
+        going = motion(parallelogram(), np.linspace(0.3, 2 * np.pi + 0.4, count), 1.0)
+        np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-6)
 
     def test_an_antiparallelogram_stays_one(self):
         going = motion(parallelogram(B=0.22 - 0.06j), ROUND, 1.0)

@@ -214,6 +214,28 @@ def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
     assert (general.sine <= closed.sine * 1.005).all()
 
 
+def test_designs_of_a_group_that_is_no_dyad_are_those_of_single_ones():
+    """A bar of the triad in three lengths."""
+    case = ALL["triad"]()
+    at = case.mechanism.index["left"]
+    length = case.mechanism.links[at].points["P"]
+    sizes = np.array([[0.99], [1.0], [1.01]]) * length
+
+    def moving(value):
+        links = list(case.mechanism.links)
+        links[at] = bar("left", "A", "P", value)
+        return motion(replaced(case.mechanism, links=tuple(links)), case.drive, 7.0, -3.0)
+
+    together = moving(sizes)
+    assert together.columns == (3, 24)
+    for row, size in enumerate(sizes[:, 0]):
+        alone = moving(size)
+        for field in ("origin", "direction", "velocity", "acceleration"):
+            values = getattr(alone, field)
+            near = 1e-11 * (1 + abs(values).max())
+            np.testing.assert_allclose(getattr(together, field)[:, row], values, rtol=0, atol=near)
+
+
 @pytest.mark.parametrize("name", ["RRR", "RRP", "RPR"])
 @pytest.mark.parametrize("ahead", [1.5, 3.0, -2.5])
 def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):

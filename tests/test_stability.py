@@ -71,6 +71,19 @@ class TestDeadPoints:
             assert condition < SINGULAR
             assert worst < BOUND * condition
 
+    @pytest.mark.parametrize(
+        "before", [np.array([8e-3, 2e-3, 5e-4, 1e-4]), np.logspace(-2.1, -14, 20), np.logspace(-2.1, -14, 120)]
+    )
+    def test_a_general_group_keeps_its_branch_in_uneven_steps(self, before, monkeypatch):
+        """The closed form knows the side by its sign."""
+        stop = stop_of(0.25, 0.2, 0.2, 0.3)
+        drive = np.concatenate([np.linspace(stop - 0.3, stop - 1e-2, 40), stop - before])
+        mechanism = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3).mechanism
+        closed = motion(mechanism, drive)
+        monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
+        general = motion(mechanism, drive)
+        assert np.abs(general.direction - closed.direction).max() < 1e-6
+
     @pytest.mark.parametrize("distance", TO_DEAD_POINT)
     def test_rod_square_to_its_slide(self, distance):
         stop = np.arcsin(0.22 / 0.25)
@@ -269,6 +282,12 @@ class TestSizes:
     @pytest.mark.parametrize("ratio", [1e-12, 1e-6, 1e6, 1e12])
     def test_masses(self, ratio):
         self.check(plain(masses=(0.5, 0.5 * ratio, 0.5)))
+
+    @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6])
+    def test_a_heavy_link_whose_moment_passes_zero(self, ratio):
+        """What is left of it is a difference of parts that are larger by as much as the link is heavier."""
+        worst, condition, _ = error(plain(masses=(0.5, 0.5, 0.5 * ratio), gravity=0.0, start=0.0), 5.8908, 100.0, 0.0)
+        assert worst < BOUND * condition * ratio
 
     @pytest.mark.parametrize("crank", [1e-8, 1e-6, 1e-4, 1e-2])
     def test_short_crank(self, crank):
