@@ -34,10 +34,10 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
 }
 WITHIN = {
     "slenderness": "all links are longer than {:.0f} radii of gyration",
-    "deflection": "none deflects by more than {:.0%} of its length",
-    "axial force": "none is pressed with more than {:.0%} of Euler's load",
-    "yield": "none is stressed to more than {:.0%} of its yield stress",
-    "vibration": "vibration would change the deflection by less than about {:.0%}",
+    "deflection": "none deflects by more than {:.0f} % of its length",
+    "axial force": "none is pressed with more than {:.0f} % of Euler's load",
+    "yield": "none is stressed to more than {:.0f} % of its yield stress",
+    "vibration": "vibration would change the deflection by less than about {:.0f} %",
 }
 ADVICE = {"slenderness": 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'}
 UNKNOWN = {
@@ -160,7 +160,8 @@ def _within(results: Results) -> Iterator[Finding]:
         return
     judged = _judged(results)
     passed = {caution.kind for caution in results.cautions}
-    fine = [WITHIN[kind].format(LIMITS[kind].watch) for kind in WITHIN if kind in judged - passed]
+    limits = {kind: LIMITS[kind].watch * (1 if kind == "slenderness" else 100) for kind in WITHIN}
+    fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
     unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed]

@@ -43,6 +43,24 @@ class TestParallelogram:
         going = motion(parallelogram(), np.linspace(0.3, 2 * np.pi + 0.4, count), 1.0)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-6)
 
+    @pytest.mark.parametrize(
+        ("count", "near", "few"), [(170, 0.03, 8), (170, 0.003, 8), (200, 0.03, 4), (200, 0.03, 16)]
+    )
+    def test_a_general_group_folds_as_its_neighbours_do(self, count, near, few, monkeypatch):
+        """Where the coarse positions are even and those between them are not, the start between them misleads."""
+        links = (
+            Link("ground", {"O": 0.0, "D": 0.35}),
+            bar("crank", "O", "A", 0.1),
+            bar("coupler", "A", "B", 0.35),
+            bar("rocker", "D", "B", 0.1),
+        )
+        lean = 0.1 * np.exp(0.3j)
+        mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "D": 0.35, "A": lean, "B": 0.35 + lean})
+        drive = np.concatenate([np.linspace(0.3, 2.9, count), np.pi + near * np.linspace(-1, 1, few)])
+        monkeypatch.setattr(rigid.positions, "_closed_form", lambda group: not group.free)
+        going = motion(mechanism, drive)
+        np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-4)
+
     def test_an_antiparallelogram_stays_one(self):
         going = motion(parallelogram(B=0.22 - 0.06j), ROUND, 1.0)
         assert np.abs(going.direction[3] - going.direction[1]).max() > 1.9

@@ -18,6 +18,7 @@ from mechanisms import ALL, bar, four_bar, replaced, steel_four_bar, turn
 
 from elastic import FIELDS, Section, deflection, deflection_in_chunks, extremes
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
+from rigid.chunks import SEAM
 
 EPS = np.finfo(float).eps
 
@@ -34,6 +35,15 @@ def parallelogram(start=0.3):
 
 
 class TestBranch:
+    @pytest.mark.parametrize("off", [0.0, 1e-10, -1e-10])
+    def test_a_seam_is_not_drawn_at_a_flat_position(self, off):
+        """The last position that could be drawn anew is flat to round-off: one before it is taken."""
+        columns = 25
+        angle = np.pi + off + (np.arange(60) - (columns - SEAM - 1)) * 0.1
+        chunks = list(motion_in_chunks(parallelogram(angle[0]), angle, 1.0, columns=columns))
+        crank, _, rocker = joined(chunks, "direction")[1:]
+        np.testing.assert_allclose(rocker, crank, rtol=0, atol=1e-6)
+
     @pytest.mark.parametrize("columns", [4, 7, 25, 61, 100])
     def test_a_parallelogram_stays_one_wherever_the_seams_are(self, columns):
         """Flat every half turn, on some seam for some of these: the coupler is parallel to the ground throughout."""
