@@ -16,12 +16,14 @@ from elastic.opening import brought_together, opening, require_joints
 from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
 from rigid import (
+    REGULAR,
     SINGULAR,
     JointForces,
     Mechanism,
     MechanismError,
     Motion,
     Reals,
+    amplified,
     balancing_forces,
     beam_directions,
     beam_loads,
@@ -32,7 +34,6 @@ from rigid import (
     self_stresses,
     stacked,
 )
-from rigid.conditioning import REGULAR, amplified
 
 FIELDS = ("N", "V", "M", "u", "w", "phi")
 

@@ -13,8 +13,7 @@ from elastic.gearing import led
 from elastic.line import Compliance
 from elastic.response import Response, beyond_contact, respond
 from elastic.section import JointCompliance
-from rigid import JointForces, Motion, dot
-from rigid.plane import minus, plus
+from rigid import JointForces, Motion, dot, minus, plus
 
 UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
 

@@ -143,12 +143,10 @@ def cycle_maps(results: Results, over: Axis) -> str:
     for field in MAPPED:
         sampled = sample(results.deflection, field, stations)[:MOST_MAPPED]
         values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
-        exact = results.extremes[field].value if field in results.extremes else sampled.max(axis=-1, initial=0.0)
-        known = np.abs(exact[: len(values)][:, results.counted])
-        sizes = [
-            float(np.abs(np.concatenate([own[np.isfinite(own)], row])).max(initial=0.0))
-            for own, row in zip(values, np.nan_to_num(known), strict=True)
-        ]
+        sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
+        if field in results.extremes:  # between the stations
+            exact = results.extremes[field].value[: len(values), results.counted]
+            sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
         ranges = [f"±{quantity(size, UNITS[field], 3)}" if size else "0" for size in sizes]
         symbol = "" if field.startswith("q") else f"{SYMBOLS.get(field, field)}  "
         fields[symbol + NAMES[field]] = (values, ranges)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import rigid.memory  # noqa: F401  before any array is made
 from rigid.closure import JointPlace
-from rigid.conditioning import SINGULAR
+from rigid.conditioning import REGULAR, SINGULAR, amplified
 from rigid.displacements import displacements
 from rigid.forces import JointForces, self_stresses
 from rigid.loads import (
@@ -39,7 +39,7 @@ from rigid.mechanism import (
     SliderDrive,
 )
 from rigid.motion import Motion, acceleration_of, motion, position_of, repeated, stacked, velocity_of, with_rates
-from rigid.plane import cross, dot
+from rigid.plane import cross, dot, minus, plus
 from rigid.reach import ReachError, reachable, require_reach, stops
 from rigid.structure import Joint, Structure, structure
 from rigid.tables import beam_table, mass_moments, per_row
@@ -114,6 +114,7 @@ __all__ = [
     "GROUND",
     "JOINT_TYPES",
     "RANK_TOLERANCE",
+    "REGULAR",
     "SINGULAR",
     "SYNONYMS",
     "Action",
@@ -172,6 +173,7 @@ __all__ = [
     "TorsionSpring",
     "Transmission",
     "acceleration_of",
+    "amplified",
     "assembled",
     "assur_groups",
     "balancing_forces",
@@ -215,6 +217,7 @@ __all__ = [
     "loop_walk",
     "mass_moments",
     "mechanism_mobility",
+    "minus",
     "mobility",
     "mobility_count",
     "motion",
@@ -225,6 +228,7 @@ __all__ = [
     "pairs",
     "per_row",
     "planar_chain",
+    "plus",
     "point_loads",
     "position_of",
     "posture",
