@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
 REGULAR = 1e-2  # sine from which on no position comes to that
-MILD = 8.0  # by how much larger than their sum parts may be without counting
+MILD = 4.0  # by how much larger than their sum parts may be without counting
 TINY = np.finfo(float).tiny
 
 Asked = list[Columns]  # per group, what its openings could ask of it at worst
