@@ -178,7 +178,7 @@ class TestChangePoints:
     def test_at_constant_speed_without_weight(self, lengths, side, distance):
         """Forces and displacements stay finite only because what they come from cancels: two powers more."""
         case = FourBar(lengths, 0.35, 0.3, side, gravity=0.0)
-        self.check(distance, *error(case, np.pi - distance, 14.0, 0.0))
+        self.check(distance, *error(case, np.pi - distance, 14.0, 0.0), marked=1e-2)
 
     @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-5, 1e-7])
     @pytest.mark.parametrize("rate2", [0.0, -3.0])
@@ -230,9 +230,9 @@ class TestChangePoints:
         worst, *_ = error(Inverted(0.2, 0.2002, 1.0), distance)
         assert worst < BOUND * 1000
 
-    def check(self, distance, worst, condition, motions):
+    def check(self, distance, worst, condition, motions, marked=2e-4):
         if np.isnan(worst):
-            assert distance <= 1e-3
+            assert distance <= marked
             assert not condition <= SINGULAR
         else:
             assert self.FACTOR[0] < motions * distance**3 < self.FACTOR[1]
