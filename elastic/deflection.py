@@ -16,7 +16,6 @@ from elastic.opening import brought_together, opening, require_joints
 from elastic.response import Response, beyond_contact
 from elastic.section import JointCompliance, Section
 from rigid import (
-    REGULAR,
     SINGULAR,
     JointForces,
     Mechanism,
@@ -30,6 +29,7 @@ from rigid import (
     beam_table,
     displacements,
     force_condition,
+    hopeless,
     repeated,
     self_stresses,
     stacked,
@@ -118,7 +118,7 @@ class Deflection:
         singular = ~(self.motion.condition <= SINGULAR)
         if not self.motion.suspect:
             return singular
-        return singular | ((self.motion.sine < REGULAR) & ~(self.condition <= SINGULAR))
+        return singular | hopeless(self.motion, self.condition)
 
     def beyond(self, contact: Contact, field: str) -> tuple[Any, ...]:
         """What a field beyond a contact is more than before it, in powers of xi - contact.xi."""
@@ -233,8 +233,7 @@ def _mark(solved: Deflection) -> None:
     lost = solved.lost
     for values in (solved.N, solved.V, solved.M, solved.u, solved.w, solved.phi, solved.shift, solved.angle):
         values[..., lost] = np.nan
-    for forces in (solved.forces.force, solved.forces.moment):
-        forces[:] = [value if isinstance(value, float) else np.where(lost, np.nan, value) for value in forces]
+    solved.forces.mark(lost)
 
 
 def _greatest(values: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import rigid.memory  # noqa: F401  before any array is made
 from rigid.closure import JointPlace
-from rigid.conditioning import REGULAR, SINGULAR, amplified
+from rigid.conditioning import SINGULAR, amplified, hopeless
 from rigid.displacements import displacements
 from rigid.forces import JointForces, self_stresses
 from rigid.loads import (
@@ -114,7 +114,6 @@ __all__ = [
     "GROUND",
     "JOINT_TYPES",
     "RANK_TOLERANCE",
-    "REGULAR",
     "SINGULAR",
     "SYNONYMS",
     "Action",
@@ -201,6 +200,7 @@ __all__ = [
     "fundamental_loops",
     "gear_contacts",
     "graph_from_incidence",
+    "hopeless",
     "incidence",
     "joint_rates",
     "kinematic_matrix",

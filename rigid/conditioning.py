@@ -153,6 +153,11 @@ def amplified(asked: Columns, done: Columns) -> Columns:
     return np.maximum(1.0, asked / (MILD * np.maximum(done, TINY)))
 
 
+def hopeless(course: Motion, condition: Columns) -> Any:
+    """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
+    return (course.sine < REGULAR) & ~(condition <= SINGULAR)
+
+
 def marked(course: Motion, openings: tuple[Asked, Asked]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
     told = []

@@ -28,11 +28,6 @@ def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> 
     return solve(placed, outer[0], outer[1], inner, drawing, flip)
 
 
-def _end(joint: Joint, link: int) -> Any:
-    """A joint's point in the axes of one of its links."""
-    return joint.at_child if joint.child == link else joint.at_parent
-
-
 def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> None:
     """Place the child of an outer pin."""
     placed.direction[outer.child] = direction
@@ -49,7 +44,7 @@ def _carry(placed: Placement, outer: Joint) -> Columns:
 def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
     side = flip * _drawn_side(drawing.mechanism, one, other, inner)
-    arms = _end(inner, one.child) - one.at_child, _end(inner, other.child) - other.at_child
+    arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
     _hold(placed, one, first, direction)
     _hold(placed, other, second, opposite)
@@ -68,11 +63,11 @@ def _drawn_side(mechanism: Mechanism, one: Joint, other: Joint, inner: Joint) ->
 def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     center = placed.point(pin.parent, pin.at_parent)
     along = _carry(placed, slide)
-    start = placed.point(slide.child, _end(inner, slide.child))
+    start = placed.point(slide.child, inner.at(slide.child))
     ahead = drawing.along(slide) * slide.sense
     side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
     direction, way, sine = dyads.circle_line(
-        center, _end(inner, pin.child) - pin.at_child, start, along, side, placed.slack
+        center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
     )
     placed.origin[slide.child] = placed.origin[slide.child] + way * along
     _hold(placed, pin, center, direction)
@@ -81,7 +76,7 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
 
 def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     along, across = _carry(placed, one), _carry(placed, other)
-    starts = [placed.point(joint.child, _end(inner, joint.child)) for joint in (one, other)]
+    starts = [placed.point(joint.child, inner.at(joint.child)) for joint in (one, other)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
     placed.origin[one.child] = placed.origin[one.child] + way * along
     placed.origin[other.child] = placed.origin[other.child] + opposite * across
@@ -94,7 +89,7 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     owner_link = inner.parent if inner.sense > 0 else inner.child
     owner, block = (one, other) if one.child == owner_link else (other, one)
     pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
-    foot = slider.origin + slider.turn * (block.at_child - _end(inner, block.child)) - owner.at_child
+    foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
     ahead = drawing.along(inner)
     side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
     direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
@@ -113,7 +108,7 @@ def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, d
     _hold(placed, pin, center, placed.direction[slide.child] * toward)
     owner = pin.child if block == slide.child else slide.child
     across = placed.direction[owner] * inner.slider.direction
-    gap = placed.point(pin.child, _end(inner, pin.child)) - placed.point(slide.child, _end(inner, slide.child))
+    gap = placed.point(pin.child, inner.at(pin.child)) - placed.point(slide.child, inner.at(slide.child))
     way, _, sine = dyads.line_line(gap, along, across)
     placed.origin[slide.child] = placed.origin[slide.child] + way * along
     return sine

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,11 @@ class JointForces:
             if place.joint.parent == 0:
                 total = total - (_about(place.arm_parent, self.force[number]) + self.moment[number])
         return total
+
+    def mark(self, lost: Any) -> None:
+        """Make the forces nan at some positions, bool, shape (..., positions)."""
+        for values in (self.force, self.moment):
+            values[:] = [value if is_zero(value) else np.where(lost, np.nan, value) for value in values]
 
     @property
     def _places(self) -> list[JointPlace]:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Columns
-from rigid.conditioning import REGULAR, SINGULAR, amplified, asked_force, extents
+from rigid.conditioning import amplified, asked_force, extents, hopeless
 from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
 from rigid.motion import Motion
-from rigid.plane import cross, is_zero
+from rigid.plane import cross
 from rigid.tables import beam_table, mass_table
 
 UNSTRESSED = 1e-9
@@ -153,9 +153,7 @@ def reactions(motion: Motion) -> JointForces:
     """
     found = balancing_forces(motion)
     if motion.suspect:
-        lost = (motion.sine < REGULAR) & ~(force_condition(motion, found) <= SINGULAR)
-        for values in (found.force, found.moment):
-            values[:] = [value if is_zero(value) else np.where(lost, np.nan, value) for value in values]
+        found.mark(hopeless(motion, force_condition(motion, found)))
     for state in self_stresses(motion.closures):
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):

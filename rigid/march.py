@@ -32,8 +32,7 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
     other way than both neighbours, every position is walked. Positions that cannot be reached are nan.
     """
     free = [group.tree[number] for number in group.free]
-    known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
-    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:], placed.mechanism.designs)
+    shape = _shape(placed)
     start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
     count = shape[-1]
     asked = count - placed.approach
@@ -44,21 +43,27 @@ def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
         between = _interpolate(coarse, walked, count)
         found = _newton(placed, group, between)
         with np.errstate(invalid="ignore"):
-            strayed = (~(np.abs(found - between) < NEAR * (1 + np.abs(between)))).any()
-        strayed = strayed or _refolded(_folds(placed, group, found), coarse).any()
-        walked = _walk(placed, group, start, np.arange(count), shape) if strayed else found
-    _hang_all(placed, group, walked)
-    return _sine(_close(placed, group))
+            near = (np.abs(found - between) < NEAR * (1 + np.abs(between))).all()
+        if near:
+            closed = _hung(placed, group, found)
+            if not _refolded(_fold(closed, shape), coarse).any():
+                return _sine(closed)
+        walked = _walk(placed, group, start, np.arange(count), shape)
+    return _sine(_hung(placed, group, walked))
+
+
+def _shape(placed: Placement) -> tuple[int, ...]:
+    """Shape of the columns."""
+    known = (np.shape(value) for value in (*placed.origin, *placed.direction))
+    return np.broadcast_shapes(*known, placed.drive.shape[1:], placed.mechanism.designs)
 
 
 def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
-    known = [value for value in (*placed.origin, *placed.direction) if np.ndim(value)]
-    shape = np.broadcast_shapes(*(np.shape(value) for value in known), placed.drive.shape[1:], placed.mechanism.designs)
+    shape = _shape(placed)
     start = np.stack([np.broadcast_to(_coordinate(near, joint), shape) for joint in free])
-    _hang_all(placed, group, _newton(placed, group, start))
-    return _sine(_close(placed, group))
+    return _sine(_hung(placed, group, _newton(placed, group, start)))
 
 
 def _coordinate(near: Posture, joint: Joint) -> Any:
@@ -96,14 +101,12 @@ def _strides(drive: Any) -> Any:
     return np.concatenate([[0.0], ahead, [0.0]])
 
 
-def _folds(placed: Placement, group: Group, coordinates: Any) -> Any:
+def _fold(closed: Closure, shape: tuple[int, ...]) -> Any:
     """Which way a group is folded, as the sign of the determinant of its equations; 0 where it has surplus ones."""
-    _hang_all(placed, group, coordinates)
-    closed = _close(placed, group)
     if closed.tensions:
-        return np.zeros(coordinates.shape[1:])
-    matrix = equations(columns(group, closed.tree, closed.cut))
-    return np.broadcast_to(np.linalg.slogdet(matrix)[0], coordinates.shape[1:])
+        return np.zeros(shape)
+    matrix = equations(columns(closed.group, closed.tree, closed.cut))
+    return np.broadcast_to(np.linalg.slogdet(matrix)[0], shape)
 
 
 def _refolded(sign: Any, coarse: Any) -> Any:
@@ -142,14 +145,11 @@ def require_closed(placed: Placement, group: Group) -> None:
         placed.origin[joint.child] = placed.origin[joint.child] + lost
 
 
-def _hang_all(placed: Placement, group: Group, coordinates: Any) -> None:
-    """Place the links by the coordinates of the free joints."""
+def _hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
+    """The group with its links placed by the coordinates of the free joints."""
     free = iter(coordinates)
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint) if joint.moved else next(free))
-
-
-def _close(placed: Placement, group: Group) -> Closure:
     tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
     return closure(group, tree, cut)
 
@@ -179,8 +179,7 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
     before: Any = np.inf
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
-            _hang_all(placed, group, coordinates)
-            closed = _close(placed, group)
+            closed = _hung(placed, group, coordinates)
             gaps = [_gap(placed, place.joint) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step

@@ -90,9 +90,7 @@ def _shortfall(course: Motion) -> str:
     if group is None or len(group.tree) != 2 or group.cut[0].slider is not None or len(course.columns) != 1:
         return ""
     inner = group.cut[0]
-    arms: list[Any] = [
-        (inner.at_child if inner.child == hinge.child else inner.at_parent) - hinge.at_child for hinge in group.tree
-    ]
+    arms: list[Any] = [inner.at(hinge.child) - hinge.at_child for hinge in group.tree]
     places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
     slides = [k for k, hinge in enumerate(group.tree) if hinge.slider is not None]
     if not slides:

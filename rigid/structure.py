@@ -60,6 +60,10 @@ class Joint:
     drive: int | None = None
     gear: Tie | None = None
 
+    def at(self, link: int) -> Complex:
+        """Its point in the axes of one of its links."""
+        return self.at_child if self.child == link else self.at_parent
+
     @property
     def moved(self) -> bool:
         """Whether a drive or a gear prescribes its coordinate."""
