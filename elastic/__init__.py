@@ -6,21 +6,21 @@ Needs numpy and `rigid` only.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 from elastic.deflection import FIELDS, Deflection, deflection
 from elastic.extremes import Extreme, extremes
 from elastic.sampling import coefficients, displacement_of, sample
-from elastic.section import RIGID, JointCompliance, Section, Taper
 
 if TYPE_CHECKING:
-    from elastic.accuracy import PathDeviation, angle_error, path_deviation, point_displacements
-    from elastic.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
-    from elastic.caution import LIMITS, Caution, Limit, cautions
+    from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
+    from elastic.assessment.harmonics import Harmonics, harmonics, quasi_static_error
+    from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
+    from elastic.assessment.over_cycle import Peak, over_cycle, period_of, rms
+    from elastic.assessment.strength import safety_factor, stress, stress_extremes, stress_range
+    from elastic.assessment.validity import LIMITS, Caution, Limit, cautions
+    from elastic.beams.cross_sections import Shape, circle, rectangle, section_of, tapered, tube
     from elastic.chunks import deflection_in_chunks
-    from elastic.cycle import Peak, over_cycle, period_of, rms
-    from elastic.forcing import Harmonics, harmonics, quasi_static_error
-    from elastic.shapes import Shape, circle, rectangle, section_of, tapered, tube
-    from elastic.strength import safety_factor, stress, stress_extremes, stress_range
-    from elastic.vibration import Frequencies, natural_frequencies
+    from elastic.vibration.frequencies import Frequencies, natural_frequencies
 
 __all__ = [
     "FIELDS",
@@ -70,15 +70,15 @@ __all__ = [
 ]
 
 _LATER = {
-    "elastic.accuracy": ("PathDeviation", "angle_error", "path_deviation", "point_displacements"),
-    "elastic.buckling": ("euler_loads", "euler_ratio", "least_axial_force", "slenderness"),
-    "elastic.caution": ("Caution", "LIMITS", "Limit", "cautions"),
+    "elastic.assessment.output_error": ("PathDeviation", "angle_error", "path_deviation", "point_displacements"),
+    "elastic.assessment.buckling": ("euler_loads", "euler_ratio", "least_axial_force", "slenderness"),
+    "elastic.assessment.validity": ("Caution", "LIMITS", "Limit", "cautions"),
     "elastic.chunks": ("deflection_in_chunks",),
-    "elastic.cycle": ("Peak", "over_cycle", "period_of", "rms"),
-    "elastic.forcing": ("Harmonics", "harmonics", "quasi_static_error"),
-    "elastic.shapes": ("Shape", "circle", "rectangle", "section_of", "tapered", "tube"),
-    "elastic.strength": ("safety_factor", "stress", "stress_extremes", "stress_range"),
-    "elastic.vibration": ("Frequencies", "natural_frequencies"),
+    "elastic.assessment.over_cycle": ("Peak", "over_cycle", "period_of", "rms"),
+    "elastic.assessment.harmonics": ("Harmonics", "harmonics", "quasi_static_error"),
+    "elastic.beams.cross_sections": ("Shape", "circle", "rectangle", "section_of", "tapered", "tube"),
+    "elastic.assessment.strength": ("safety_factor", "stress", "stress_extremes", "stress_range"),
+    "elastic.vibration.frequencies": ("Frequencies", "natural_frequencies"),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 

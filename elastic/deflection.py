@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic.cutting import Contact, Stance, node_loads, root_of
-from elastic.frame import Frame, frame
-from elastic.line import Compliance, compliance, designs_of
-from elastic.opening import brought_together, opening, require_joints
-from elastic.response import Response, beyond_contact
-from elastic.section import JointCompliance, Section
+from elastic.beams.line import Compliance, compliance, designs_of
+from elastic.beams.section import JointCompliance, Section
+from elastic.links.beam_trees import Frame, frame
+from elastic.links.clamped_links import Response, beyond_contact
+from elastic.links.compatibility import brought_together, opening, require_joints
+from elastic.links.free_body import Contact, Stance, node_loads, root_of
 from rigid import (
     SINGULAR,
     JointForces,

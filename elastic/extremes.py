@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from elastic.beams.pieces import Pieces, in_pieces, pieces
+from elastic.beams.polynomials import at_marks, derivative, greatest_at, turning_points, zeros_between, zeros_of
 from elastic.deflection import FIELDS, Deflection
-from elastic.pieces import Pieces, in_pieces, pieces
-from elastic.polynomials import at_marks, derivative, greatest_at, turning_points, zeros_between, zeros_of
 from rigid import Reals
 
 

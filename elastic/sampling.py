@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from elastic.beams.line import tapered_powers
 from elastic.deflection import FIELDS, Deflection
-from elastic.line import tapered_powers
 from rigid import Reals
 
 

@@ -3,9 +3,9 @@
 It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself.
 """
 
-from fem_check.comparison import TOLERANCE, Comparison, Worst, compare
-from fem_check.solution import Solution, TieForce, solve
-from fem_check.vibration import natural_frequencies
+from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare
+from fem_check.linear.solution import Solution, TieForce, solve
+from fem_check.vibration.frequencies import natural_frequencies
 from fem_check.vtu import write_vtu_series
 
 __all__ = [

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from elastic import FIELDS, Deflection, sample
-from fem_check.solution import Solution
+from fem_check.linear.solution import Solution
 from rigid import Reals, position_of
 
 

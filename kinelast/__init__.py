@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinelast.scene import (
+    from kinelast.scene.reading import (
         Run,
         Scene,
         SceneError,
@@ -46,7 +46,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module("kinelast.scene"), name)
+    return getattr(import_module("kinelast.scene.reading"), name)
 
 
 def __dir__() -> list[str]:

@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from kinelast.command_options import parsed
+from kinelast.options import parsed
 
 if TYPE_CHECKING:
-    from kinelast.output import Outcome
-    from kinelast.output_folder import Request
+    from kinelast.folder import Request
+    from kinelast.run import Outcome
 
 FINE, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
@@ -80,7 +80,7 @@ def _version() -> int:
 def _list() -> int:
     import tomllib
 
-    from kinelast.scene_files import shipped_scenes, shipped_structures
+    from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
     scenes, structures = shipped_scenes(), shipped_structures()
     width = max(map(len, (*scenes, *structures)), default=0)
@@ -126,7 +126,7 @@ def _named_once(line: str, path: Path) -> str:
 
 def _structures(paths: Sequence[Path], options: argparse.Namespace, status: int) -> int:
     """The structure of every scene, printed and put into its folder."""
-    from kinelast.output_structure import structure_outcome
+    from kinelast.structure.output import structure_outcome
 
     for path in paths:
         text, line = structure_outcome(path, options.out)
@@ -149,7 +149,7 @@ def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
             continue
         from difflib import get_close_matches
 
-        from kinelast.scene_files import shipped_scenes, shipped_structures
+        from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
         shipped = {**shipped_structures(), **shipped_scenes()}
         if scene in shipped:
@@ -163,8 +163,8 @@ def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
 
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.output import require_pictures
-    from kinelast.output_folder import Request, RequestError
+    from kinelast.folder import Request, RequestError
+    from kinelast.run import require_pictures
 
     unknown = _unknown_diagram(options.animate)
     if unknown:
@@ -193,7 +193,7 @@ def _unknown_diagram(names: Sequence[str]) -> str:
     if not names:
         return ""
     from animations import DIAGRAMS
-    from kinelast.scene_error import likely
+    from kinelast.scene.error import likely
 
     for name in names:
         if name not in DIAGRAMS:
@@ -207,7 +207,7 @@ Report = Callable[[str, int, int], None]
 
 def _outcomes(paths: list[Path], options: argparse.Namespace, request: Request, report: Report) -> Iterator[Outcome]:
     """The outcomes in the order of the scenes."""
-    from kinelast.output import try_scene
+    from kinelast.run import try_scene
 
     if options.jobs == 1 or len(paths) < 2:
         for number, path in enumerate(paths):

@@ -7,8 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import rigid.memory  # noqa: F401  before any array is made
+from rigid.analysis.reach import ReachError, reachable, require_reach, stops
 from rigid.closure import JointPlace
 from rigid.conditioning import SINGULAR, amplified, hopeless
+from rigid.constants import beam_table, mass_moments, per_row
 from rigid.displacements import displacements
 from rigid.forces import JointForces, self_stresses
 from rigid.loads import (
@@ -40,12 +42,12 @@ from rigid.mechanism import (
 )
 from rigid.motion import Motion, acceleration_of, motion, position_of, repeated, stacked, velocity_of, with_rates
 from rigid.plane import cross, dot, minus, plus
-from rigid.reach import ReachError, reachable, require_reach, stops
-from rigid.structure import Joint, Structure, structure
-from rigid.tables import beam_table, mass_moments, per_row
+from rigid.topology.structure import Joint, Structure, structure
 
 if TYPE_CHECKING:
-    from rigid.analysis import (
+    from rigid.analysis.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
+    from rigid.analysis.inverse import drive_values
+    from rigid.analysis.limits import (
         DeadPoint,
         Limit,
         Transmission,
@@ -56,20 +58,30 @@ if TYPE_CHECKING:
         transmission_angles,
         velocity_ratio,
     )
-    from rigid.assur import AssurGroup, assur_groups
     from rigid.chunks import columns_of, design_chunks, motion_in_chunks, of_designs
-    from rigid.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
-    from rigid.effort import (
+    from rigid.dynamics.effort import (
         EquationOfMotion,
         equation_of_motion,
         multiplier_forces,
         reduced_inertia,
         virtual_work_efforts,
     )
-    from rigid.energy import dissipated_power, kinetic_energy, load_power, potential_energy
-    from rigid.force_laws import TableError, constant_law, law_of, law_of_rate, law_of_time, sum_of_laws, table_curve
-    from rigid.forward_dynamics import Course, Effort, ForwardError, MotionLaw, forward, motion_during
-    from rigid.graph import (
+    from rigid.dynamics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
+    from rigid.dynamics.force_laws import (
+        TableError,
+        constant_law,
+        law_of,
+        law_of_rate,
+        law_of_time,
+        sum_of_laws,
+        table_curve,
+    )
+    from rigid.dynamics.forward_dynamics import Course, Effort, ForwardError, MotionLaw, forward, motion_during
+    from rigid.dynamics.springs import Spring, TorsionSpring
+    from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
+    from rigid.postures import Posture, assembled, flat_triangles, posture
+    from rigid.topology.assur import AssurGroup, assur_groups
+    from rigid.topology.graph import (
         Branch,
         Graph,
         components,
@@ -80,14 +92,11 @@ if TYPE_CHECKING:
         loop_walk,
         spanning_tree,
     )
-    from rigid.input_output import Action, force_law, joint_rates, velocity_law
-    from rigid.inverse import drive_values
-    from rigid.kinematic_pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
-    from rigid.laws import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
-    from rigid.mechanism_graphs import bar_graph, link_graph
-    from rigid.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
-    from rigid.postures import Posture, assembled, flat_triangles, posture
-    from rigid.ranks import (
+    from rigid.topology.input_output import Action, force_law, joint_rates, velocity_law
+    from rigid.topology.mechanism_graphs import bar_graph, link_graph
+    from rigid.topology.pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
+    from rigid.topology.planar_chain import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
+    from rigid.topology.ranks import (
         RANK_TOLERANCE,
         Chain,
         Mobility,
@@ -98,7 +107,7 @@ if TYPE_CHECKING:
         static_matrix,
         stressed_joints,
     )
-    from rigid.spatial import (
+    from rigid.topology.spatial import (
         JOINT_TYPES,
         SYNONYMS,
         JointType,
@@ -107,7 +116,6 @@ if TYPE_CHECKING:
         spatial_chain,
         static_torsor,
     )
-    from rigid.springs import Spring, TorsionSpring
 
 __all__ = [
     "CURVES",
@@ -263,7 +271,7 @@ __all__ = [
 ]
 
 _LATER = {
-    "rigid.analysis": (
+    "rigid.analysis.limits": (
         "DeadPoint",
         "Limit",
         "Transmission",
@@ -274,18 +282,27 @@ _LATER = {
         "transmission_angles",
         "velocity_ratio",
     ),
-    "rigid.assur": ("AssurGroup", "assur_groups"),
+    "rigid.topology.assur": ("AssurGroup", "assur_groups"),
     "rigid.chunks": ("columns_of", "design_chunks", "motion_in_chunks", "of_designs"),
-    "rigid.coordinates": ("Coordinate", "Distance", "LinkAngle", "Offset", "Path", "PointCoordinate", "Rated", "Slide"),
-    "rigid.effort": (
+    "rigid.analysis.coordinates": (
+        "Coordinate",
+        "Distance",
+        "LinkAngle",
+        "Offset",
+        "Path",
+        "PointCoordinate",
+        "Rated",
+        "Slide",
+    ),
+    "rigid.dynamics.effort": (
         "EquationOfMotion",
         "equation_of_motion",
         "multiplier_forces",
         "reduced_inertia",
         "virtual_work_efforts",
     ),
-    "rigid.energy": ("dissipated_power", "kinetic_energy", "load_power", "potential_energy"),
-    "rigid.force_laws": (
+    "rigid.dynamics.energy": ("dissipated_power", "kinetic_energy", "load_power", "potential_energy"),
+    "rigid.dynamics.force_laws": (
         "TableError",
         "constant_law",
         "law_of",
@@ -294,8 +311,8 @@ _LATER = {
         "sum_of_laws",
         "table_curve",
     ),
-    "rigid.forward_dynamics": ("Course", "Effort", "ForwardError", "MotionLaw", "forward", "motion_during"),
-    "rigid.graph": (
+    "rigid.dynamics.forward_dynamics": ("Course", "Effort", "ForwardError", "MotionLaw", "forward", "motion_during"),
+    "rigid.topology.graph": (
         "Branch",
         "Graph",
         "components",
@@ -306,11 +323,11 @@ _LATER = {
         "loop_walk",
         "spanning_tree",
     ),
-    "rigid.input_output": ("Action", "force_law", "joint_rates", "velocity_law"),
-    "rigid.inverse": ("drive_values",),
+    "rigid.topology.input_output": ("Action", "force_law", "joint_rates", "velocity_law"),
+    "rigid.analysis.inverse": ("drive_values",),
     "rigid.laws": ("CURVES", "ConstantSpeed", "LawError", "Segment", "SegmentedLaw"),
-    "rigid.mechanism_graphs": ("bar_graph", "link_graph"),
-    "rigid.ranks": (
+    "rigid.topology.mechanism_graphs": ("bar_graph", "link_graph"),
+    "rigid.topology.ranks": (
         "Chain",
         "Mobility",
         "RANK_TOLERANCE",
@@ -321,10 +338,10 @@ _LATER = {
         "static_matrix",
         "stressed_joints",
     ),
-    "rigid.kinematic_pairs": ("gear_contacts", "Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
-    "rigid.planar": ("mechanism_mobility", "planar_chain", "redundant_joints", "self_stress_forces"),
+    "rigid.topology.pairs": ("gear_contacts", "Contact", "Pair", "kutzbach", "mobility_count", "pairs"),
+    "rigid.topology.planar_chain": ("mechanism_mobility", "planar_chain", "redundant_joints", "self_stress_forces"),
     "rigid.postures": ("Posture", "assembled", "flat_triangles", "posture"),
-    "rigid.spatial": (
+    "rigid.topology.spatial": (
         "JOINT_TYPES",
         "JointType",
         "SYNONYMS",
@@ -333,7 +350,7 @@ _LATER = {
         "spatial_chain",
         "static_torsor",
     ),
-    "rigid.springs": ("Spring", "TorsionSpring"),
+    "rigid.dynamics.springs": ("Spring", "TorsionSpring"),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 

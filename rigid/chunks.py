@@ -10,7 +10,7 @@ import numpy as np
 
 from rigid.mechanism import Link, Mechanism
 from rigid.motion import Motion, courses, motion
-from rigid.way import drawn_drives
+from rigid.positions.drive_path import drawn_drives
 
 CELLS = 24576  # links times columns that stay in the cache
 COLUMNS = 1024  # below which what calls cost alone counts for more than that

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rigid.plane import cross, minus, plus
-from rigid.structure import Group, Joint
+from rigid.topology.structure import Group, Joint
 
 Columns = Any  # an array of shape (..., positions), or 0.0 where it is zero at every position
 

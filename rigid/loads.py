@@ -10,11 +10,11 @@ import numpy as np
 
 from rigid.closure import Columns
 from rigid.conditioning import amplified, asked_force, extents, hopeless
+from rigid.constants import beam_table, mass_table
 from rigid.forces import JointForces, joint_forces, self_stresses
 from rigid.mechanism import LineLoad, Reals
 from rigid.motion import Motion
 from rigid.plane import cross
-from rigid.tables import beam_table, mass_table
 
 UNSTRESSED = 1e-9
 

@@ -18,7 +18,7 @@ from rigid.names import misnamed
 
 if TYPE_CHECKING:
     from rigid.motion import Motion
-    from rigid.structure import Structure
+    from rigid.topology.structure import Structure
 
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -232,6 +232,6 @@ class Mechanism:
         MechanismError
             Its drives do not determine its motion.
         """
-        from rigid.structure import structure
+        from rigid.topology.structure import structure
 
         return structure(self)

@@ -15,8 +15,8 @@ from rigid.displacements import displacements, is_still
 from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
 from rigid.names import counted
 from rigid.plane import dot, plus, product, times
-from rigid.positions import place
-from rigid.structure import Structure
+from rigid.positions.placing import place
+from rigid.topology.structure import Structure
 
 if TYPE_CHECKING:
     from rigid.postures import Posture

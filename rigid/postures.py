@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from rigid.drawing import Drawing
-from rigid.kinematic_pairs import Pair, pairs
 from rigid.mechanism import Complexes, Mechanism, MechanismError, Reals, Slider
 from rigid.motion import Motion
 from rigid.plane import cross
+from rigid.positions.drawing import Drawing
+from rigid.topology.pairs import Pair, pairs
 
 CLOSED = 1e-9
 LITTLE = 1e-3

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kinelast.scene import read_scene, shipped_scenes
+from kinelast.scene.reading import read_scene, shipped_scenes
 from rigid import drive_efforts, multiplier_forces, reactions, virtual_work_efforts
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kinelast.command import main
-from kinelast.scene_files import shipped_scenes, shipped_structures
+from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
 FIELDS = ("N", "V", "M", "u", "w", "phi")
 ARM = """
@@ -283,7 +283,7 @@ def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
 
 
 def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.output_tables
+    import kinelast.tables
 
     out = tmp_path / "out"
     assert main([str(arm), "-o", str(out), "--quiet"]) == 0
@@ -293,7 +293,7 @@ def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch
         path.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(kinelast.output_tables, "write_positions", full)
+    monkeypatch.setattr(kinelast.tables, "write_positions", full)
     assert main([str(arm), "-o", str(out), "--positions", "9"]) == 2
     assert "arm: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()} == before
@@ -310,10 +310,10 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
 
 
 def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.output
+    import kinelast.run
 
-    real = kinelast.output.read_scene
-    monkeypatch.setattr(kinelast.output, "read_scene", lambda path: 1 / 0 if path.stem == "arm" else real(path))
+    real = kinelast.run.read_scene
+    monkeypatch.setattr(kinelast.run, "read_scene", lambda path: 1 / 0 if path.stem == "arm" else real(path))
     assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
     said = capsys.readouterr()
     assert "ZeroDivisionError" in said.err

@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 
 from elastic import Section
 from fem_check import solve
-from fem_check.unit_beam import unit_beam
+from fem_check.linear.unit_beam import unit_beam
 from rigid import Beam, LineLoad, Link, Lump, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
 
 EA, EI, LENGTH = 3e6, 700.0, 1.7

@@ -15,16 +15,16 @@ import pytest
 
 from elastic import deflection
 from kinelast.command import main
-from kinelast.output_refine import refined_peaks
-from kinelast.output_results import Results, peaks
-from kinelast.output_summary import summary
-from kinelast.report_charts import GREY, Axis, Chart, Curve, field_maps, line_charts
-from kinelast.report_cycle import axis, cycle_charts, cycle_maps
-from kinelast.report_drawing import mechanism_drawing
-from kinelast.report_numbers import number, quantity, round_down, round_up, ticks
-from kinelast.report_trust import findings
-from kinelast.scene import scene_from_dict, scene_motion, scene_motion_at
-from kinelast.scene_files import shipped_scenes
+from kinelast.figures.refinement import refined_peaks
+from kinelast.figures.results import Results, peaks
+from kinelast.figures.summary import summary
+from kinelast.figures.trust import findings
+from kinelast.page.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
+from kinelast.page.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.page.drawing import mechanism_drawing
+from kinelast.page.numbers import number, quantity, round_down, round_up, ticks
+from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
+from kinelast.scene.shipped import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}
 ARM = {

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
-from kinelast.scene import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
-from kinelast.scene_quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
-from kinelast.scene_structure import structure_from_dict
+from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
+from kinelast.scene.reading import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
+from kinelast.scene.structure import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'

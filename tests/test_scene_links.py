@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
-from kinelast.scene import scene_from_text, scene_motion
-from kinelast.scene_quantities import (
+from kinelast.scene.quantities import (
     Coordinate,
     Density,
     Direction,
@@ -19,6 +18,7 @@ from kinelast.scene_quantities import (
     Speed,
     Stress,
 )
+from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid import position_of
 
 BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12

@@ -9,11 +9,11 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import deflection, sample
-from kinelast.scene import SceneError, read_scene, scene_from_text, scene_motion, scene_times, shipped_scenes
-from kinelast.scene_quantities import (
+from kinelast.scene.quantities import (
     Coordinate,
 )
-from kinelast.scene_schema import schema_text
+from kinelast.scene.reading import SceneError, read_scene, scene_from_text, scene_motion, scene_times, shipped_scenes
+from kinelast.scene.schema import schema_text
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

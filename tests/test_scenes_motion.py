@@ -7,7 +7,7 @@ import pytest
 from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.command import main
-from kinelast.scene import SceneError, scene_from_text, scene_motion, scene_motion_at
+from kinelast.scene.reading import SceneError, scene_from_text, scene_motion, scene_motion_at
 from rigid import LinkAngle, Slide, drive_efforts, position_of, reactions
 
 

@@ -6,7 +6,7 @@ from scene_texts import FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import deflection, displacement_of, extremes, sample, stress
 from kinelast.command import main
-from kinelast.scene import scene_from_text, scene_motion
+from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid import Slide, mass_moments
 
 ARM = """

@@ -8,7 +8,7 @@ import pytest
 from scene_texts import FOUR_BAR, edited
 
 from kinelast.command import main
-from kinelast.scene import SceneError, scene_from_text, structure_from_text
+from kinelast.scene.reading import SceneError, scene_from_text, structure_from_text
 from rigid import assur_groups, mechanism_mobility
 
 CHAIN = """

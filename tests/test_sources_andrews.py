@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene import scene_motion, scene_motion_at
+from kinelast.scene.reading import scene_motion, scene_motion_at
 from rigid import kinetic_energy, multiplier_forces, position_of, potential_energy
 
 # andrews.f 1.2 (2006), at t = 0.03 s: beta, Theta, gamma, Phi, delta, Omega, epsilon, their rates and accelerations,

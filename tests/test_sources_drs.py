@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sources import shipped, three_ways
 
-from kinelast.scene import scene_motion, scene_motion_at
+from kinelast.scene.reading import scene_motion, scene_motion_at
 from rigid import PointCoordinate, dead_points, drive_values, motion
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene import SceneError, scene_from_text, scene_motion
+from kinelast.scene.reading import SceneError, scene_from_text, scene_motion
 from rigid import LinkAngle, acceleration_of, drive_efforts, motion, position_of, reactions, reduced_inertia
 
 # The columns of the source's incidence matrix (9 as in its plain, not its reduced form).

@@ -3,7 +3,7 @@
 import pytest
 
 from kinelast.command import main
-from kinelast.scene import SceneError, read_scene, read_structure, shipped_structures
+from kinelast.scene.reading import SceneError, read_scene, read_structure, shipped_structures
 from rigid import (
     Action,
     cyclomatic_number,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene import scene_motion
+from kinelast.scene.reading import scene_motion
 from rigid import Link, LinkAngle, Mechanism, PinDrive, motion, position_of, swing, time_ratio, transmission_angles
 
 

@@ -44,7 +44,7 @@ from elastic import (
     tube,
 )
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, beam_loads, motion, reactions
-from rigid.tables import mass_moments
+from rigid.constants import mass_moments
 
 E = 210e9
 

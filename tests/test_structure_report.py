@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from linkages import four_bar, linkage, slider_crank, three_cranks
 
-from kinelast.skeleton import skeleton, skeleton_svg
-from kinelast.spatial_report import spatial_text
-from kinelast.structure_report import structure_text
+from kinelast.structure.planar_report import structure_text
+from kinelast.structure.skeleton import skeleton, skeleton_svg
+from kinelast.structure.spatial_report import spatial_text
 from rigid import Contact, Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive, SpatialJoint
 
 

@@ -249,7 +249,7 @@ class TestMechanism:
         expected = bending(roots(lambda x: mpmath.cos(x) * mpmath.cosh(x) + 1, (7.855,)))[0]
         errors = []
         for inner in (3, 5, 7):
-            monkeypatch.setattr("elastic.vibration.REFINEMENTS", (inner,))
+            monkeypatch.setattr("elastic.vibration.frequencies.REFINEMENTS", (inner,))
             found = frequencies(cantilever({"A": 0, "B": LENGTH}, MASS), [SLENDER])[2]
             errors.append(found / expected - 1)
         assert errors[0] > 50 * errors[1] > 0

@@ -1,0 +1,1 @@
+"""What the fields mean for a design: strength, buckling, output error, validity of the theory."""

@@ -1,0 +1,103 @@
+"""How near a beam in compression is to buckling, and how slender it is."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.pieces import in_pieces, pieces
+from elastic.beams.polynomials import evaluate, zeros_of
+from elastic.beams.section import Section
+from elastic.deflection import Deflection
+from rigid import Reals, per_row
+
+TERMS = 16
+POINTS = 64
+
+
+def least_axial_force(deflection: Deflection) -> Reals:
+    """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
+    cut = pieces(deflection)
+    N = in_pieces(deflection, "N", cut)
+    turning = zeros_of(in_pieces(deflection, "qx", cut))
+    rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
+    least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
+    for row, beam in zip(rows, cut.beam, strict=True):
+        least[beam] = np.minimum(least[beam], row)
+    return least
+
+
+def euler_loads(deflection: Deflection) -> Reals:
+    """Euler's critical load of every beam, its ends pinned [N], shape (beams, ..., 1).
+
+    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off.
+
+    References
+    ----------
+    Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1.
+    """
+    ndim = deflection.N.ndim - 2
+    EI = per_row([section.EI for section in deflection.sections], ndim, float)
+    factors = [_critical_factor(section) for section in deflection.sections]
+    loads: Reals = per_row(factors, ndim, float) * EI / deflection.length**2
+    return loads
+
+
+@lru_cache(maxsize=256)
+def _critical_factor(section: Section) -> float:
+    """P l^2/EI at the start of a pinned column: pi^2, less where it tapers.
+
+    With polynomials for the moment: the integral of M'^2 over that of M^2/EI.
+    """
+    if section.taper is None:
+        return float(np.pi**2)
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    xi, weights = (nodes + 1) / 2, weights / 2
+    # integrals of Legendre's polynomials, scaled so that those of M'^2 are the unit matrix
+    legendre = np.polynomial.legendre.legvander(nodes, TERMS + 1).T
+    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
+    moment = (legendre[2:] - legendre[:-2]) / scale[:, None]
+    softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
+    return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
+
+
+def euler_ratio(deflection: Deflection) -> Reals:
+    """Largest compression along every beam over Euler's load of the beam pinned at its ends.
+
+    The compression is taken as if it acted all along the beam, which is safe, and both ends as held sideways and free
+    to turn. Where an end is not held, as that of a cantilever or of one of several beams in a row, Euler's load is
+    less: a quarter for a cantilever.
+
+    Returns
+    -------
+    Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
+    """
+    compression = np.maximum(-least_axial_force(deflection), 0.0)
+    ratio: Reals = compression / euler_loads(deflection)
+    return ratio
+
+
+def slenderness(deflection: Deflection) -> Reals:
+    """Length over radius of gyration, l sqrt(EA/EI), of every beam, shape (beams, ..., 1).
+
+    The least along a tapered beam. nan of beams that cannot bend or stretch.
+    """
+    ndim = deflection.N.ndim - 2
+    EA, EI = (
+        per_row([getattr(section, name) for section in deflection.sections], ndim, float) for name in ("EA", "EI")
+    )
+    taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
+    with np.errstate(invalid="ignore"):
+        ratio = EA / EI
+    slender: Reals = np.where(np.isfinite(EA), deflection.length * np.sqrt(ratio * taken), np.nan)
+    return slender
+
+
+def _least_ratio(section: Section) -> Any:
+    if section.taper is None:
+        return 1.0
+    xi = np.linspace(0.0, 1.0, POINTS + 1)
+    EA, EI = (np.polynomial.polynomial.polyval(xi, values) for values in (section.taper.EA, section.taper.EI))
+    return float((EA / EI).min())

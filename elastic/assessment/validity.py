@@ -1,0 +1,223 @@
+"""Where a figure leaves the range in which linear, quasi-static beam theory holds.
+
+Limits and their sources: docs/strength.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.assessment.buckling import euler_ratio, slenderness
+from elastic.assessment.harmonics import harmonics, quasi_static_error
+from elastic.assessment.over_cycle import EVEN, Peak, over_cycle, period_of
+from elastic.assessment.strength import stress_extremes
+from elastic.deflection import Deflection
+from elastic.deflection import deflection as solve
+from elastic.extremes import extremes
+from elastic.vibration.frequencies import Frequencies, natural_frequencies
+from rigid import SINGULAR, PinDrive, motion, per_row
+
+TURN = 72  # positions over a turn that the run itself does not make
+SHEAR_SHARE = 30.0  # 48 E I/(5 k G A l^2) = 30/slenderness^2 at E/G = 2.6, k = 5/6
+KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """From where a figure is to be watched, and from where the answer is not to be relied on.
+
+    Attributes
+    ----------
+    watch, beyond
+        The figure grows worse from the first to the second; slenderness does so downwards.
+    """
+
+    watch: float
+    beyond: float
+
+    def passed(self, figure: float) -> bool:
+        """Whether a figure is past the first limit."""
+        return figure > self.watch if self.beyond > self.watch else figure < self.watch
+
+    def far_passed(self, figure: float) -> bool:
+        """Whether it is past the second."""
+        return figure > self.beyond if self.beyond > self.watch else figure < self.beyond
+
+
+LIMITS = {
+    "slenderness": Limit(35.0, 10.0),
+    "deflection": Limit(0.01, 0.1),
+    "axial force": Limit(0.1, 0.5),
+    "yield": Limit(2 / 3, 1.0),
+    "vibration": Limit(0.03, 0.25),
+}
+
+
+@dataclass(frozen=True)
+class Caution:
+    """A figure that is past its limit.
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`.
+    beam
+        Number of the beam in `Mechanism.beams`; None where it is the mechanism's.
+    position
+        Number of the position; None where it is not one position's.
+    figure, limit
+        What it is and the limit that it is past: length over radius of gyration; deflection over length; compression
+        over Euler's load; von Mises stress over yield stress; estimated share of the deflection that vibration adds.
+    severe
+        Whether it is past the limit beyond which the answer is not to be relied on.
+    message
+        A sentence.
+    """
+
+    kind: str
+    beam: int | None
+    position: int | None
+    figure: float
+    limit: float
+    severe: bool
+    message: str
+
+
+def cautions(
+    deflection: Deflection,
+    frequencies: Frequencies | None = None,
+    period: float | None = None,
+    kinds: Sequence[str] = KINDS,
+) -> list[Caution]:
+    """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
+
+    Parameters
+    ----------
+    frequencies
+        From `natural_frequencies`, where they are known already.
+    period
+        Duration of the cycle [s], at equal steps of time; known by itself for whole turns at constant speed.
+    kinds
+        What to look at; natural frequencies cost most.
+    """
+    if len(deflection.motion.columns) != 1:
+        raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
+    if not deflection.sections:
+        return []
+    return [one for kind in kinds for one in _LOOK[kind](deflection, frequencies, period)]
+
+
+def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Caution]:
+    limit = LIMITS[kind]
+    if limit.passed(figure):
+        severe = limit.far_passed(figure)
+        yield Caution(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
+
+
+def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    """Only of beams without shear: with it the theory holds for stubby ones as well."""
+    for beam, (figure, section) in enumerate(zip(slenderness(deflection)[:, 0], deflection.sections, strict=True)):
+        if not np.isfinite(section.kGA).any():
+            added = f"shear, left out, adds about {SHEAR_SHARE / figure**2:.1%} to its bending" if figure else ""
+            message = f"is {figure:.3g} radii of gyration long: {added}"
+            yield from _judged("slenderness", beam, None, float(figure), message)
+
+
+def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    found = extremes(deflection, ["w"])["w"].value / deflection.length
+    message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
+    yield from _per_beam("deflection", over_cycle(found), message)
+
+
+def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
+    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
+
+
+def _amplified(ratio: float) -> str:
+    """What a share of Euler's load does to the bending of a beam."""
+    return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
+
+
+def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+    limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
+    if np.isfinite(limit).any():
+        share = stress_extremes(deflection, ["mises"])["mises"].value / limit
+        yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
+
+
+def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Caution]:
+    for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
+        words = message.format(figure=_share(float(value))) + more(float(value))
+        yield from _judged(kind, beam, int(position), float(value), words)
+
+
+def _share(figure: float) -> str:
+    """A part of something in words, or how many times that."""
+    return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
+
+
+def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
+    """By the harmonics of the load over the cycle, or the drives' speed where there is no cycle."""
+    cycle, duration = _cycle(deflection, period)
+    structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1, joints=deflection.joints)
+    lowest = structure.lowest
+    if not math.isfinite(lowest):
+        return
+    if math.isnan(duration):
+        ratio = _speed(deflection) / lowest
+        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the drive's speed"
+    else:
+        found = harmonics(cycle, duration)
+        strongest = int(found.strong().max(initial=0))
+        ratio, missed = found.omega[strongest] / lowest, quasi_static_error(found, lowest)
+        what = f"harmonic {strongest} of the load"
+    own = frequencies is not None or cycle is deflection
+    at = int(structure.position[int(np.nanargmin(structure.omega[0]))]) if own else None
+    off = f"about {100 * missed:.2g} % off" if missed < 1 else "off by more than itself: resonance"
+    slowest = f"the lowest natural frequency, {lowest / (2 * math.pi):.4g} Hz"
+    message = f"{what} runs at {_share(ratio)} {slowest}: the deflection, found without vibration, is {off}"
+    yield from _judged("vibration", None, at, float(missed), message)
+
+
+def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, float]:
+    """A cycle at equal steps of time and its duration [s], nan where there is none.
+
+    Any motion of one motor at constant speed tells its own; laws of the loads may be of anything, and have none.
+    """
+    course = deflection.motion
+    duration = period_of(course) if period is None else period
+    drives, rate, acceleration = course.mechanism.drives, course.drive_rate, course.drive_acceleration
+    if math.isfinite(duration) or len(drives) != 1 or not isinstance(drives[0], PinDrive):
+        return deflection, duration
+    steady = rate.size and np.ptp(rate) <= EVEN * abs(rate[0, 0]) and rate[0, 0] and not acceleration.any()
+    if not steady or any(getattr(load, "law", None) is not None for load in course.mechanism.loads):
+        return deflection, duration
+    turn = course.drive[0, 0] + np.sign(rate[0, 0]) * np.arange(TURN) * (2 * np.pi / TURN)
+    whole = motion(course.mechanism, turn, rate[0, 0])
+    if not (whole.condition <= SINGULAR).all():
+        return deflection, duration
+    return solve(whole, deflection.sections, joints=deflection.joints), 2 * math.pi / abs(float(rate[0, 0]))
+
+
+def _speed(deflection: Deflection) -> float:
+    """Of the fastest motor [rad/s]."""
+    course = deflection.motion
+    pairs = zip(course.mechanism.drives, course.drive_rate, strict=True)
+    return float(
+        max((np.nanmax(np.abs(rate), initial=0.0) for drive, rate in pairs if isinstance(drive, PinDrive)), default=0.0)
+    )
+
+
+_LOOK = {
+    "slenderness": _slender,
+    "deflection": _deflection,
+    "axial force": _axial_force,
+    "yield": _yield,
+    "vibration": _vibration,
+}

@@ -1,0 +1,1 @@
+"""One beam: its section, its elastic line, its fields as polynomials."""

@@ -1,0 +1,178 @@
+"""Cross-sections of beams: what a shape's dimensions come to, and how that changes along a tapered beam."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastic.beams.section import Section, Taper
+
+FITTED = 12  # degree of the polynomials that stand for what is none along a taper
+ROUND_OFF = 1e-14
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a symmetric cross-section resists with.
+
+    Attributes
+    ----------
+    area, inertia
+        [m^2]; second moment of area about the axis of bending [m^4].
+    fibre
+        Distance of the outermost fibre from the axis [m].
+    peak_shear
+        Largest shear stress over the mean one, V/A: at the axis, by V Q/(I b).
+    cowper
+        a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
+    """
+
+    area: float
+    inertia: float
+    fibre: float
+    peak_shear: float = math.nan
+    cowper: tuple[float, float, float] = (math.nan, 1.0, 0.0)
+
+    @property
+    def gyration(self) -> float:
+        """Radius of gyration [m]."""
+        return math.sqrt(self.inertia / self.area)
+
+    def shear_coefficient(self, poisson: float) -> float:
+        """k in the shear rigidity k G A of Timoshenko's beam, for Poisson's ratio.
+
+        References
+        ----------
+        Cowper, The shear coefficient in Timoshenko's beam theory, Journal of Applied Mechanics 33 (1966) 335-340.
+        """
+        a, b, c = self.cowper
+        return a * (1 + poisson) / (b + c * poisson)
+
+
+def rectangle(depth: float, width: float) -> Shape:
+    """A rectangle; the depth [m] lies in the plane of motion.
+
+    Examples
+    --------
+    >>> rectangle(0.006, 0.01).shear_coefficient(0.0)
+    0.8333333333333334
+    """
+    return Shape(width * depth, width * depth**3 / 12, depth / 2, 1.5, (10.0, 12.0, 11.0))
+
+
+def circle(diameter: float) -> Shape:
+    """A full circle [m]."""
+    return tube(diameter, 0.0)
+
+
+def tube(outer: float, inner: float) -> Shape:
+    """A round tube between two diameters [m], of any thickness.
+
+    Raises
+    ------
+    ValueError
+        The inner diameter is not below the outer one.
+    """
+    if not 0.0 <= inner < outer:
+        raise ValueError(f"a tube's inner diameter of {inner:g} m is not between 0 and the outer one of {outer:g} m")
+    area = math.pi * (outer**2 - inner**2) / 4
+    square = (inner / outer) ** 2
+    both = (1 + square) ** 2
+    return Shape(
+        area,
+        area * (outer**2 + inner**2) / 16,
+        outer / 2,
+        4 / 3 * (outer**2 + outer * inner + inner**2) / (outer**2 + inner**2),
+        (6 * both, 7 * both + 20 * square, 6 * both + 12 * square),
+    )
+
+
+def section_of(
+    shape: Shape, E: float, poisson: float | None = None, yield_stress: float = math.nan, taper: Taper | None = None
+) -> Section:
+    """Section of a beam of one shape and material.
+
+    Parameters
+    ----------
+    E
+        Young's modulus [Pa].
+    poisson
+        Poisson's ratio where shear is to count: Timoshenko's beam with Cowper's coefficient.
+    yield_stress
+        [Pa], for the safety factor.
+    taper
+        From `tapered`.
+    """
+    kGA = math.inf
+    if poisson is not None:
+        kGA = shape.shear_coefficient(poisson) * E / (2 * (1 + poisson)) * shape.area
+    return Section(
+        EA=E * shape.area,
+        EI=E * shape.inertia,
+        kGA=kGA,
+        taper=taper,
+        area=shape.area,
+        inertia=shape.inertia,
+        fibre=shape.fibre,
+        peak_shear=shape.peak_shear,
+        yield_stress=yield_stress,
+    )
+
+
+def tapered(
+    shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
+) -> tuple[Taper, tuple[float, ...]]:
+    """Taper of a beam whose dimensions change linearly from one end to the other.
+
+    Area and second moment are polynomials of the second and fourth degree then; the coefficients of shear of a tube
+    are none, and interpolated to round-off.
+
+    Parameters
+    ----------
+    shape
+        Gives the shape of dimensions: `rectangle`, `circle`, `tube` or one's own.
+    start, end
+        Its dimensions at the two ends.
+    poisson
+        Poisson's ratio, for the shear coefficient.
+
+    Returns
+    -------
+    The taper, and the polynomial for `Beam.mass_taper`.
+
+    Examples
+    --------
+    A rectangle that loses half its depth:
+
+    >>> taper, mass = tapered(rectangle, (0.02, 0.01), (0.01, 0.01))
+    >>> [round(value, 12) for value in mass], [round(value, 12) for value in taper.EI]
+    ([1.0, -0.5], [1.0, -1.5, 0.75, -0.125])
+    """
+    angles = math.pi * (np.arange(FITTED + 1) + 0.5) / (FITTED + 1)
+    stations = (1 - np.cos(angles)) / 2
+    first, last = np.asarray(start, float), np.asarray(end, float)
+    shapes = [shape(*((1 - xi) * first + xi * last)) for xi in stations]
+    whole = shape(*first)
+
+    def along(degree: int, values: Sequence[float], at_start: float) -> tuple[float, ...]:
+        if not np.isfinite(values).all():
+            return (1.0,)
+        found = np.polynomial.Chebyshev.fit(stations, np.asarray(values) / at_start, degree, domain=[0.0, 1.0])
+        series = found.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
+        series = np.where(np.abs(series) > ROUND_OFF * np.abs(series).max(), series, 0.0)
+        top = int(np.flatnonzero(series)[-1])
+        return tuple(float(value) for value in series[: top + 1] / series[0])
+
+    area = along(2, [one.area for one in shapes], whole.area)
+    factors = [one.area * one.shear_coefficient(poisson) for one in shapes]
+    taper = Taper(
+        EA=area,
+        EI=along(4, [one.inertia for one in shapes], whole.inertia),
+        kGA=along(FITTED, factors, whole.area * whole.shear_coefficient(poisson)),
+        fibre=along(1, [one.fibre for one in shapes], whole.fibre),
+        peak_shear=along(FITTED, [one.peak_shear for one in shapes], whole.peak_shear),
+    )
+    return taper, area

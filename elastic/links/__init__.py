@@ -1,0 +1,1 @@
+"""All links under their loads: free bodies, clamped links, compatibility at the joints."""

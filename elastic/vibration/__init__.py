@@ -1,0 +1,1 @@
+"""Natural frequencies of the mechanism as a structure."""

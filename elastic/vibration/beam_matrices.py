@@ -1,0 +1,127 @@
+"""Stiffness and mass of one beam for vibrations: exact at its ends, refined by polynomials that vanish there.
+
+Dividing a beam into elements gains a fixed order; adding polynomials within one element gains digits with every one
+(Bardell, Free vibration analysis of a flat plate using the hierarchical finite element method, Journal of Sound and
+Vibration 151 (1991) 263-289). With none of them the stiffness is exact for loads at the ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from elastic.beams.section import Section
+
+ENDS = 6
+MARGIN = 20  # integration points beyond the refinement: for the ends' own polynomials and tapers of high degree
+
+
+@dataclass(frozen=True, eq=False)
+class VibratingBeam:
+    """One beam in its own axes.
+
+    Its coordinates are u, w, phi of its start, then of its end, then the amplitudes of the inner polynomials.
+
+    Attributes
+    ----------
+    stiffness, mass
+        Shape (n, n).
+    rigid
+        Combinations of the ends' coordinates that are zero because the beam does not stretch or bend, shape (rows, 6).
+    """
+
+    stiffness: Any
+    mass: Any
+    rigid: Any
+
+
+def vibrating_beam(
+    length: float, section: Section, mass_per_length: float, mass_taper: tuple[float, ...], inner: int
+) -> VibratingBeam:
+    """A beam with `inner` polynomials for either direction; one design.
+
+    With finite kGA, Timoshenko's beam, with the rotary inertia of the section where its area and second moment are
+    known; else Euler and Bernoulli's.
+    """
+    stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
+    along, across, turned = _polynomials(length, inner, stretches, bends, slides)
+    nodes, weights = np.polynomial.legendre.leggauss(inner + MARGIN)
+    xi, weights = (nodes + 1) / 2, weights * (length / 2)
+
+    def integral(values: Any, weight: Any) -> Any:
+        return (values * (weights * weight)) @ values.T
+
+    def at_nodes(row: tuple[Polynomial, ...], derivatives: int = 0) -> Any:
+        return np.array([polynomial.deriv(derivatives)(xi) if derivatives else polynomial(xi) for polynomial in row])
+
+    def rigidity(name: str) -> Any:
+        taper = getattr(section.taper, name) if section.taper else (1.0,)
+        return float(np.ravel(getattr(section, name))[0]) * np.polynomial.polynomial.polyval(xi, taper)
+
+    stiffness = np.zeros((len(along), len(along)))
+    if stretches:
+        stiffness += integral(at_nodes(along, 1) / length, rigidity("EA"))
+    if bends:
+        stiffness += integral(at_nodes(turned, 1) / length, rigidity("EI"))
+    if slides:
+        stiffness += integral(at_nodes(across, 1) / length - at_nodes(turned), rigidity("kGA"))
+    mass_there = mass_per_length * np.polynomial.polynomial.polyval(xi, mass_taper)
+    mass = integral(at_nodes(along), mass_there) + integral(at_nodes(across), mass_there)
+    square = float(np.ravel(np.asarray(section.inertia) / np.asarray(section.area))[0])
+    if slides and math.isfinite(square):
+        tapers = [getattr(section.taper, name) if section.taper else (1.0,) for name in ("EI", "EA")]
+        over, under = (np.polynomial.polynomial.polyval(xi, taper) for taper in tapers)
+        mass += integral(at_nodes(turned), mass_there * square * over / under)
+    return VibratingBeam(stiffness, mass, _rigid_rows(length, stretches, bends, slides))
+
+
+def _rigid_rows(length: float, stretches: bool, bends: bool, slides: bool) -> Any:
+    rows = np.zeros((0, ENDS))
+    if not stretches:
+        rows = np.vstack([rows, [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+    if not bends:
+        rows = np.vstack([rows, [0.0, 0.0, -1.0, 0.0, 0.0, 1.0]])
+        if not slides:
+            rows = np.vstack([rows, [0.0, -1.0, -length, 0.0, 1.0, 0.0]])
+    return rows
+
+
+def _polynomials(length: float, inner: int, stretches: bool, bends: bool, slides: bool) -> tuple[Any, Any, Any]:
+    """u, w, phi per unit of every coordinate.
+
+    Of Timoshenko's beam w is of one degree more than phi: then phi can follow w' and nothing locks.
+    """
+    nothing = Polynomial([0.0])
+    linear = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]
+    bulges = _bulges(inner + 2, 1)
+    u_inner = bulges[: inner if stretches else 0]
+    if slides:
+        w_inner, phi_inner = bulges, bulges[: inner + 1 if bends else 0]
+        w_ends, phi_ends = [linear[0], nothing, linear[1], nothing], [nothing, linear[0], nothing, linear[1]]
+    else:
+        hermite = [Polynomial(values) for values in ([1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1])]
+        w_ends = [hermite[0], hermite[1] * length, hermite[2], hermite[3] * length]
+        w_inner, phi_inner = _bulges(inner if bends else 0, 2), ()
+        phi_ends = [polynomial.deriv() / length for polynomial in w_ends]
+    empty = [nothing] * len(u_inner)
+    u_row = [linear[0], nothing, nothing, linear[1], nothing, nothing, *u_inner]
+    w_row = [nothing, *w_ends[:2], nothing, *w_ends[2:], *empty, *w_inner]
+    slopes = [nothing if slides else polynomial.deriv() / length for polynomial in w_inner]
+    phi_row = [nothing, *phi_ends[:2], nothing, *phi_ends[2:], *empty, *slopes]
+    n = len(w_row) + len(phi_inner)
+    u_row += [nothing] * (n - len(u_row))
+    w_row += [nothing] * (n - len(w_row))
+    return tuple(u_row), tuple(w_row), (*phi_row, *phi_inner)
+
+
+@lru_cache(maxsize=64)
+def _bulges(count: int, order: int) -> tuple[Polynomial, ...]:
+    """Polynomials with zeros of an order at both ends: Legendre's times (4 xi (1 - xi))^order."""
+    bump = Polynomial([0.0, 4.0, -4.0]) ** order
+    series = [np.polynomial.Legendre.basis(k, domain=[0.0, 1.0]) for k in range(count)]
+    return tuple(bump * one.convert(kind=Polynomial, domain=[-1.0, 1.0]) for one in series)

@@ -1,0 +1,172 @@
+"""Stiffness and mass of one link in its own axes, which do not change with the position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from elastic.beams.section import Section, Taper
+from elastic.vibration.beam_matrices import ENDS, VibratingBeam, vibrating_beam
+from rigid import Beam, Link
+
+RANK = 1e-9
+ORIGIN = ""
+
+
+@dataclass(frozen=True, eq=False)
+class VibratingLink:
+    """One moving link; one design; lengths in units of a common one.
+
+    Attributes
+    ----------
+    stiffness, mass
+        Of its n coordinates, shape (n, n).
+    places
+        Displacement x, y and rotation of every point with a beam, or of the origin of a link without, per coordinate,
+        shape (3, n), in the link's axes.
+    """
+
+    stiffness: Any
+    mass: Any
+    places: dict[str, Any]
+
+    def place(self, name: str, local: complex) -> tuple[Any, Any]:
+        """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
+
+        Of a link without beams by its place there, of one with beams by its name.
+        """
+        if name in self.places:
+            x, y, turned = self.places[name]
+            return x + 1j * y, turned
+        x, y, turned = self.places[ORIGIN]
+        return x + 1j * y + 1j * local * turned, turned
+
+
+def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
+    """A link, of one design and in units of length, with `inner` polynomials along every beam; one section per beam."""
+    names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
+    parts = []
+    size = 3 * len(names)
+    for beam, section in zip(link.beams, sections, strict=True):
+        way: Any = link.points[beam.end] - link.points[beam.start]
+        own = vibrating_beam(abs(way), section, float(beam.mass_per_length), beam.mass_taper, inner)
+        parts.append((way / abs(way), own, size))
+        size += len(own.mass) - ENDS
+    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    rigid = [np.zeros((0, size))]
+    for beam, (unit, own, first) in zip(link.beams, parts, strict=True):
+        ends = [names.index(name) for name in (beam.start, beam.end)]
+        coordinates = _coordinates(unit, own, ends, first, size)
+        stiffness += coordinates.T @ own.stiffness @ coordinates
+        mass += coordinates.T @ own.mass @ coordinates
+        rigid.append(own.rigid @ coordinates[:ENDS])
+    _add_lumps(link, names, mass)
+    free = null_space(np.vstack(rigid))
+    places = {name: free[3 * k : 3 * k + 3] for k, name in enumerate(names)}
+    return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places)
+
+
+def _coordinates(unit: complex, own: VibratingBeam, ends: list[int], first: int, size: int) -> Any:
+    """Coordinates of a beam per coordinate of its link."""
+    rows = np.zeros((len(own.mass), size))
+    turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
+    for which, node in enumerate(ends):
+        rows[3 * which : 3 * which + 3, 3 * node : 3 * node + 3] = turn
+    inner = len(rows) - ENDS
+    rows[ENDS:, first : first + inner] = np.eye(inner)
+    return rows
+
+
+def _add_lumps(link: Link, names: list[str], mass: Any) -> None:
+    unit_rows = np.eye(len(mass))
+    for lump in link.lumps:
+        node = 3 * names.index(lump.point) if link.beams else 0
+        local: Any = lump.offset if link.beams else link.points[lump.point] + lump.offset
+        x, y, turned = unit_rows[node : node + 3]
+        x, y = x - local.imag * turned, y + local.real * turned
+        mass += lump.mass * (np.outer(x, x) + np.outer(y, y)) + lump.inertia * np.outer(turned, turned)
+
+
+def of_design(link: Link, sections: Sequence[Section], scale: float, design: int) -> tuple[Link, list[Section]]:
+    """A link and its sections of one design, with lengths in units of `scale` [m].
+
+    Rotations times that unit are displacements then, so that all coordinates are of one size.
+    """
+    points = {name: complex(one_of(place, design)) / scale for name, place in link.points.items()}
+    beams = tuple(
+        replace(beam, mass_per_length=float(one_of(beam.mass_per_length, design)) * scale) for beam in link.beams
+    )
+    lumps = tuple(
+        replace(
+            lump,
+            mass=float(one_of(lump.mass, design)),
+            inertia=float(one_of(lump.inertia, design)) / scale**2,
+            offset=complex(one_of(lump.offset, design)) / scale,
+        )
+        for lump in link.lumps
+    )
+    powers = {"EA": 1, "EI": 3, "kGA": 1, "area": 2, "inertia": 4}
+    scaled = [
+        Section(
+            taper=section.taper,
+            **{name: float(one_of(getattr(section, name), design)) / scale**power for name, power in powers.items()},
+        )
+        for section in sections
+    ]
+    return Link(link.name, points, beams, lumps), scaled
+
+
+def divided(
+    link: Link, sections: Sequence[Section], marks: Mapping[int, Sequence[tuple[float, str]]]
+) -> tuple[Link, list[Section]]:
+    """A link whose beams end at more points; per number of a beam the new points' xi and names, in any order."""
+    points, beams, parts = dict(link.points), [], []
+    for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
+        start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+        stops = [(0.0, beam.start), *sorted(marks.get(number, ())), (1.0, beam.end)]
+        for (low, near), (high, far) in pairwise(stops):
+            points[near], points[far] = start + low * way, start + high * way
+            first, taper = _part(beam.mass_taper, low, high)
+            beams.append(Beam(near, far, beam.mass_per_length * first, taper))
+            parts.append(section if section.taper is None else _part_of(section, section.taper, low, high))
+    return Link(link.name, points, tuple(beams), link.lumps), parts
+
+
+def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section:
+    """A tapered section from one station to another."""
+    EA, EI, kGA = (_part(values, low, high) for values in (taper.EA, taper.EI, taper.kGA))
+    return replace(
+        section,
+        EA=section.EA * EA[0],
+        EI=section.EI * EI[0],
+        kGA=section.kGA * kGA[0],
+        area=section.area * EA[0],
+        inertia=section.inertia * EI[0],
+        taper=Taper(EA[1], EI[1], kGA[1]),
+    )
+
+
+def _part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
+    """The value of a polynomial at one station, and what it is multiplied by from there to another."""
+    moved = Polynomial(taper)(Polynomial([low, high - low])).coef
+    return float(moved[0]), tuple(float(value) for value in moved / moved[0])
+
+
+def one_of(value: Any, design: int) -> Any:
+    """A design's value of a quantity that is a scalar or of shape (designs, 1)."""
+    flat = np.ravel(value)
+    return flat[design if len(flat) > 1 else 0]
+
+
+def null_space(rows: Any) -> Any:
+    """Orthonormal columns that span what rows make zero, shape (n, n - rank)."""
+    if not len(rows):
+        return np.eye(rows.shape[-1])
+    _, values, basis = np.linalg.svd(rows)
+    rank = int((values > RANK * values[0]).sum())
+    return basis[rank:].T

@@ -1,0 +1,188 @@
+"""All links side by side at some positions, and what their joints ask of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import JointCompliance, Section
+from elastic.links.beam_trees import frame
+from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
+from rigid import Joint, JointPlace, Motion
+
+MASSLESS = 1e-13
+NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
+
+
+class VibratingStructure:
+    """A mechanism of one design at some positions, its drives held.
+
+    Attributes
+    ----------
+    stiffness, mass
+        Of all links' coordinates, shape (positions, n, n).
+    held
+        Combinations of coordinates that joints keep zero, shape (rows, positions, n).
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        sections: Sequence[Section],
+        joints: Mapping[str, JointCompliance],
+        positions: Any,
+        design: int,
+        inner: int,
+    ) -> None:
+        self._motion, self._design, self._positions = motion, design, positions
+        self._rails = frame(motion.mechanism).rails
+        self._places = motion.places
+        self._scale = self._unit_of_length()
+        self._links: list[list[VibratingLink]] = [[]]
+        self._first = [0]
+        size = beam = 0
+        for at, link in enumerate(motion.mechanism.links[1:], 1):
+            own = sections[beam : beam + len(link.beams)]
+            self._links.append(self._link(at, own, beam, inner))
+            self._first.append(size)
+            size, beam = size + len(self._links[at][0].mass), beam + len(link.beams)
+        self.stiffness, self.mass = (np.zeros((len(positions), size, size)) for _ in range(2))
+        for first, own_links in zip(self._first[1:], self._links[1:], strict=True):
+            part = slice(first, first + len(own_links[0].mass))
+            self.stiffness[:, part, part] = np.array([one.stiffness for one in own_links])
+            self.mass[:, part, part] = np.array([one.mass for one in own_links])
+        self.held: list[Any] = []
+        for number, place in enumerate(self._places):
+            self._join(number, place, joints.get(place.joint.name, JointCompliance()))
+
+    def frequencies(self, modes: int) -> Any:
+        """[rad/s], rising, shape (modes, positions); infinite where nothing can vibrate."""
+        omega = np.full((modes, len(self.mass)), np.inf)
+        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)
+        _, values, basis = np.linalg.svd(rows)
+        ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
+        for rank in np.unique(ranks):
+            of_rank = np.flatnonzero(ranks == rank)
+            free = basis[of_rank, rank:]
+            if free.shape[1]:
+                stiffness, mass = (
+                    free @ whole[of_rank] @ free.swapaxes(-1, -2) for whole in (self.stiffness, self.mass)
+                )
+                omega[:, of_rank] = _lowest(stiffness, mass, modes)
+        return omega
+
+    def _unit_of_length(self) -> float:
+        """About the size of the mechanism [m]."""
+        ways = [
+            np.abs(one_of(place, self._design) - one_of(next(iter(link.points.values())), self._design))
+            for link in self._motion.mechanism.links
+            for place in link.points.values()
+        ]
+        return float(max(ways)) or 1.0
+
+    def _at(self, value: Any) -> Any:
+        """A quantity of the motion at the positions of this design."""
+        array = np.broadcast_to(value, self._motion.columns)
+        return (array[self._design] if array.ndim > 1 else array)[self._positions]
+
+    def _link(self, at: int, sections: Sequence[Section], first_beam: int, inner: int) -> list[VibratingLink]:
+        """A link once for all positions, or once for each where blocks on its beams divide these differently."""
+        link, scaled = of_design(self._motion.mechanism.links[at], sections, self._scale, self._design)
+        marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
+        for number, rail in self._rails.items():
+            joint = self._places[number].joint
+            if at == (joint.parent if joint.sense > 0 else joint.child):
+                beam = link.beams[rail - first_beam]
+                start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+                for mark, local in zip(marks, self._local(at, self._arm(number, at)), strict=True):
+                    xi = float(np.clip(((local - start) / way).real, NEAREST, 1 - NEAREST))
+                    mark.setdefault(rail - first_beam, []).append((xi, _block(number)))
+        if not any(marks):
+            return [vibrating_link(link, scaled, inner)]
+        return [vibrating_link(*divided(link, scaled, mark), inner) for mark in marks]
+
+    def _arm(self, number: int, at: int) -> Any:
+        place = self._places[number]
+        return place.arm_parent if place.joint.parent == at else place.arm_child
+
+    def _local(self, at: int, arm: Any) -> Any:
+        """A place in the axes of a link, in units of length, shape (positions,)."""
+        return self._at(arm) / self._at(self._motion.direction[at]) / self._scale
+
+    def _moved(self, number: int | None, at: int, point: str | None) -> tuple[Any, Any]:
+        """Displacement, complex, in the ground's axes and rotation of a joint's place on a link, per coordinate.
+
+        Without the joint's number the rotation alone.
+        """
+        shape = self.mass.shape[:2]
+        shift, turned = np.zeros(shape, complex), np.zeros(shape)
+        if at:
+            links = self._links[at]
+            local = np.zeros(shape[0]) if number is None else self._local(at, self._arm(number, at))
+            name = _block(number) if point is None else point
+            own = [link.place(name, spot) for link, spot in zip(links * (len(local) // len(links)), local, strict=True)]
+            part = slice(self._first[at], self._first[at] + len(links[0].mass))
+            shift[:, part] = self._at(self._motion.direction[at])[:, None] * np.array([one[0] for one in own])
+            turned[:, part] = np.array([one[1] for one in own])
+        return shift, turned
+
+    def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
+        """The conditions of a joint; what gives way becomes a spring."""
+        joint = place.joint
+        at_child = self._moved(number, joint.child, joint.child_point)
+        at_parent = self._moved(number, joint.parent, joint.parent_point)
+        shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]
+        rows = [shift.real, shift.imag]
+        if place.along is not None and joint.drive is None:
+            rows = [(np.conj(self._at(place.along))[:, None] * shift).imag]
+        self._hold(rows, soft.translation)
+        if place.along is not None or joint.drive is not None:
+            self._hold([turned], soft.rotation * self._scale**2)
+        if joint.gear is not None:
+            driver = joint.gear.driver
+            followed = self._coordinate(place.along, joint.sense, shift, turned)
+            compliance = soft.translation if place.along is not None else soft.rotation
+            self._hold([followed - joint.gear.ratio * self._led(driver)], compliance)
+
+    def _led(self, driver: Joint) -> Any:
+        """Coordinate of a joint that drives a gear, per coordinate of the structure."""
+        if driver.slider is None:
+            turned = [self._moved(None, at, driver.name)[1] for at in (driver.child, driver.parent)]
+            return self._coordinate(None, driver.sense, None, turned[0] - turned[1])
+        number = next(k for k, place in enumerate(self._places) if place.joint.name == driver.name)
+        joint = self._places[number].joint
+        child = self._moved(number, joint.child, joint.child_point)
+        parent = self._moved(number, joint.parent, joint.parent_point)
+        return self._coordinate(self._places[number].along, joint.sense, child[0] - parent[0], None)
+
+    def _coordinate(self, along: Any, sense: int, shift: Any, turned: Any) -> Any:
+        """Coordinate of a pin [rad] or slider [m], from how its child moves and turns on its parent."""
+        if along is None:
+            return sense * turned / self._scale
+        return sense * (np.conj(self._at(along))[:, None] * shift).real
+
+    def _hold(self, rows: list[Any], compliance: float) -> None:
+        for row in rows:
+            if compliance:
+                self.stiffness += row[:, :, None] * row[:, None, :] / compliance
+            else:
+                self.held.append(row)
+
+
+def _block(number: int | None) -> str:
+    """Name of the point under the block of a joint."""
+    return f"under joint {number}"
+
+
+def _lowest(stiffness: Any, mass: Any, modes: int) -> Any:
+    """Lowest frequencies of stacked structures: by the largest mass per stiffness, so that none needs to have mass."""
+    scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
+    factor = np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :]))
+    factor = factor * scale[:, None, :]
+    per_stiffness = np.linalg.eigvalsh(factor @ mass @ factor.swapaxes(-1, -2))[:, ::-1].T[:modes]
+    moving = per_stiffness > MASSLESS * np.maximum(per_stiffness[:1], 0.0)
+    omega = np.full((modes, len(stiffness)), np.inf)
+    omega[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
+    return omega

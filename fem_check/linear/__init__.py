@@ -1,0 +1,1 @@
+"""The quasi-static answer by finite elements, and its difference from the closed forms."""

@@ -1,0 +1,133 @@
+"""All beams together: their sizes, compliances and loads, and how far loads move the places that are tied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic import Section
+from fem_check.linear.block import Block
+from fem_check.linear.frame import Frame
+from fem_check.linear.loads import distributed
+from fem_check.linear.unit_beam import DEGREE, UnitBeam, unit_beam
+from rigid import Motion, repeated, stacked
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """What all beams are and feel; rows of shape (beams, ..., positions).
+
+    Attributes
+    ----------
+    length, axis
+        [m] and unit vector of x' in the ground's axes.
+    stretch, bend, shear, strain
+        1/EA, 1/EI, 1/kGA at the start, and free strain.
+    load
+        q_x + i q_y [N/m] at the unit beams' stations, shape (stations, beams, ..., positions).
+    units
+        Per beam, what it is a multiple of.
+    blocks
+        Blocks of sliders on beams.
+    """
+
+    length: Any
+    axis: Any
+    stretch: Any
+    bend: Any
+    shear: Any
+    strain: Any
+    load: Any
+    units: tuple[UnitBeam, ...]
+    blocks: tuple[Block, ...]
+
+    @cached_property
+    def kinds(self) -> list[tuple[UnitBeam, Any]]:
+        """Every unit beam and the numbers of its multiples; a slice where that is all of them."""
+        found = {id(unit): unit for unit in self.units}
+        if len(found) == 1:
+            return [(self.units[0], slice(None))]
+        return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in found.values()]
+
+    def per_beam(self, values: Any) -> Any:
+        """Numbers of the unit beams, a function of each, shape (n, beams, 1, ...)."""
+        found = {id(unit): values(unit) for unit in self.units}
+        table = np.array([found[id(unit)] for unit in self.units])
+        return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
+
+    def numbered(self, number: int) -> Beams:
+        """One of the beams, rows of shape (..., positions)."""
+        rows = ("length", "axis", "stretch", "bend", "shear", "strain")
+        own = {name: getattr(self, name)[number] for name in rows}
+        return replace(self, **own, load=self.load[:, number], units=(self.units[number],), blocks=())
+
+    def coupling(self, size: float, u: Any, w: Any, phi: Any, slide: Any) -> Any:
+        """Displacement of one place per load on another, from those of the unit beam.
+
+        Parameters
+        ----------
+        size
+            [m], what rotations are multiplied and moments divided by.
+        u, w, phi, slide
+            As of `UnitBeam`, under a force along; a force and a moment across; the same; a force across.
+
+        Returns
+        -------
+        Along, across and turned, per load along, across and turning, shape (3, 3, ...) [m/N].
+        """
+        matrix = np.zeros((3, 3, *self.length.shape))
+        matrix[0, 0] = self.length * self.stretch * u
+        for k, reach in enumerate((self.length, size)):
+            matrix[1, 1 + k] = self.length**2 * reach * self.bend * w[k]
+            matrix[2, 1 + k] = self.length * size * reach * self.bend * phi[k]
+        matrix[1, 1] += self.length * self.shear * slide
+        return matrix
+
+    def bent(self, size: float, xi: Any, u: Any, w: Any, phi: Any, slide: Any) -> Any:
+        """Displacement of a place by the distributed loads and the free strain, shape (3, ...) [m]."""
+        along, across = self.load.real, self.load.imag
+        found = np.empty((3, *self.length.shape))
+        found[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
+        found[1] = self.length**4 * self.bend * _sum(w, across) + self.length**2 * self.shear * _sum(slide, across)
+        found[2] = self.length**3 * size * self.bend * _sum(phi, across)
+        return found
+
+
+def _sum(unit: Any, load: Any) -> Any:
+    return sum(value * own for value, own in zip(unit, load, strict=True))
+
+
+def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
+    """The motion once for every design that the sections are of."""
+    properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
+    columns = np.broadcast_shapes(motion.columns, *properties)
+    return motion if columns == motion.columns else repeated(motion, columns)
+
+
+def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:
+    """Size, direction, compliance and load of all beams."""
+    motion, columns = frame.motion, frame.motion.columns
+    bodies = frame.bodies[: len(sections)]
+    degree = max([DEGREE, *(len(beam.mass_taper) for _, beam in motion.mechanism.beams)])
+    units = tuple(unit_beam(elements, degree, section.taper) for section in sections)
+    length = stacked([np.abs(body.way) for body in bodies], columns, float)
+    way = stacked([body.way for body in bodies], columns, complex)
+    stretch, bend, shear = (
+        stacked([1.0 / np.asarray(getattr(section, name), float) for section in sections], columns, float)
+        for name in ("EA", "EI", "kGA")
+    )
+    return Beams(
+        length=length,
+        axis=motion.direction[[body.link for body in bodies]] * (way / length),
+        stretch=stretch,
+        bend=bend,
+        shear=shear,
+        strain=stacked([section.strain for section in sections], columns, float),
+        load=distributed(frame, unit_beam(elements, degree).stations),
+        units=units,
+        blocks=tuple(Block(k, np.broadcast_to(xi, columns), units[k]) for k, xi in frame.spots[len(sections) :]),
+    )

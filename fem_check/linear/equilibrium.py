@@ -1,0 +1,215 @@
+"""Equilibrium and closure of the frame: what the ties carry and how the bodies are displaced, at every position."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem_check.linear.beams import Beams
+from fem_check.linear.frame import Frame, Place
+from fem_check.linear.loads import concentrated
+from fem_check.linear.ties import Row
+from rigid import SINGULAR, Motion, cross
+
+
+@dataclass(frozen=True, eq=False)
+class Wrenches:
+    """What a unit of every row, and last what the loads, do to the bodies: force [N] and moment over `size` [N].
+
+    `total` about the start of every body in the ground's axes, shape (..., positions, rows + 1, bodies, 3); `spots` the
+    part that acts at the frame's spots, in the beams' own axes, shape (..., positions, rows + 1, spots, 3).
+    """
+
+    total: Any
+    spots: Any
+    size: float
+
+
+def wrenches_of(frame: Frame, rows: Sequence[Row], beams: Beams) -> Wrenches:
+    """Of every row of the ties, and of all loads, on the bodies."""
+    columns = frame.motion.columns
+    total = np.zeros((*columns, len(rows) + 1, len(frame.bodies), 3))
+    spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
+    size = float(np.max(beams.length, initial=0.0)) or 1.0
+
+    def put(row: int, place: Place | None, force: Any, moment: Any) -> None:
+        if place is None:
+            return
+        k = place.body
+        moment = moment + cross(place.arm, force)
+        if place.spot is not None:
+            own = np.conj(beams.axis[k]) * force
+            for i, part in enumerate((own.real, own.imag, moment / size)):
+                spots[..., row, place.spot, i] += part
+            moment = moment + frame.spots[place.spot][1] * beams.length[k] * own.imag
+        for i, part in enumerate((np.real(force), np.imag(force), moment / size)):
+            total[..., row, k, i] += part
+
+    for number, row in enumerate(rows):
+        unit = size if row.turns else 1.0
+        for place, force, moment in row.parts:
+            put(number, place, force * unit, moment * unit)
+    for place, force, moment in concentrated(frame):
+        put(len(rows), place, force, moment)
+    pull, turn = _resultants(beams)
+    for i, part in enumerate((pull.real, pull.imag, turn / size)):
+        total[..., len(rows), : len(beams.length), i] += np.moveaxis(part, 0, -1)
+    return Wrenches(total, spots, size)
+
+
+def _resultants(beams: Beams) -> tuple[Any, Any]:
+    """Of the distributed loads, about the starts of the beams: force in the ground's axes and moment."""
+    if not beams.units:
+        return beams.length * beams.axis, beams.length
+    along, across, turn = (
+        (beams.per_beam(values) * part).sum(0)
+        for values, part in (
+            (lambda unit: unit.N[:-1, 0], beams.load.real),
+            (lambda unit: -unit.V[:-2, 0], beams.load.imag),
+            (lambda unit: unit.M[:-2, 0], beams.load.imag),
+        )
+    )
+    return beams.axis * beams.length * (along + 1j * across), beams.length**2 * turn
+
+
+def balanced(motion: Motion, rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> tuple[Any, Any]:
+    """Multipliers of all rows, and displacement and rotation of all bodies, that close and balance the frame.
+
+    Returns
+    -------
+    Shapes (..., positions, rows) [N, moments over the size] and (..., positions, bodies, 3) [m, rad].
+    """
+    system = _System(motion.columns, rows, beams, wrenches)
+    regular = motion.condition <= SINGULAR
+    count, freedoms = len(rows), wrenches.total.shape[-2] * 3
+    matrix = np.zeros((*motion.columns, count + freedoms, count + freedoms))
+    matrix[..., :count, :count] = system.opened(wrenches.spots[..., :-1, :, :])
+    matrix[..., np.arange(count), np.arange(count)] += system.soft
+    matrix[..., :count, count:] = system.known[..., :-1, :]
+    matrix[..., count:, :count] = np.swapaxes(system.known[..., :-1, :], -1, -2)
+    found = _solved(matrix, system.left(None), regular)
+    if count > freedoms:
+        found += _solved(matrix, system.left(found), regular)
+    carried = found[..., count:].reshape(*motion.columns, -1, 3) * system.unit
+    carried[..., 2] /= wrenches.size
+    return found[..., :count], carried
+
+
+class _System:
+    """Gaps of the rows, in units of the softest place's, and balance of the bodies.
+
+    Attributes
+    ----------
+    unit
+        [m/N].
+    soft
+        Of the rows, shape (rows,).
+    known
+        Resultants on the bodies of a unit of every row, and of the loads, shape (..., positions, rows + 1, freedoms).
+    """
+
+    def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> None:
+        size, self._spots = wrenches.size, wrenches.spots
+        compliance, bent = _ends(beams, size)
+        if beams.blocks:
+            bent = np.concatenate((bent, _block_bent(beams, size)), axis=-2)
+        soft = np.array([row.soft * (size**2 if row.turns else 1.0) for row in rows])
+        self.unit = max(float(np.max(compliance, initial=0.0)), float(np.max(soft, initial=0.0))) or 1.0
+        self.soft = soft / self.unit
+        self._ends = compliance / self.unit
+        self._couplings = [(loaded, moved, matrix / self.unit) for loaded, moved, matrix in _couplings(beams, size)]
+        self.known = wrenches.total.reshape(*columns, len(rows) + 1, -1)
+        self._flat = self._spots[..., :-1, :, :].reshape(*columns, len(rows), -1)
+        self._given = np.einsum("...rk,...k->...r", self._flat, bent.reshape(*columns, -1) / self.unit)
+        for number, row in enumerate(rows):
+            self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
+
+    def opened(self, loads: Any) -> Any:
+        """Gaps of all rows, (..., loads, rows), under loads on the spots, (..., loads, spots, 3)."""
+        moved = np.zeros_like(loads)
+        ends = self._ends.shape[-3]
+        moved[..., :ends, :] = np.einsum("...rki,...kij->...rkj", loads[..., :ends, :], self._ends)
+        for loaded, at, matrix in self._couplings:
+            moved[..., at, :] += np.einsum("...ri,...ji->...rj", loads[..., loaded, :], matrix)
+        return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
+
+    def left(self, found: Any) -> Any:
+        """What multipliers and displacements leave open and unbalanced, negated; None stands for none.
+
+        Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
+        """
+        count = len(self.soft)
+        loads = self._spots[..., -1:, :, :]
+        gaps, balance = self._given, self.known[..., -1, :]
+        if found is not None:
+            force, displacement = found[..., :count], found[..., count:]
+            own = np.einsum("...r,...rki->...ki", force, self._spots[..., :-1, :, :])
+            loads = loads + own[..., None, :, :]
+            gaps = gaps + (self.known[..., :-1, :] @ displacement[..., None])[..., 0] + force * self.soft
+            balance = balance + (force[..., None, :] @ self.known[..., :-1, :])[..., 0, :]
+        return -np.concatenate((gaps + self.opened(loads)[..., 0, :], balance), axis=-1)
+
+
+def _ends(beams: Beams, size: float) -> tuple[Any, Any]:
+    """Compliance of the beams' ends and what their distributed loads and free strain do there.
+
+    Returns
+    -------
+    Shapes (..., positions, beams, 3, 3) [m/N] and (..., positions, beams, 3) [m]; rotations are times `size` and
+    moments over it.
+    """
+    if not beams.units:
+        shape = (*beams.length.shape[1:], 0, 3)
+        return np.zeros((*shape, 3)), np.zeros(shape)
+    u, w, phi, slide = (
+        beams.per_beam(values)
+        for values in (
+            lambda unit: unit.u[:, -1],
+            lambda unit: unit.w[:, -1],
+            lambda unit: unit.phi[:, -1],
+            lambda unit: unit.slide[:, -1],
+        )
+    )
+    matrix = beams.coupling(size, u[-1], w[-2:], phi[-2:], slide[-1])
+    bent = beams.bent(size, 1.0, u[:-1], w[:-2], phi[:-2], slide[:-1])
+    return np.moveaxis(matrix, (2, 0, 1), (-3, -2, -1)), np.moveaxis(bent, (1, 0), (-2, -1))
+
+
+def _couplings(beams: Beams, size: float) -> Iterator[tuple[int, int, Any]]:
+    """Places that blocks are or move: number of the loaded spot, of the moved one, shape (..., positions, 3, 3)."""
+    ends = len(beams.length)
+    for number, block in enumerate(beams.blocks, ends):
+        own = beams.numbered(block.beam)
+        lost = np.where(np.isnan(block.xi), np.nan, 0.0)
+        under_end = own.coupling(size, block.u[-1], block.w[-2:], block.phi[-2:], block.slide[-1]) + lost
+        yield block.beam, number, np.moveaxis(under_end, (0, 1), (-2, -1))
+        yield number, block.beam, np.moveaxis(under_end, (1, 0), (-2, -1))  # Maxwell
+        for other_number, other in enumerate(beams.blocks, ends):
+            if other.beam == block.beam:
+                u, w, phi, slide = block.under(other)
+                matrix = own.coupling(size, u[0], w, phi, slide[0]) + lost
+                yield other_number, number, np.moveaxis(matrix, (0, 1), (-2, -1))
+
+
+def _block_bent(beams: Beams, size: float) -> Any:
+    """What distributed loads and free strain do at the blocks, shape (..., positions, blocks, 3)."""
+    found = [
+        beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
+        for block in beams.blocks
+    ]
+    return np.moveaxis(np.array(found), (0, 1), (-2, -1))
+
+
+def _solved(matrix: Any, right: Any, regular: Any) -> Any:
+    """Solutions, nan where a position is singular."""
+    good = regular & np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
+    found = np.full_like(right, np.nan)
+    try:
+        found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        good[good] = np.linalg.slogdet(matrix[good])[0] != 0
+        found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    return found

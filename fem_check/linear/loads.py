@@ -1,0 +1,73 @@
+"""What the bodies feel, from the acceleration of their points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from fem_check.linear.frame import Frame, Place
+from rigid import LineLoad, cross
+
+
+def distributed(frame: Frame, stations: Any) -> Any:
+    """Load per length of every beam at stations along it, in the beam's own axes.
+
+    Inertia and weight, `m' (g - a)` with a the acceleration of the beam's point there, and the line loads.
+
+    Parameters
+    ----------
+    stations
+        xi = x'/l, shape (stations,).
+
+    Returns
+    -------
+    q_x + i q_y [N/m], complex, shape (stations, beams, ..., positions).
+    """
+    motion, mechanism = frame.motion, frame.motion.mechanism
+    beams = mechanism.beams
+    q = np.zeros((len(stations), len(beams), *motion.columns), complex)
+    lines = [load for load in mechanism.loads if isinstance(load, LineLoad)]
+    for number, (at, beam) in enumerate(beams):
+        body = frame.bodies[number]
+        axis = motion.direction[at] * (body.way / np.abs(body.way))
+        given = [
+            load for load in lines if mechanism.links[at].name == load.link and number - frame.root[at] == load.beam
+        ]
+        for k, xi in enumerate(stations):
+            felt = mechanism.gravity - _acceleration(frame, at, body.start + xi * body.way)
+            q[k, number] = np.conj(axis) * (
+                beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * felt
+            )
+            for load in given:
+                pull = (load.start + xi * (load.end - load.start)) * (1.0 if load.law is None else load.law(motion))
+                q[k, number] += pull if load.turning else np.conj(axis) * pull
+    return q
+
+
+def concentrated(frame: Frame) -> Iterator[tuple[Place, Any, Any]]:
+    """Inertia and weight of the lumps, and the loads given at points: place, force [N], complex, and moment [N m]."""
+    motion, mechanism = frame.motion, frame.motion.mechanism
+    for at, link in enumerate(mechanism.links):
+        for lump in link.lumps:
+            place = frame.place(at, lump.point)
+            if place is not None:
+                force = lump.mass * (
+                    mechanism.gravity - _acceleration(frame, at, link.points[lump.point] + lump.offset)
+                )
+                about_center = -lump.inertia * motion.angular_acceleration[at]
+                yield place, force, about_center + cross(motion.direction[at] * lump.offset, force)
+    for load in mechanism.loads:
+        if not isinstance(load, LineLoad):
+            for name, point, force, moment in load.forces(motion):
+                place = frame.place(mechanism.index[name], point)
+                if place is not None:
+                    yield place, force, moment
+
+
+def _acceleration(frame: Frame, at: int, local: Any) -> Any:
+    """Acceleration of a point given in a link's axes [m/s^2], complex."""
+    motion = frame.motion
+    turning = 1j * motion.angular_acceleration[at] - motion.angular_velocity[at] ** 2
+    return motion.acceleration[at] + turning * motion.direction[at] * local

@@ -1,0 +1,152 @@
+"""The whole mechanism as one frame of finite elements, at every position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import JointCompliance, Section
+from fem_check.linear.beams import beams_of, over_designs
+from fem_check.linear.equilibrium import balanced, wrenches_of
+from fem_check.linear.fields import fields_of
+from fem_check.linear.frame import Frame
+from fem_check.linear.ties import Tie, ties
+from fem_check.linear.unit_beam import unit_beam
+from rigid import Motion, Reals
+
+
+@dataclass(frozen=True, eq=False)
+class TieForce:
+    """What a weld, joint or drive does to its child.
+
+    `force` [N], complex, and `moment` about the point where they meet [N m], shape (..., positions).
+    """
+
+    name: str
+    force: Any
+    moment: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Answer of the finite elements.
+
+    Attributes
+    ----------
+    motion, sections, elements
+        What was asked; `elements` to every beam.
+    xi
+        Nodes of every beam, x'/l, shape (elements + 1,).
+    N, V, M
+        Axial force (tension positive) [N], shear force [N] and bending moment [N m] at the nodes, from the end forces
+        of the elements, shape (beams, ..., positions, nodes), beams in the order of `Mechanism.beams`.
+    u, w, phi
+        Longitudinal and transverse displacement [m] and slope [rad] from the rigid position, in the beam's own axes.
+    ties
+        Forces in welds, pins, sliders and drives.
+    efforts
+        Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
+    """
+
+    motion: Motion
+    sections: tuple[Section, ...]
+    elements: int
+    xi: Reals
+    N: Reals
+    V: Reals
+    M: Reals
+    u: Reals
+    w: Reals
+    phi: Reals
+    ties: tuple[TieForce, ...]
+    efforts: Reals
+
+
+def solve(
+    motion: Motion,
+    sections: Sequence[Section],
+    elements: int = 16,
+    joints: Mapping[str, JointCompliance] | None = None,
+) -> Solution:
+    """Section forces and displacements of all beams at all positions by finite elements.
+
+    Hermite elements across and quadratic ones along every beam and for what shear adds; welds and joints as
+    constraints, drives locked; a slider's block divides the element of the beam it is on. Loads and statics are found
+    anew from the motion; statically indeterminate mechanisms come out as any other.
+
+    Parameters
+    ----------
+    motion
+        Of a mechanism whose links are beams, or rigid where they have none.
+    sections
+        One per beam, in the order of `Mechanism.beams`; infinite rigidities are rigid.
+    elements
+        To every beam.
+    joints
+        By name, the joints that give way or do not fit.
+
+    Returns
+    -------
+    Solution, nan at singular positions and where a block is beyond its beam.
+
+    Raises
+    ------
+    ValueError
+        The sections are not one per beam, there is no element, or no joint of a name.
+    MechanismError
+        The beams of a link do not hang together, do not reach a point that carries something, or none of them lies
+        under the slider that they carry.
+
+    Examples
+    --------
+    A cantilever of 2 m under 12 N at its end: F l^3/3EI = 32 mm.
+
+    >>> from rigid import Beam, Link, Mechanism, PinDrive, PointLoad, motion
+    >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A"),))
+    >>> ground, hung = Link("ground", {"O": 0}), PointLoad("arm", "A", 12j)
+    >>> held = Mechanism((ground, arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, loads=(hung,))
+    >>> solve(motion(held, [0.0]), [Section(EA=1e6, EI=1e3)]).w[0, 0, -1].round(12)
+    np.float64(0.032)
+    """
+    if len(sections) != len(motion.mechanism.beams):
+        raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
+    motion = over_designs(motion, sections)
+    frame = Frame(motion)
+    held = list(ties(frame, joints or {}))
+    rows = [row for tie in held for row in tie.rows]
+    nodes = unit_beam(elements).xi
+    with np.errstate(invalid="ignore", over="ignore"):
+        beams = beams_of(frame, sections, elements)
+        wrenches = wrenches_of(frame, rows, beams)
+        multipliers, carried = balanced(motion, rows, beams, wrenches)
+        spots = wrenches.spots
+        spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
+        spots[..., 2] *= wrenches.size
+        fields = fields_of(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (spots, carried)))
+    forces, efforts = _tie_forces(motion, held, np.moveaxis(multipliers, -1, 0), wrenches.size)
+    return Solution(
+        motion=motion, sections=tuple(sections), elements=elements, xi=nodes, ties=forces, efforts=efforts, **fields
+    )
+
+
+def _tie_forces(
+    motion: Motion, held: Sequence[Tie], multipliers: Any, size: float
+) -> tuple[tuple[TieForce, ...], Reals]:
+    """Multipliers gathered to forces and moments, and the drives' efforts."""
+    forces, number = [], 0
+    efforts = np.full((len(motion.mechanism.drives), *motion.columns), np.nan)
+    for tie in held:
+        force: Any = 0.0
+        moment: Any = 0.0
+        for row, value in zip(tie.rows, multipliers[number : number + len(tie.rows)], strict=True):
+            multiplier = value * size if row.turns else value
+            _, way, turn = row.parts[0]
+            force, moment = force + multiplier * way, moment + multiplier * turn
+        forces.append(TieForce(tie.name, force, moment))
+        if tie.drive is not None:
+            efforts[tie.drive] = multipliers[number] * (size if tie.rows[0].turns else 1.0)
+        number += len(tie.rows)
+    return tuple(forces), efforts

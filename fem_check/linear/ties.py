@@ -1,0 +1,149 @@
+"""What holds the bodies together: welds of beams, pins, sliders, locked drives and gears, row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import JointCompliance
+from fem_check.linear.frame import Frame, Place
+from rigid import Joint, Mechanism, PinDrive, Slider, SliderDrive
+
+Part = tuple[Place | None, Any, Any]
+"""A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
+Sides = tuple[Place | None, Place | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A condition: the displacements of its parts, each times force or moment, add up to `wanted` - `soft` multiplier.
+
+    The child comes first. Where the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere
+    a force [N] and a displacement [m].
+    """
+
+    parts: tuple[Part, ...]
+    turns: bool = False
+    soft: float = 0.0
+    wanted: Any = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Tie:
+    """A weld, joint, drive or gear, by name; `drive` is the number of the drive."""
+
+    name: str
+    rows: tuple[Row, ...]
+    drive: int | None = None
+
+
+def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
+    """Welds of the beams, pins, sliders, locked drives and gears.
+
+    Parameters
+    ----------
+    joints
+        By name, those that give way or do not fit.
+
+    Raises
+    ------
+    ValueError
+        One of them is no joint of the mechanism, or several.
+    """
+    mechanism = frame.motion.mechanism
+    _require_told(mechanism, joints)
+    for (_, point), (hub, *others) in frame.ends.items():
+        yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
+    soft = _Soft(mechanism, joints)
+    for point, parent, child in _pins(mechanism):
+        sides = frame.place(parent, point), frame.place(child, point)
+        yield Tie(point, soft.made(point, parent, child, _held(sides)))
+    for slider in mechanism.sliders:
+        ends = mechanism.index[slider.on], mechanism.index[slider.link]
+        across = _moved(frame.sides[slider.name], 1j * frame.along(slider))
+        yield Tie(slider.name, soft.made(slider.name, *ends, (across, _not_turned(frame.sides[slider.name]))))
+    for number, drive in enumerate(mechanism.drives):
+        name, ends, row = _coordinate(frame, drive)
+        yield Tie(name, soft.made(name, *ends, (row,)), number)
+    for gear in mechanism.gears:
+        name, ends, row = _coordinate(frame, gear.follower)
+        _, _, led = _coordinate(frame, gear.driver)
+        parts = tuple((place, -gear.ratio * force, -gear.ratio * moment) for place, force, moment in led.parts)
+        yield Tie(name, soft.made(name, *ends, (Row(row.parts + parts, row.turns),)))
+
+
+def _moved(sides: Sides, way: Any) -> Row:
+    """No displacement of the child from the parent along a unit vector."""
+    parent, child = sides
+    return Row(((child, way, 0.0), (parent, -way, 0.0)))
+
+
+def _held(sides: Sides) -> tuple[Row, Row]:
+    return _moved(sides, 1.0), _moved(sides, 1j)
+
+
+def _not_turned(sides: Sides) -> Row:
+    parent, child = sides
+    return Row(((child, 0.0, 1.0), (parent, 0.0, -1.0)), turns=True)
+
+
+def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple[int, int], Row]:
+    """Name, links and row of a coordinate that a drive or a gear holds."""
+    mechanism = frame.motion.mechanism
+    if isinstance(drive, PinDrive):
+        parent, child = (mechanism.index[name] for name in (drive.on, drive.link))
+        return drive.at, (parent, child), _not_turned((frame.place(parent, drive.at), frame.place(child, drive.at)))
+    slider = next(slider for slider in mechanism.sliders if slider.name == drive.slider)
+    return slider.name, _links(mechanism, slider), _moved(frame.sides[slider.name], frame.along(slider))
+
+
+def _links(mechanism: Mechanism, slider: Slider) -> tuple[int, int]:
+    return mechanism.index[slider.on], mechanism.index[slider.link]
+
+
+def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
+    """Pins by the points that links share, all to the first of these links: name, parent and child."""
+    shared: dict[str, list[int]] = {}
+    for at, link in enumerate(mechanism.links):
+        for point in link.points:
+            shared.setdefault(point, []).append(at)
+    for point, (first, *links) in shared.items():
+        yield from ((point, first, at) for at in links)
+
+
+def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
+    """Raise where a name is no joint's, or that of several between which it does not tell."""
+    names = [joint.name for joint in mechanism.structure.joints]
+    for name in joints:
+        count = names.count(name)
+        if count != 1:
+            meant = f'"{name}" is {count} joints: which is meant' if count else f'no joint is named "{name}"'
+            raise ValueError(f"what gives way or does not fit: {meant}")
+
+
+class _Soft:
+    """Rows of joints that give way or do not fit."""
+
+    def __init__(self, mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
+        self.mechanism, self.joints = mechanism, joints
+
+    def made(self, name: str, parent: int, child: int, rows: tuple[Row, ...]) -> tuple[Row, ...]:
+        """The rows with what the joint of that name between the two links gives way by and lacks in fit."""
+        if name not in self.joints:
+            return rows
+        own = self.joints[name]
+        sense = 1.0 if self._joint(name, parent, child).child == child else -1.0
+        changed = []
+        for row in rows:
+            way = row.parts[0][1]
+            soft, wanted = (own.rotation, own.turn) if row.turns else (own.translation, np.real(np.conj(way) * own.gap))
+            changed.append(Row(row.parts, row.turns, soft, sense * wanted))
+        return tuple(changed)
+
+    def _joint(self, name: str, parent: int, child: int) -> Joint:
+        ends = {parent, child}
+        found = self.mechanism.structure.joints
+        return next(joint for joint in found if joint.name == name and {joint.parent, joint.child} == ends)

@@ -1,0 +1,144 @@
+"""A cantilever of length 1 and rigidities 1 at its start, in scikit-fem: what beams of one taper are multiples of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from elastic import Taper
+from fem_check.linear.elements import Line, hermite, quadratic
+from rigid import Reals
+
+DEGREE = 3
+Key = tuple[tuple[float, ...], ...]
+
+
+def stations_of(degree: int) -> Reals:
+    """Where along a beam its distributed load is given; the unit loads are the polynomials through these."""
+    return (1.0 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class UnitBeam:
+    """Response of a beam clamped at its start to unit loads, at its nodes.
+
+    Shear adds to the deflection a part of its own, whose slope is the shear strain: Timoshenko's energy is
+    `EI (w_bending'')^2 + kGA w_shear'^2`, and elements of either part cannot lock.
+
+    Attributes
+    ----------
+    xi
+        Nodes, shape (nodes,).
+    stations
+        Where distributed loads are given, shape (stations,).
+    w, phi, V, M
+        Under a transverse load that is 1 at one of `stations` and 0 at the others, then under a force and a moment at
+        the end, shape (stations + 2, nodes); rigid in shear.
+    u, N
+        Under a longitudinal load likewise, then under a force at the end, shape (stations + 1, nodes).
+    slide
+        What shear adds to w under a transverse load, then under a force at the end, shape (stations + 1, nodes).
+    bending, stretching, sliding
+        The elements.
+    """
+
+    xi: Reals
+    stations: Reals
+    w: Reals
+    phi: Reals
+    V: Reals
+    M: Reals
+    u: Reals
+    N: Reals
+    slide: Reals
+    bending: Line
+    stretching: Line
+    sliding: Line
+
+    def load_at(self, xi: Any) -> Any:
+        """The unit loads at places along the beam, shape (stations, ...)."""
+        return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
+
+
+def unit_beam(elements: int, degree: int = DEGREE, taper: Taper | None = None) -> UnitBeam:
+    """Cantilever of some equal elements: Hermite where it bends, quadratic where it stretches and shears.
+
+    Parameters
+    ----------
+    elements
+        How many.
+    degree
+        Of the distributed loads.
+    taper
+        How rigidities change along the beam.
+
+    Raises
+    ------
+    ValueError
+        Fewer than one element.
+
+    Examples
+    --------
+    A force at the end bends it by 1/3.
+
+    >>> float(unit_beam(4).w[-2, -1].round(12))
+    0.333333333333
+    """
+    if elements < 1:
+        raise ValueError(f"{elements} elements: a beam takes one or more")
+    own = taper or Taper()
+    return _unit_beam(elements, degree, tuple(tuple(float(c) for c in part) for part in (own.EA, own.EI, own.kGA)))
+
+
+@lru_cache(maxsize=64)
+def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
+    n = float(elements)
+    EA, EI, kGA = tapers
+    stations = stations_of(degree)
+    bending, stretching = Line(hermite(), elements, EI), Line(quadratic(), elements, EA)
+    loads = np.array([_lagrange(stations, k, bending.xi) for k in range(degree + 1)])
+    tip = np.zeros((bending.size, 2))
+    tip[bending.dofs[-1, 2:4]] = np.diag((n**-3, n**-2))
+    (w, phi), (V, minus_M, minus_V, M) = bending.respond(bending.spread(loads) / n**4, tip)
+    u, N = _along(stretching, loads)
+    sliding = stretching if kGA == EA else Line(quadratic(), elements, kGA)
+    slide = u if sliding is stretching else _along(sliding, loads)[0]
+    return UnitBeam(
+        np.arange(n + 1) / n,
+        stations,
+        w,
+        phi * n,
+        _at_nodes(V, -minus_V) * n**3,
+        _at_nodes(-minus_M, M) * n**2,
+        u,
+        N,
+        slide,
+        bending,
+        stretching,
+        sliding,
+    )
+
+
+def _along(line: Line, loads: Any) -> tuple[Reals, Reals]:
+    """Displacements and forces at the nodes of a stretched line under loads along it and a force at its end."""
+    n = float(line.elements)
+    tip = np.zeros((line.size, 1))
+    tip[line.dofs[-1, 1]] = 1 / n
+    (u,), (minus_N, N, _) = line.respond(line.spread(loads) / n**2, tip)
+    return u, _at_nodes(-minus_N, N) * n
+
+
+def _lagrange(stations: Any, k: int, xi: Any) -> Any:
+    """The polynomial that is 1 at one station and 0 at the others."""
+    value = np.ones(np.shape(xi))
+    for other in np.delete(stations, k):
+        value = value * ((xi - other) / (stations[k] - other))
+    return value
+
+
+def _at_nodes(starts: Reals, ends: Reals) -> Reals:
+    """A section force at the nodes: at the start of every element, and at the end of the last."""
+    return np.concatenate((starts, ends[:, -1:]), axis=1)

@@ -1,0 +1,1 @@
+"""Natural frequencies by finite elements."""

@@ -1,0 +1,174 @@
+"""Stiffness and consistent mass of a body that nothing holds, in its own axes, of one design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import Section, Taper
+from fem_check.linear.elements import Kind, Line, hermite, quadratic
+from rigid import Beam, Reals
+
+NEAREST = 0.02  # to one another, in equal elements, that nodes are moved
+
+Powers = np.polynomial.polynomial.polyval
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A displacement along a body: values of the dofs of its elements [m, rad] per coordinate.
+
+    `values` of shape (positions or 1, elements, dofs of an element, n).
+    """
+
+    kind: Kind
+    values: Reals
+
+    def at(self, functions: Any, length: Any) -> Any:
+        """From shape functions or slopes at places of all elements, (dofs, places): (..., elements, places, n)."""
+        scale = np.power.outer(length, self.kind.turns)
+        return np.einsum("dg,...edn->...egn", functions, self.values * scale[..., None])
+
+
+@dataclass(frozen=True, eq=False)
+class VibratingBody:
+    """A body of n coordinates.
+
+    Attributes
+    ----------
+    stiffness, mass
+        Shape (positions or 1, n, n).
+    fields
+        u, the bending part of w, and its shearing part where there is one; none for a link without beams.
+    nodes
+        Along the beam [m], shape (positions or 1, nodes).
+    """
+
+    stiffness: Reals
+    mass: Reals
+    fields: tuple[Field, ...]
+    nodes: Reals
+
+    def moves(self, x: Any) -> Any:
+        """Displacement along and across and rotation of one place a position, shape (3, positions, n)."""
+        moved = np.zeros((3, len(x), self.mass.shape[-1]))
+        if not self.fields:
+            moved[:] = np.eye(3)[:, None]
+            return moved
+        rows, nodes = np.arange(len(x)), np.broadcast_to(self.nodes, (len(x), self.nodes.shape[1]))
+        element = np.clip((nodes <= x[:, None]).sum(axis=1) - 1, 0, nodes.shape[1] - 2)
+        length = nodes[rows, element + 1] - nodes[rows, element]
+        place = (x - nodes[rows, element]) / length
+        for number, field in enumerate(self.fields):
+            own = np.broadcast_to(field.values, (len(x), *field.values.shape[1:]))[rows, element]
+            own = own * np.power.outer(length, field.kind.turns)[..., None]
+            moved[min(number, 1)] += np.einsum("dp,pdn->pn", field.kind.sampled(place), own)
+            if number == 1:
+                slopes = field.kind.sampled(place, derivative=True) / length
+                moved[2] += np.einsum("dp,pdn->pn", slopes, own)
+        return moved
+
+
+def one_of(value: Any, design: tuple[int, ...]) -> complex:
+    """A quantity of one design, given as a scalar or in the shape (designs, 1)."""
+    array = np.asarray(value)
+    return complex(array[design][0] if array.ndim else array)
+
+
+def vibrating_lumps() -> VibratingBody:
+    """A link without beams: its motion along and across its axes and its rotation; lumps give it its mass."""
+    nothing = np.zeros((1, 3, 3))
+    return VibratingBody(nothing, nothing, (), np.zeros((1, 1)))
+
+
+def vibrating_beam(
+    length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Any], design: tuple[int, ...]
+) -> VibratingBody:
+    """A beam; infinite rigidities leave it rigid in what they resist.
+
+    Parameters
+    ----------
+    blocks
+        Of sliders on the beam, their xi at every position: there are nodes.
+    """
+    taper = section.taper or Taper()
+    nodes = length * nodes_at(elements, blocks)
+    own = {name: one_of(getattr(section, name), design).real for name in ("EA", "EI", "kGA")}
+    kinds = {"EA": quadratic(), "EI": hermite()} | ({"kGA": quadratic()} if np.isfinite(own["kGA"]) else {})
+    fields = _fields(list(kinds.values()), [own[name] for name in kinds], nodes, elements)
+    part, points, weights = np.diff(nodes), quadratic().points, quadratic().weights
+    xi = (nodes[:, :-1, None] + part[..., None] * points) / length
+    size = fields[0].values.shape[-1]
+    stiffness, mass = np.zeros((2, len(nodes), size, size))
+    for name, field in zip(kinds, fields, strict=True):
+        if np.isfinite(own[name]):
+            matrix = field.kind.stiffness(own[name] * Powers(xi, getattr(taper, name)), part)
+            resisted = np.einsum("...eij,...ejn->...ein", matrix, field.values)
+            stiffness += np.einsum("...ein,...eim->...nm", field.values, resisted)
+    there = one_of(beam.mass_per_length, design).real * Powers(xi, beam.mass_taper) * weights * part[..., None]
+    along, *across = (field.at(field.kind.shape, part) for field in fields)
+    for moved in (along, sum(across)):
+        mass += _energy(there, moved)
+    square = (one_of(section.inertia, design) / one_of(section.area, design)).real
+    if "kGA" in kinds and np.isfinite(square):
+        turned = fields[1].at(hermite().sampled(points, derivative=True), part) / part[..., None, None]
+        mass += _energy(there * square * Powers(xi, taper.EI) / Powers(xi, taper.EA), turned)
+    return VibratingBody(stiffness, mass, fields, nodes)
+
+
+def _energy(weight: Any, moved: Any) -> Any:
+    """Sum over all points of the products of two displacements, shape (..., n, n)."""
+    rows = moved.reshape(len(moved), -1, moved.shape[-1])
+    return (rows * weight.reshape(len(weight), -1, 1)).swapaxes(-1, -2) @ rows
+
+
+def nodes_at(elements: int, blocks: Sequence[Any]) -> Reals:
+    """Nodes from 0 to 1, one of them at every block, those between at equal distances, shape (positions or 1, nodes).
+
+    Nearer than `NEAREST` to an end or to one another the nodes keep off the blocks.
+    """
+    count = max(elements, len(blocks) + 1)
+    if not blocks:
+        return np.linspace(0.0, 1.0, count + 1)[None]
+    gap = NEAREST / count
+    places = np.sort(np.array(blocks), axis=0)
+    for k in range(len(places)):
+        low, high = (k + 1) * gap, 1.0 - (len(places) - k) * gap
+        places[k] = np.clip(places[k], low if k == 0 else np.maximum(low, places[k - 1] + gap), high)
+    numbers = np.round(places * count)
+    for k in range(len(places)):
+        before = numbers[k - 1] if k else 0.0
+        numbers[k] = np.clip(numbers[k], before + 1, count - len(places) + k)
+    nodes = np.zeros((places.shape[1], count + 1))
+    none, every = np.zeros_like(places[:1]), np.ones_like(places[:1])
+    stops, marks = np.concatenate((none, places, every)), np.concatenate((none, numbers, count * every))
+    for k in range(len(stops) - 1):
+        share = (np.arange(count + 1) - marks[k][:, None]) / (marks[k + 1] - marks[k])[:, None]
+        there = (share >= 0) & (share <= 1)
+        nodes = np.where(there, stops[k][:, None] + share * (stops[k + 1] - stops[k])[:, None], nodes)
+    return nodes
+
+
+def _fields(kinds: list[Kind], rigidities: list[float], nodes: Reals, elements: int) -> tuple[Field, ...]:
+    """Dofs of every field per coordinate: all dofs, or rigid motions where a rigidity is infinite.
+
+    The shearing part starts from zero: the bending part moves the beam's start.
+    """
+    lines = [Line(kind, nodes.shape[1] - 1) for kind in kinds]
+    parts = []
+    for number, (line, rigidity) in enumerate(zip(lines, rigidities, strict=True)):
+        if np.isfinite(rigidity):
+            parts.append(np.eye(line.size)[None, :, 1 if number == 2 else 0 :])
+            continue
+        m, ends = line.kind.nodal, line.kind.nodal * nodes.shape[1]
+        rigid = np.ones((len(nodes), line.size, m))  # of nodes within elements too, where nothing turns
+        rigid[:, :ends] = line.kind.rigid(nodes).reshape(len(nodes), ends, m)
+        parts.append(rigid)
+    stops = np.cumsum([0, *(part.shape[-1] for part in parts)])
+    return tuple(
+        Field(line.kind, np.pad(part, ((0, 0), (0, 0), (first, stops[-1] - first - part.shape[-1])))[:, line.dofs])
+        for line, part, first in zip(lines, parts, stops, strict=False)
+    )

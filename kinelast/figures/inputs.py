@@ -1,0 +1,75 @@
+"""What a scene was computed from, as figures: speeds, gravity, loads, point masses, materials, theory."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kinelast.figures.figure import figure
+from kinelast.figures.results import Results, drive_words
+from rigid import LineLoad, PointLoad, TorsionSpring
+
+STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
+
+
+def input_figures(results: Results) -> dict[str, Any]:
+    """What the reader of a report needs to know of the scene beside its links."""
+    mechanism, sections = results.mechanism, results.deflection.sections
+    gravity = complex(mechanism.gravity)
+    return {
+        "theory": "Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
+        "materials": {
+            name: {
+                "E": figure(stuff.E, "Pa"),
+                "density": figure(stuff.density, "kg/m^3"),
+                "yield": figure(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
+            }
+            for name, stuff in results.scene.materials.items()
+        },
+        "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
+        "drives": {
+            name: _speed(rate, unit)
+            for (name, _, unit, _), rate in zip(drive_words(mechanism), results.motion.drive_rate, strict=True)
+        },
+        "point_masses": [
+            {"link": link.name, "point": lump.point, "mass": figure(lump.mass, "kg")}
+            for link in mechanism.links[1:]
+            for lump in link.lumps
+        ],
+        "loads": [dict(_load(load)) for load in mechanism.loads],
+    }
+
+
+def _speed(rate: Any, unit: str) -> dict[str, Any]:
+    """Greatest speed of a drive with its sign, and whether it is the same throughout."""
+    known = np.ravel(rate)[np.isfinite(np.ravel(rate))]
+    if not known.size:
+        return {"speed": figure(np.nan, f"{unit}/s"), "steady": False}
+    fastest = known[np.abs(known).argmax()]
+    return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(np.ptp(known) <= STEADY * abs(fastest))}
+
+
+def _load(load: Any) -> Iterator[tuple[str, Any]]:
+    """Kind of a load, the link and place it acts on, how large it is before any law in time, and where it points."""
+    yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
+    yield "link", getattr(load, "link", "")
+    yield "place", getattr(load, "point", getattr(load, "at", ""))
+    yield "varies", getattr(load, "law", None) is not None
+    force: Any = 0.0
+    sizes: list[tuple[Any, str]]
+    if isinstance(load, PointLoad):
+        force = load.force
+        sizes = [(abs(force), "N"), (load.moment, "N m")]
+    elif isinstance(load, LineLoad):
+        force = load.start or load.end
+        sizes = [(abs(load.start), "N/m"), (abs(load.end), "N/m")]
+    else:
+        turned = isinstance(load, TorsionSpring)
+        per = ("N m/rad", "N m s/rad", "N m") if turned else ("N/m", "N s/m", "N")
+        sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
+    given = [figure(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
+    yield "sizes", given
+    yield "towards", figure(np.angle(force), "rad") if force else None

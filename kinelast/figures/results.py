@@ -1,0 +1,258 @@
+"""What was found out about one scene, and the figures that everything written is made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import (
+    FIELDS,
+    Caution,
+    Deflection,
+    Extreme,
+    Frequencies,
+    PathDeviation,
+    cautions,
+    euler_ratio,
+    extremes,
+    natural_frequencies,
+    path_deviation,
+    period_of,
+    slenderness,
+    stress_extremes,
+)
+from kinelast.scene.reading import Scene
+from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
+
+if TYPE_CHECKING:
+    from fem_check import Comparison
+
+UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m", "qx": "N/m", "qy": "N/m"}
+STRESSES = {"normal_stress": "normal", "shear_stress": "shear", "mises_stress": "mises"}
+UNITS |= dict.fromkeys(STRESSES, "Pa")
+EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
+FEW = 16  # positions that tell too little of a cycle
+WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
+NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
+INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """A scene, its deflection, and the finite element check where one was asked for.
+
+    Attributes
+    ----------
+    left_out
+        Number of the run's positions that the mechanism does not reach and that were left out on request.
+    """
+
+    scene: Scene
+    deflection: Deflection
+    comparison: Comparison | None = None
+    left_out: int = 0
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that the deflection belongs to."""
+        return self.deflection.motion
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The scene's mechanism."""
+        return self.scene.mechanism
+
+    @cached_property
+    def extremes(self) -> dict[str, Extreme]:
+        """Value of largest magnitude along every beam, per field and stress, shape (beams, positions)."""
+        return extremes_of(self.deflection, EXTREME_FIELDS)
+
+    @cached_property
+    def euler_ratio(self) -> Reals:
+        """Compression over Euler's load, shape (beams, positions)."""
+        none = np.zeros((0, *self.motion.columns))
+        return euler_ratio(self.deflection) if self.mechanism.beams else none
+
+    @cached_property
+    def slenderness(self) -> list[float]:
+        """Length over radius of gyration of every beam; nan of a rigid one."""
+        return [float(value) for value in slenderness(self.deflection)[:, 0]] if self.mechanism.beams else []
+
+    @cached_property
+    def deviations(self) -> dict[str, PathDeviation]:
+        """Of every named point that moves, shape (positions,)."""
+        return {point: _wide(self, link, point) for point, link in points_of(self.mechanism)}
+
+    @cached_property
+    def displacements(self) -> dict[str, Any]:
+        """Of every named point that moves [m], complex, shape (positions,)."""
+        return {point: deviation.displacement for point, deviation in self.deviations.items()}
+
+    @cached_property
+    def frequencies(self) -> Frequencies | None:
+        """Natural frequencies at some of the positions; None where no link has beams."""
+        if not self.mechanism.beams:
+            return None
+        return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+
+    @cached_property
+    def period(self) -> float:
+        """Duration of the cycle [s]; nan where the motion is none."""
+        period = period_of(self.motion)
+        run = self.scene.run
+        once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
+        return run.duration if math.isnan(period) and once else period
+
+    @cached_property
+    def cautions(self) -> list[Caution]:
+        """Figures that leave the range in which the theory holds."""
+        if not self.mechanism.beams:
+            return []
+        period = None if math.isnan(self.period) else self.period
+        return cautions(self.counted_deflection, self.frequencies, period)
+
+    @cached_property
+    def efforts(self) -> Reals:
+        """Moment [N m] or force [N] of every drive, shape (drives, positions)."""
+        return drive_efforts(self.motion, self.deflection.forces)
+
+    @cached_property
+    def singular(self) -> Any:
+        """Whether a position is too near a singular one to be computed, shape (positions,)."""
+        return self.deflection.lost
+
+    @cached_property
+    def counted(self) -> Any:
+        """Whether a position counts in the largest values, shape (positions,): conditioned up to `WELL`.
+
+        Where no position is so well conditioned, all that could be computed count.
+        """
+        well = self.motion.condition <= WELL
+        return well if well.any() else ~self.singular
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """By unit, the greatest forces, moments of them, displacements and stresses over the counted positions."""
+
+        def greatest(*values: Any) -> float:
+            known = [np.where(self.counted & np.isfinite(each), np.abs(each), 0.0) for each in values]
+            return max((float(each.max(initial=0.0)) for each in known), default=0.0)
+
+        found, forces = {name: extreme.value for name, extreme in self.extremes.items()}, self.deflection.forces
+        force = greatest(forces.force, forces.ground_force, found["N"], found["V"])
+        length = float(np.max(self.deflection.length, initial=0.0))
+        return {
+            "N": force,
+            "N m": force * length,
+            "m": greatest(found["u"], found["w"], *self.displacements.values()),
+            "Pa": greatest(*(found[field] for field in STRESSES)),
+        }
+
+    def rounded(self, values: Any, unit: str) -> Any:
+        """Values with zero in place of what is round-off beside the scene's `scales`."""
+        return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
+
+    @cached_property
+    def ill(self) -> Any:
+        """Whether a position was computed and yet does not count, shape (positions,)."""
+        return ~self.singular & ~self.counted
+
+    @cached_property
+    def counted_deflection(self) -> Deflection:
+        """The deflection with nan at the positions that do not count."""
+        if not self.ill.any():
+            return self.deflection
+        shown = ("N", "V", "M", "u", "w", "phi", "q")
+        fields: dict[str, Any] = {
+            name: np.where(self.counted, getattr(self.deflection, name), np.nan) for name in shown
+        }
+        return replace(self.deflection, **fields)
+
+
+def extremes_of(deflection: Deflection, fields: Sequence[str]) -> dict[str, Extreme]:
+    """Values of largest magnitude along every beam, of fields and stresses by the names of `EXTREME_FIELDS`."""
+    if not deflection.sections:
+        none = np.zeros((0, *deflection.motion.columns))
+        return {field: Extreme(none, none) for field in fields}
+    found = extremes(deflection, [field for field in fields if field not in STRESSES])
+    stresses = stress_extremes(deflection, [STRESSES[field] for field in fields if field in STRESSES])
+    return {field: stresses[STRESSES[field]] if field in STRESSES else found[field] for field in fields}
+
+
+def _wide(results: Results, link: int, point: str) -> PathDeviation:
+    """Deviation of a point at every position, also where it is the same at all."""
+    columns = results.motion.columns
+    found = path_deviation(results.deflection, results.mechanism.links[link].name, point)
+    return PathDeviation(*(np.broadcast_to(part, columns) for part in (found.along, found.normal, found.displacement)))
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest magnitude of a field of one beam over the cycle: value in the field's unit, and where it is.
+
+    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions.
+    """
+
+    value: float
+    xi: float
+    time: float
+    drive: tuple[float, ...]
+    refined: bool = False
+
+
+def peak_positions(results: Results, extreme: Extreme) -> Any:
+    """Number of the counted position at which every beam's extreme is largest, -1 where none is known, per beam."""
+    size = np.where(np.isfinite(extreme.value) & results.counted, np.abs(extreme.value), -1.0)
+    at = size.argmax(axis=-1)
+    return np.where(np.take_along_axis(size, at[:, None], -1)[:, 0] >= 0.0, at, -1)
+
+
+def peaks(results: Results) -> dict[str, list[Peak]]:
+    """Per field, the peak of every beam at the positions of the run; nan where no position could be computed."""
+    found = {}
+    motion = results.motion
+    for field, extreme in results.extremes.items():
+        rows = []
+        for beam, at in enumerate(peak_positions(results, extreme)):
+            if at < 0:
+                rows.append(Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive)))
+                continue
+            value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
+            rows.append(Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist())))
+        found[field] = rows
+    return found
+
+
+def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
+    """Every named point that moves, once, with the number of a link it belongs to."""
+    seen = set(mechanism.links[0].points)
+    for number, link in enumerate(mechanism.links[1:], 1):
+        for point in link.points:
+            if point not in seen:
+                seen.add(point)
+                yield point, number
+
+
+def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
+    """Per drive: its name, what its coordinate is called, and the units of coordinate and effort."""
+    words = []
+    for drive in mechanism.drives:
+        if isinstance(drive, PinDrive):
+            words.append((drive.link, "angle", "rad", "N m"))
+        else:
+            words.append((drive.slider, "slide", "m", "N"))
+    names = [name for name, *_ in words]
+    if len(set(names)) < len(names):
+        words = [(f"{word[0]}.{number}", *word[1:]) for number, word in enumerate(words, 1)]
+    return words
+
+
+def joint_words(results: Results) -> list[tuple[str, str]]:
+    """Per joint of the solution: its name and that of the link whose load is given, the parent feels the opposite."""
+    links = results.mechanism.links
+    return [(joint.name, links[joint.child].name) for joint in results.motion.structure.joints]

@@ -1,0 +1,93 @@
+"""What the links bear, and how fast they would vibrate, as figures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from elastic import harmonics, quasi_static_error, stress_range
+from kinelast.figures.figure import at_position, figure, largest
+from kinelast.figures.results import Peak, Results
+from rigid import PinDrive
+
+STATIONS = np.linspace(0.0, 1.0, 101)
+
+
+def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
+    """Per beam: swing of the normal stress, yield over the largest stress, compression over Euler's load, slenderness.
+
+    Parameters
+    ----------
+    found
+        The peaks per field, see `output_results.peaks`.
+    """
+    rows = {}
+    swings: Any = stress_range(results.counted_deflection, STATIONS) if results.scene.labels else ()
+    for beam, label in enumerate(results.scene.labels):
+        limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises_stress"][beam].value
+        rows[label] = {
+            "stress_range": _swing(swings[:, beam], float(results.deflection.length[beam, 0])),
+            "yield_stress": figure(limit, "Pa"),
+            "safety_factor": figure(limit / peak if peak else math.inf, "1"),
+            "euler_ratio": largest(results, results.euler_ratio[beam], "1"),
+            "slenderness": figure(results.slenderness[beam], "1"),
+        }
+    return rows
+
+
+def _swing(swings: Any, length: float) -> dict[str, Any]:
+    """The larger swing of both fibres, shape (2, stations), and where it is."""
+    if np.isnan(swings).all():
+        return figure(math.nan, "Pa")
+    side, at = np.unravel_index(np.nanargmax(swings), swings.shape)
+    return figure(
+        swings[side, at], "Pa", along=figure(STATIONS[at] * length, "m"), fibre="left" if side == 0 else "right"
+    )
+
+
+def vibration_figures(results: Results) -> dict[str, Any] | None:
+    """Natural frequencies over the cycle, and what excites them; None where no link has beams."""
+    frequencies = results.frequencies
+    if frequencies is None:
+        return None
+    speed, lowest = fastest_drive(results), frequencies.lowest
+    return {
+        "positions": len(frequencies.position),
+        "natural": [_over_cycle(results, omega) for omega in frequencies.omega if np.isfinite(omega).any()],
+        "drive_speed": figure(speed, "rad/s"),
+        "drive_to_lowest": figure(speed / lowest, "1"),
+        "load": _load(results, lowest),
+    }
+
+
+def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
+    assert results.frequencies is not None
+    position = results.frequencies.position
+    low, high = int(np.nanargmin(omega)), int(np.nanargmax(np.where(np.isfinite(omega), omega, -1.0)))
+    return {
+        "lowest": figure(omega[low], "rad/s", **at_position(results, int(position[low]))),
+        "highest": figure(omega[high], "rad/s", **at_position(results, int(position[high]))),
+    }
+
+
+def _load(results: Results, lowest: float) -> dict[str, Any] | None:
+    """The fastest strong harmonic of the load, and the error of an answer without vibration; None of no cycle."""
+    if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
+        return None
+    found = harmonics(results.deflection, results.period)
+    strong = found.strong()
+    number = int(strong[-1]) if len(strong) else 0
+    return {
+        "harmonic": number,
+        "frequency": figure(found.omega[number], "rad/s"),
+        "to_lowest": figure(found.omega[number] / lowest, "1"),
+        "quasi_static_error": figure(quasi_static_error(found, lowest), "1"),
+    }
+
+
+def fastest_drive(results: Results) -> float:
+    """Greatest speed of any drive that turns [rad/s]; 0 where none does."""
+    rates = zip(results.mechanism.drives, results.motion.drive_rate, strict=True)
+    return float(max((np.nanmax(np.abs(rate)) for drive, rate in rates if isinstance(drive, PinDrive)), default=0.0))

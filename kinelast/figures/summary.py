@@ -1,0 +1,172 @@
+"""summary.json: every figure of the report, each with its unit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from elastic import FIELDS, LIMITS
+from kinelast.figures.figure import at_position, coordinates, figure, largest
+from kinelast.figures.inputs import input_figures
+from kinelast.figures.output_error import angle_figures, output_figure, point_figures
+from kinelast.figures.results import UNITS, Peak, Results, drive_words, joint_words
+from kinelast.figures.strength import strength_figures, vibration_figures
+from kinelast.figures.trust import caution_figures, findings, left_out
+
+
+def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
+    """The figures of a scene as plain data that JSON can hold.
+
+    Parameters
+    ----------
+    found
+        The peaks per field, see `output_results.peaks`.
+    """
+    points, angles = point_figures(results), angle_figures(results)
+    scene, motion, forces = results.scene, results.motion, results.deflection.forces
+    return {
+        "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
+        "run": {
+            "positions": len(motion.time),
+            "singular": int(np.count_nonzero(results.singular)),
+            "ill_conditioned": int(np.count_nonzero(results.ill)),
+            "left_out": results.left_out,
+            "start": figure(motion.time[0], "s"),
+            "end": figure(motion.time[-1], "s"),
+            "largest_condition": _worst_condition(results),
+        },
+        "inputs": input_figures(results),
+        "links": _links(results),
+        "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
+        "peaks": _peaks(results, found),
+        "largest_deflection": _greatest(results, found, "w"),
+        "largest_stress": _greatest(results, found, "mises_stress"),
+        "strength": strength_figures(results, found),
+        "points": points,
+        "angle_errors": angles,
+        "output": output_figure(results, points, angles),
+        "joints": [
+            {"joint": joint, "on": link, "force": largest(results, np.abs(force), "N")}
+            for (joint, link), force in zip(joint_words(results), forces.force, strict=True)
+        ],
+        "drives": {
+            name: {"coordinate": coordinate, "effort": largest(results, effort, unit)}
+            for (name, coordinate, _, unit), effort in zip(drive_words(scene.mechanism), results.efforts, strict=True)
+        },
+        "shaking": {
+            "force": largest(results, np.abs(forces.ground_force), "N"),
+            "moment": largest(results, forces.ground_moment, "N m"),
+        },
+        "vibration": vibration_figures(results),
+        "check": check_summary(results),
+        "cautions": caution_figures(results),
+        "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
+        "trust": [asdict(finding) for finding in findings(results)],
+        "not_computed": left_out(results),
+    }
+
+
+def _worst_condition(results: Results) -> dict[str, Any]:
+    """Of all positions that could be computed, also those that do not count."""
+    condition = np.where(results.singular, -1.0, results.motion.condition)
+    at = int(condition.argmax())
+    if condition[at] < 0:
+        return figure(math.nan, "1")
+    return figure(condition[at], "1", **at_position(results, at))
+
+
+def _links(results: Results) -> list[dict[str, Any]]:
+    rows = []
+    mechanism, sections = results.mechanism, results.deflection.sections
+    for number, label in enumerate(results.scene.labels):
+        at, beam = mechanism.beams[number]
+        rows.append(
+            {
+                "label": label,
+                "link": mechanism.links[at].name,
+                "from": beam.start,
+                "to": beam.end,
+                "length": figure(results.deflection.length[number].item(), "m"),
+                "mass_per_length": figure(beam.mass_per_length, "kg/m"),
+                "EA": figure(sections[number].EA, "N"),
+                "EI": figure(sections[number].EI, "N m^2"),
+                "tapered": sections[number].taper is not None or len(beam.mass_taper) > 1,
+                "rigid": not math.isfinite(float(sections[number].EI)),
+            }
+        )
+    return rows
+
+
+def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
+    return {
+        label: {field: _peak(results, field, rows[beam], beam) for field, rows in found.items()}
+        for beam, label in enumerate(results.scene.labels)
+    }
+
+
+def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]:
+    length = results.deflection.length[beam].item()
+    return figure(
+        results.rounded(peak.value, UNITS[field]),
+        UNITS[field],
+        along=figure(peak.xi * length, "m"),
+        xi=figure(peak.xi, "1")["value"],
+        time=figure(peak.time, "s"),
+        drive=coordinates(results, peak.drive),
+        between_positions=peak.refined,
+    )
+
+
+def _greatest(results: Results, found: dict[str, list[Peak]], field: str) -> dict[str, Any] | None:
+    """The greatest magnitude of a field on all beams; none where no link has beams or nothing is known."""
+    beam = greatest_beam(found, field)
+    if beam is None:
+        return None
+    return {"label": results.scene.labels[beam], **_peak(results, field, found[field][beam], beam)}
+
+
+def greatest_beam(found: dict[str, list[Peak]], field: str) -> int | None:
+    """Number of the beam on which a field is greatest."""
+    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in found[field]]
+    if not sizes or max(sizes) < 0:
+        return None
+    return sizes.index(max(sizes))
+
+
+def check_summary(results: Results) -> dict[str, Any] | None:
+    """The finite element check as plain data; none where it was not asked for.
+
+    Shares are of the field's greatest magnitude over the cycle on any link, null where one side has no answer.
+    """
+    comparison = results.comparison
+    if comparison is None:
+        return None
+    labels = results.scene.labels
+    shares = [[_share(value) for value in row] for row in comparison.relative.T]
+    worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
+    return {
+        "passed": comparison.passed,
+        "tolerance": comparison.tolerance,
+        "elements": comparison.elements,
+        "compared": comparison.compared,
+        "largest": _share(worst.relative) if worst else None,
+        "differences": {label: dict(zip(FIELDS, row, strict=True)) for label, row in zip(labels, shares, strict=True)},
+        "worst": [
+            {
+                "field": item.field,
+                "label": labels[item.beam],
+                "xi": item.xi,
+                "position": item.position,
+                "difference": figure(item.difference, UNITS[item.field]),
+                "share": _share(item.relative),
+            }
+            for item in comparison.worst
+        ],
+    }
+
+
+def _share(value: Any) -> float | None:
+    return float(value) if math.isfinite(value) else None

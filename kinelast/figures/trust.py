@@ -1,0 +1,212 @@
+"""How far the figures of a scene can be trusted: what the theory leaves out, sized for this scene.
+
+Limits and where they come from: docs/report.md and docs/strength.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import LIMITS
+from kinelast.figures.figure import at_position
+from kinelast.figures.results import WELL, Results
+from kinelast.figures.strength import fastest_drive
+from kinelast.page.numbers import number
+
+GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
+ORDER = (POOR, CAUTION, OPEN, GOOD)
+HEADINGS = {
+    "slenderness": "Slender links",
+    "deflection": "Small displacements",
+    "axial force": "Buckling",
+    "yield": "Strength",
+    "vibration": "Quasi-static answer",
+}
+SOLIDS = {  # from soft rubber to diamond, from foam to osmium
+    "E": (1e6, 2e12, "Pa", '"210 GPa"'),
+    "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
+    "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
+}
+WITHIN = {
+    "slenderness": "all links are longer than {:.0f} radii of gyration",
+    "deflection": "none deflects by more than {:.0f} % of its length",
+    "axial force": "none is pressed with more than {:.0f} % of Euler's load",
+    "yield": "none is stressed to more than {:.0f} % of its yield stress",
+    "vibration": "vibration would change the deflection by less than about {:.0f} %",
+}
+ADVICE = {"slenderness": 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'}
+UNKNOWN = {
+    "yield": "strength: no yield stress or dimensions of the sections are given",
+    "vibration": "vibration: the motion is no cycle, and no drive turns",
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One answer to "can I trust this?": a level, a heading, and a sentence with its figure."""
+
+    level: str
+    heading: str
+    text: str
+
+
+def findings(results: Results) -> list[Finding]:
+    """All that can be said about a scene's figures, the worst first."""
+    found = [*_inputs(results), _positions(results), *_check(results), *_cautions(results), *_within(results)]
+    return sorted(found, key=lambda finding: ORDER.index(finding.level))
+
+
+def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
+    """The worst level of findings as plain data, and what has it."""
+    level = min((finding["level"] for finding in trust if finding["level"] != OPEN), key=ORDER.index)
+    return level, list(dict.fromkeys(finding["heading"].lower() for finding in trust if finding["level"] == level))
+
+
+def _positions(results: Results) -> Finding:
+    condition = results.motion.condition
+    singular = int(np.count_nonzero(results.singular))
+    heading = "Conditioning of the positions"
+    if singular == len(condition):
+        return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
+    worst = float(condition[~results.singular].max())
+    digits = max(0, int(15 - math.log10(max(worst, 1.0))))
+    text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
+    if singular:
+        text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
+    ill = int(np.count_nonzero(results.ill))
+    if ill:
+        text += (
+            f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
+            f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
+            " positions.csv has them, with their condition numbers."
+        )
+    if results.left_out:
+        text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
+    level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
+    return Finding(level, heading, text)
+
+
+def _inputs(results: Results) -> Iterator[Finding]:
+    """What no solid has: most likely a number without its unit."""
+    for name, stuff in results.scene.materials.items():
+        for (what, (least, most, unit, example)), value in zip(
+            SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
+        ):
+            if value is not None and not least <= value <= most:
+                told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
+                hint = f"a bare number is in {unit}, other units are told as in {example}"
+                yield Finding(POOR, "Inputs", f"The {told}: {hint}.")
+
+
+def _check(results: Results) -> list[Finding]:
+    heading = "Finite element check"
+    comparison = results.comparison
+    if comparison is None:
+        return [Finding(OPEN, heading, "Not made. Run with --check to compare with independent finite elements.")]
+    if comparison.passed and not (results.mechanism.beams and comparison.compared):
+        return [Finding(OPEN, heading, "Nothing to compare: no link bends, or no position could be computed.")]
+    largest = max((worst.relative for worst in comparison.worst), default=0.0)
+    text = (
+        f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
+        f"largest difference {number(largest, 2)} of the field's maximum over the cycle, "
+        f"{number(comparison.tolerance, 2)} granted."
+    )
+    if not comparison.passed and any(section.taper for section in results.deflection.sections):
+        text += (
+            f" Elements of tapered beams err by the fourth power of their size: try --check {4 * comparison.elements}."
+        )
+    return [Finding(GOOD if comparison.passed else POOR, heading, text)]
+
+
+def _cautions(results: Results) -> Iterator[Finding]:
+    """One for each kind of caution: the worst of its links in full, the others by name."""
+    for kind, heading in HEADINGS.items():
+        own = [caution for caution in results.cautions if caution.kind == kind]
+        if not own:
+            continue
+        worst = (min if LIMITS[kind].beyond < LIMITS[kind].watch else max)(own, key=lambda caution: caution.figure)
+        names = [
+            results.scene.labels[caution.beam] for caution in own if caution.beam is not None and caution is not worst
+        ]
+        words = (
+            _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
+        )
+        words += f" (limits: {_limits(kind)})"
+        if kind in ADVICE:
+            words += f"; {ADVICE[kind]}"
+        if names:
+            words += f"; less so {', '.join(names)}"
+        yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")
+
+
+def _limits(kind: str) -> str:
+    """From where a figure is to be watched, and from where not to be relied on, in words."""
+    both = (LIMITS[kind].watch, LIMITS[kind].beyond)
+    return " and ".join(number(value, 2) if kind == "slenderness" else f"{number(100 * value, 2)} %" for value in both)
+
+
+def _sentence(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
+def _within(results: Results) -> Iterator[Finding]:
+    """What was looked at and found within its limits, and what could not be looked at."""
+    if not results.mechanism.beams or results.singular.all():
+        return
+    judged = _judged(results)
+    passed = {caution.kind for caution in results.cautions}
+    limits = {kind: LIMITS[kind].watch * (1 if kind == "slenderness" else 100) for kind in WITHIN}
+    fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
+    if fine:
+        yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
+    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed]
+    if unknown:
+        yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
+
+
+def _judged(results: Results) -> set[str]:
+    """Kinds of caution that there are figures for."""
+    sections = results.deflection.sections
+    mises = results.extremes["mises_stress"].value
+    stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
+    pairs = zip(results.slenderness, sections, strict=True)
+    slender = [np.isfinite(value) and np.isinf(section.kGA) for value, section in pairs]
+    bends = [np.isfinite(section.EI) for section in sections]
+    cyclic = not math.isnan(results.period) and bool(results.counted.all())
+    frequencies = results.frequencies
+    known = frequencies is not None and math.isfinite(frequencies.lowest)
+    kinds = {
+        "slenderness": any(slender),
+        "deflection": True,
+        "axial force": any(bends),
+        "yield": any(stressed),
+        "vibration": known and (cyclic or fastest_drive(results) > 0.0),
+    }
+    return {kind for kind, is_judged in kinds.items() if is_judged}
+
+
+def caution_figures(results: Results) -> list[dict[str, Any]]:
+    """The cautions as plain data, with the limit that each is past."""
+    return [
+        {
+            "kind": caution.kind,
+            "label": None if caution.beam is None else results.scene.labels[caution.beam],
+            "figure": caution.figure if math.isfinite(caution.figure) else None,
+            "limit": caution.limit,
+            "severe": caution.severe,
+            **({} if caution.position is None else at_position(results, caution.position)),
+        }
+        for caution in results.cautions
+    ]
+
+
+def left_out(results: Results) -> list[str]:
+    """What the figures do not hold, in words."""
+    stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
+    others = ["large displacements", "the axial force's part in bending", "play and friction in the joints", "fatigue"]
+    return ["vibration of the links", *(["shear deformation"] if stiff else []), *others]

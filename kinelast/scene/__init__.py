@@ -1,0 +1,1 @@
+"""Scene files: tables and keys, units, what they describe."""

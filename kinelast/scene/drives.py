@@ -1,0 +1,221 @@
+"""Drives of a scene, and the laws that they follow or the efforts that they are."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.format import SceneTable
+from kinelast.scene.format_motion import DriveTable, JointNameTable
+from kinelast.scene.laws import Lasting, TableLaw, factor_law, repeated
+from kinelast.scene.points import Points, drawn_direction
+from kinelast.scene.quantities import Coordinate
+from rigid import (
+    GROUND,
+    ConstantSpeed,
+    Effort,
+    LawError,
+    Link,
+    Motion,
+    PinDrive,
+    Reals,
+    Segment,
+    SegmentedLaw,
+    Slider,
+    SliderDrive,
+)
+
+DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
+Drive = PinDrive | SliderDrive
+DIMENSIONS = {"rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
+SPEEDS = {"rad/s": 'a speed of rotation, as in "100 rad/s" or "3000 rpm"', "m/s": 'a speed, as in "0.2 m/s"'}
+EFFORTS = {"rad": ("N m", 'a moment, as in "3 N m"'), "m": ("N", 'a force, as in "2 kN"')}
+
+
+@dataclass(frozen=True, eq=False)
+class DriveEffort:
+    """A drive given as an effort; its motion follows.
+
+    `effort` [N m or N] along its coordinate, which is `start` [rad or m] with the rate `speed` at first.
+    """
+
+    effort: Effort
+    start: float
+    speed: float
+
+
+def build_drives(
+    scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
+) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
+    """All drives with their laws or efforts, in the order of the file."""
+    built: list[tuple[Drive, DriveLaw | DriveEffort]] = []
+    for number, table in enumerate(scene.drives, 1):
+        where = f"drives[{number}]"
+        drive = moved_joint(where, "", table, links, sliders)
+        if scene.structure_only:
+            built.append((drive, ConstantSpeed(0.0, 0.0)))
+            continue
+        _require_one_way(where, table)
+        unit = "rad" if isinstance(drive, PinDrive) else "m"
+        start = _start(where, table, unit, links, places)
+        if table.effort is None:
+            built.append((drive, _law(where, table, unit, start)))
+            continue
+        duration = scene.run.duration
+        if duration is None:
+            raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
+        built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
+    return tuple(drive for drive, _ in built), tuple(law for _, law in built)
+
+
+def moved_joint(
+    where: str,
+    inside: str,
+    table: DriveTable | JointNameTable,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+) -> Drive:
+    """The joint that a drive moves or a gear ties; `inside` is the key that its own keys are under."""
+    if (table.link is None) == (table.slider is None):
+        raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
+    if table.slider is None:
+        return _pin(where, inside, table, links)
+    for key in ("at", "on"):
+        if getattr(table, key) not in (None, GROUND):
+            raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
+    known_name(where, f"{inside}slider", table.slider, sliders, "slider")
+    return SliderDrive(table.slider)
+
+
+def _require_one_way(where: str, table: DriveTable) -> None:
+    """Raise where a drive is told in no way or in several, or keys of another way are there."""
+    ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
+    if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
+        raise fault(where, "speed", "expected one of speed, law, motion and effort, how the drive moves")
+    for key in ("table", "against", "extend"):
+        if table.effort is None and getattr(table, key) is not None:
+            raise fault(where, key, "belongs to an effort; a motion through places is motion = [[time, place], ...]")
+    if table.repeat and ways not in (["law"], ["motion"]):
+        raise fault(where, "repeat", "belongs to a law or a motion")
+
+
+def _pin(where: str, inside: str, table: DriveTable | JointNameTable, links: Mapping[str, Link]) -> PinDrive:
+    """The pin a link turns about: as said, or the only one that both links share."""
+    assert table.link is not None
+    known_name(where, f"{inside}link", table.link, links)
+    known_name(where, f"{inside}on", table.on, links)
+    if table.link == GROUND:
+        problem = "the ground cannot be moved: name the moving link here, and ground under on"
+        raise fault(where, f"{inside}link", problem)
+    if table.link == table.on:
+        raise fault(where, f"{inside}on", f'the link "{table.link}" cannot turn on itself')
+    shared = [point for point in links[table.link].points if point in links[table.on].points]
+    both = f'the links "{table.link}" and "{table.on}" share'
+    if not shared:
+        raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
+    if table.at is None and len(shared) > 1:
+        pins = ", ".join(f'"{point}"' for point in shared)
+        raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
+    if table.at is not None and table.at not in shared:
+        raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
+    return PinDrive(table.link, table.at or shared[0], table.on)
+
+
+def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> float:
+    """Coordinate at the start [rad or m]: as given, else as drawn."""
+    if table.motion is not None:
+        if table.start is not None:
+            raise fault(where, "start", "the motion tells where the drive starts: leave it out")
+        return 0.0
+    if table.start is not None:
+        return _coordinate(where, "start", table.start, unit)
+    if table.link is None:
+        return 0.0
+    one, other = (drawn_direction(links[name], places) for name in (table.on, table.link))
+    if one is None or other is None:
+        raise fault(where, "start", "the key is missing: the drawing does not show at which angle the link starts")
+    return cmath.phase(other * one.conjugate())
+
+
+def _speed(where: str, table: DriveTable, unit: str) -> float:
+    if table.speed is None:
+        return 0.0
+    if table.speed.unit not in ("", f"{unit}/s"):
+        problem = f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
+        raise fault(where, "speed", problem)
+    return float(table.speed)
+
+
+def _law(where: str, table: DriveTable, unit: str, start: float) -> DriveLaw:
+    if table.law is None and table.motion is None:
+        return ConstantSpeed(start, _speed(where, table, unit))
+    law: Lasting = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
+    return repeated(where, "repeat", law) if table.repeat else law
+
+
+def _segments(where: str, table: DriveTable, unit: str, start: float) -> SegmentedLaw:
+    assert table.law is not None
+    level, segments = start, []
+    for number, piece in enumerate(table.law, 1):
+        key = f"law[{number}]"
+        if piece.curve == "dwell":
+            if piece.to is not None or piece.by is not None:
+                raise fault(where, key, "a dwell stays where it is: leave to and by out")
+            segments.append(Segment("dwell", float(piece.duration)))
+            continue
+        if (piece.to is None) == (piece.by is None):
+            raise fault(where, key, "expected either to, where the segment ends, or by, how far it goes")
+        if piece.by is not None:
+            rise = _coordinate(where, f"{key}.by", piece.by, unit)
+        else:
+            assert piece.to is not None
+            rise = _coordinate(where, f"{key}.to", piece.to, unit) - level
+        segments.append(Segment(piece.curve, float(piece.duration), rise))
+        level += rise
+    try:
+        return SegmentedLaw(start, tuple(segments))
+    except LawError as error:
+        raise fault(where, f"law[{error.segment}]", error.problem) from None
+
+
+def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
+    assert table.motion is not None
+    times = tuple(float(time) for time, _ in table.motion)
+    places = tuple(
+        _coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
+    )
+    if times[0] != 0 or any(after <= before for before, after in pairwise(times)):
+        raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
+    return TableLaw(times, places, table.repeat)
+
+
+def _effort(
+    where: str,
+    table: DriveTable,
+    unit: str,
+    start: float,
+    duration: float,
+    links: Mapping[str, Link],
+    sliders: Mapping[str, Slider],
+) -> DriveEffort:
+    assert table.effort is not None
+    size, (own, expected) = float(table.effort), EFFORTS[unit]
+    if table.effort.unit not in ("", own):
+        raise fault(where, "effort", f"expected {expected}, got {size:g} {table.effort.unit}")
+    factor = factor_law(where, table, duration, links, sliders)
+
+    def law(motion: Motion) -> Reals:
+        assert factor is not None
+        return size * factor(motion)
+
+    return DriveEffort(Effort(law if factor else size), start, _speed(where, table, unit))
+
+
+def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> float:
+    if value.unit not in ("", unit):
+        raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
+    return float(value)

@@ -1,0 +1,163 @@
+"""The tables and keys of a scene file: what a mechanism is made of, and the scene as a whole."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, field
+
+from kinelast.scene.format_motion import (
+    DriveTable,
+    GearTable,
+    JointTable,
+    LoadTable,
+    Name,
+    Place,
+    SliderTable,
+    SlotTable,
+    SpringTable,
+    Table,
+)
+from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.quantities import (
+    Acceleration,
+    Area,
+    AxialRigidity,
+    BendingRigidity,
+    Density,
+    Direction,
+    Duration,
+    Expansion,
+    Inertia,
+    Mass,
+    MassPerLength,
+    SecondMoment,
+    ShearRigidity,
+    Size,
+    Sizes,
+    Stress,
+    Warming,
+)
+from kinelast.scene.units import Quantity
+
+Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
+
+
+class MaterialTable(Table, frozen=True, kw_only=True):
+    """What a link is made of."""
+
+    E: Stress
+    density: Density
+    poisson: Annotated[float, Meta(gt=-1, le=0.5)] | None = None
+    G: Stress | None = None
+    yield_stress: Stress | None = field(default=None, name="yield")
+    expansion: Expansion | None = None
+
+
+class Rectangle(Table, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
+    """A solid rectangle, `depth` in the plane of motion."""
+
+    depth: Sizes
+    width: Sizes
+
+
+class Circle(Table, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
+    """A solid circle."""
+
+    diameter: Sizes
+
+
+class Tube(Table, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
+    """A circular tube by its diameters."""
+
+    outer: Sizes
+    inner: Sizes
+
+
+class Properties(Table, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
+    """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
+
+    A: Area
+    I: SecondMoment  # noqa: E741
+    c: Size | None = None
+    shear_area: Area | None = None
+
+
+class Rigidities(Table, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
+    """A beam without a material."""
+
+    EA: AxialRigidity
+    EI: BendingRigidity
+    mass_per_length: MassPerLength
+    kGA: ShearRigidity | None = None
+
+
+SectionTable = Rectangle | Circle | Tube | Properties | Rigidities
+
+
+class BeamTable(Table, frozen=True, kw_only=True):
+    """A straight piece of a link."""
+
+    start: str = field(name="from")
+    end: str = field(name="to")
+    section: str | None = None
+    material: str | None = None
+    strain: Strain | None = None
+    temperature: Warming | None = None
+
+
+class LinkTable(Table, frozen=True, kw_only=True):
+    """A link: its points, and what it is made of."""
+
+    points: list[str] | dict[str, Place]
+    length: Size | None = None
+    section: str | None = None
+    material: str | None = None
+    beams: list[tuple[str, str] | BeamTable] | None = None
+    strain: Strain | None = None
+    temperature: Warming | None = None
+    rigid: bool = False
+    mass: Mass | None = None
+    center: str | Place | None = None
+    inertia: Inertia | None = None
+    masses: dict[str, Mass] = field(default_factory=dict)
+    outline: list[str | Place] = field(default_factory=list)
+
+
+class RunTable(Table, frozen=True, kw_only=True):
+    """Which positions are computed, gravity, and the theory of beams."""
+
+    positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
+    duration: Duration | None = None
+    gravity: tuple[Acceleration, Acceleration] | None = None
+    theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
+    tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
+
+
+class SceneTable(Table, frozen=True, kw_only=True):
+    """A planar mechanism of rigid and elastic links, its drives and loads."""
+
+    title: str = ""
+    source: str = ""
+    structure_only: bool = False
+    materials: dict[Name, MaterialTable] = field(default_factory=dict)
+    sections: dict[Name, SectionTable] = field(default_factory=dict)
+    points: dict[Name, Place]
+    links: dict[Name, LinkTable]
+    sliders: dict[Name, SliderTable] = field(default_factory=dict)
+    slots: dict[Name, SlotTable] = field(default_factory=dict)
+    contacts: dict[Name, ContactTable] = field(default_factory=dict)
+    joints: dict[Name, JointTable] = field(default_factory=dict)
+    masses: dict[Name, Mass] = field(default_factory=dict)
+    drives: list[DriveTable] = field(default_factory=list)
+    loads: list[LoadTable] = field(default_factory=list)
+    gears: list[GearTable] = field(default_factory=list)
+    springs: list[SpringTable] = field(default_factory=list)
+    run: RunTable = field(default_factory=RunTable)
+
+
+def read_quantity(kind: type, value: Any) -> Any:
+    """A quantity from what stands in a file; msgspec's `dec_hook`."""
+    if issubclass(kind, Quantity | Direction | Sizes):
+        return kind.read(value)
+    raise NotImplementedError(kind)

@@ -1,0 +1,29 @@
+"""Gears of a scene: ratios between the coordinates of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from kinelast.scene.drives import moved_joint
+from kinelast.scene.error import fault
+from kinelast.scene.format import SceneTable
+from rigid import Gear, Link, PinDrive, Slider
+
+UNITS = {(True, True): "rad/rad", (True, False): "m/rad", (False, True): "rad/m", (False, False): "rad/rad"}
+
+
+def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]) -> tuple[Gear, ...]:
+    """All gears, in the order of the file."""
+    gears = []
+    for number, table in enumerate(scene.gears, 1):
+        where = f"gears[{number}]"
+        driver = moved_joint(where, "driver.", table.driver, links, sliders)
+        follower = moved_joint(where, "follower.", table.follower, links, sliders)
+        unit = UNITS[isinstance(driver, PinDrive), isinstance(follower, PinDrive)]
+        if table.ratio.unit not in ("", unit):
+            expected = {"rad/rad": "a number", "m/rad": 'as in "20 mm/rad"', "rad/m": 'as in "50 rad/m"'}[unit]
+            raise fault(where, "ratio", f"expected {expected}, got {float(table.ratio):g} {table.ratio.unit}")
+        if not table.ratio:
+            raise fault(where, "ratio", "expected a number that is not zero")
+        gears.append(Gear(driver, follower, float(table.ratio)))
+    return tuple(gears)

@@ -1,0 +1,215 @@
+"""Links of a scene: points in their own axes, beams, masses."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from kinelast.scene.error import fault, likely
+from kinelast.scene.format import BeamTable, LinkTable, SceneTable
+from kinelast.scene.points import Points, known_point, own_points
+from kinelast.scene.sections import CrossSection, cross_section
+from rigid import GROUND, Beam, Link, Lump, Slider, cross, mass_moments
+
+ALONG = 1e-9
+BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A link of a scene.
+
+    Its mechanical model, the cross-section of every beam, whether it is rigid, its outline [m], and whether the scene
+    has it without a table of its own.
+    """
+
+    link: Link
+    sections: tuple[CrossSection, ...]
+    rigid: bool
+    outline: tuple[complex, ...] = ()
+    hidden: bool = False
+
+
+def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
+    """All links by name."""
+    if GROUND not in scene.links:
+        raise fault("links", GROUND, f"no link is named ground: name the fixed link so{likely_ground(scene)}")
+    points = {name: own_points(name, table, places) for name, table in scene.links.items()}
+    shared = Counter(point for own in points.values() for point in own)
+    held = _point_masses(scene, points)
+    bodies = {}
+    for name, table in scene.links.items():
+        if name == GROUND:
+            bodies[name] = _ground(table, points[name])
+            continue
+        joints = {point for point in points[name] if shared[point] > 1}
+        joints |= {slider.through for slider in scene.sliders.values() if slider.link == name}
+        joints |= {slot.point for slot in scene.slots.values() if slot.link == name}
+        bodies[name] = _moving(scene, name, points[name], held.get(name, {}), joints)
+    return bodies
+
+
+def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str, Body]:
+    """The links, where those that guide a slider can: along a beam if elastic, as a body without beams if rigid."""
+    for slider in sliders.values():
+        body = bodies[slider.on]
+        if not body.link.beams:
+            continue
+        if body.rigid:
+            whole = _lump(f"links.{slider.on}", LinkTable(points=[]), body.link)
+            link = replace(body.link, beams=(), lumps=(*body.link.lumps, whole))
+            bodies[slider.on] = replace(body, link=link, sections=())
+        elif not any(_lies_along(slider, body.link, beam) for beam in body.link.beams):
+            problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
+            table = "slots" if bodies[slider.link].hidden else "sliders"
+            raise fault(f"{table}.{slider.name}", "on", problem + "draw it on a beam, or add rigid = true to the link")
+    return bodies
+
+
+def _lies_along(slider: Slider, link: Link, beam: Beam) -> bool:
+    """Whether a slider's line is that of a beam."""
+    way = complex(link.points[beam.end] - link.points[beam.start])
+    off = slider.origin - link.points[beam.start]
+    leaves: complex = abs(cross(way, slider.direction)) + abs(cross(slider.direction, off))
+    return abs(leaves) <= ALONG * abs(way)
+
+
+def likely_ground(scene: SceneTable) -> str:
+    """A hint where another name looks like the ground's."""
+    hint = likely(GROUND, scene.links)
+    bare = [name for name, link in scene.links.items() if not any(getattr(link, key) for key in BODILY)]
+    name = hint.split(chr(34))[1] if "did you mean" in hint else bare[0] if len(bare) == 1 else ""
+    return f'; is it "{name}"?' if name else ""
+
+
+def _ground(table: LinkTable, points: Points) -> Body:
+    for key in ("length", *BODILY):
+        if getattr(table, key):
+            raise fault(f"links.{GROUND}", key, "the ground neither moves nor bends: it has points only")
+    return Body(Link(GROUND, points), (), True, _outline(GROUND, table, points))
+
+
+def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, float]]:
+    """Mass at every point, per link: its own, and those of [masses] with the first moving link that has the point."""
+    held: dict[str, dict[str, float]] = {}
+    for name, table in scene.links.items():
+        for point, mass in table.masses.items():
+            known_point(f"links.{name}", "masses", point, points[name], name)
+            held.setdefault(name, {})[point] = float(mass)
+    for point, mass in scene.masses.items():
+        owner = next((name for name, own in points.items() if name != GROUND and point in own), None)
+        if owner is None:
+            choices = {point for name, own in points.items() if name != GROUND for point in own}
+            raise fault("masses", point, f"no moving link has this point{likely(point, sorted(choices))}")
+        masses = held.setdefault(owner, {})
+        masses[point] = masses.get(point, 0.0) + mass
+    return held
+
+
+def _moving(scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str]) -> Body:
+    """A moving link: elastic with beams, or rigid."""
+    table, where = scene.links[name], f"links.{name}"
+    outline = _outline(name, table, points)
+    stiff = table.rigid or len(points) == 1 or scene.structure_only
+    for key in ("strain", "temperature") if stiff else ("mass", "center", "inertia"):
+        if getattr(table, key) is not None:
+            advice = "elastic links take it" if stiff else "rigid links take it: add rigid = true, or use masses"
+            raise fault(where, key, f"only {advice}")
+    pieces, sections = _beams(scene, name, points)
+    lumps = [Lump(point, mass) for point, mass in held.items()]
+    if not pieces and not scene.structure_only:
+        if not stiff:
+            problem = "the key is missing: an elastic link needs a section (or add rigid = true and mass)"
+            raise fault(where, "section", problem)
+        if table.mass is None and not held:
+            raise fault(where, "mass", "the key is missing: a rigid link needs mass, or a section and a material")
+    given = table.mass is not None or table.center is not None or table.inertia is not None
+    if stiff and given:
+        lumps.append(_lump(where, table, Link(name, points, pieces)))
+        pieces, sections = (), ()
+    if pieces:
+        nodes = _hanging_together(where, pieces)
+        for point in [*joints, *held]:
+            if point not in nodes:
+                raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
+    return Body(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline)
+
+
+def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
+    """Beams and their cross-sections; none where the link has no section."""
+    table, where = scene.links[name], f"links.{name}"
+    if table.beams is None:
+        if table.section is None and table.material is not None:
+            raise fault(where, "section", "the key is missing: a material alone makes no beam")
+        if table.section is None:
+            return (), ()
+        if len(points) < 2:
+            raise fault(
+                where, "section", f"a link with a section needs at least two points, this one has {len(points)}"
+            )
+        ends = list(zip(list(points), list(points)[1:], strict=False))
+        table_beams = [BeamTable(start=start, end=end) for start, end in ends]
+    else:
+        table_beams = [
+            beam if isinstance(beam, BeamTable) else BeamTable(start=beam[0], end=beam[1]) for beam in table.beams
+        ]
+    beams, sections = [], []
+    for number, beam in enumerate(table_beams, 1):
+        key = f"beams[{number}]" if table.beams is not None else "points"
+        for point in (beam.start, beam.end):
+            known_point(where, key, point, points, name)
+        if points[beam.start] == points[beam.end]:
+            raise fault(where, key, f'from "{beam.start}" to "{beam.end}" there is no length')
+        section = beam.section or table.section
+        if section is None:
+            raise fault(where, key, "has no section: give one here or for the whole link")
+        made = cross_section(scene, where, table, beam, section)
+        sections.append(made)
+        beams.append(Beam(beam.start, beam.end, made.mass_per_length, made.mass_taper))
+    return tuple(beams), tuple(sections)
+
+
+def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
+    """Ends of the beams; raises where they do not hang together."""
+    parts: list[set[str]] = []
+    for beam in beams:
+        touched = [part for part in parts if {beam.start, beam.end} & part]
+        parts = [part for part in parts if part not in touched] + [set().union({beam.start, beam.end}, *touched)]
+    if len(parts) > 1:
+        problem = f'the beams at "{beams[0].start}" and at "{beams[-1].end}" do not hang together'
+        raise fault(where, "beams", problem)
+    return parts[0]
+
+
+def _lump(where: str, table: LinkTable, link: Link) -> Lump:
+    """Mass, centre and inertia as given; what is left out from the link's beams, or from the only point."""
+    points = link.points
+    mass, center, second = (complex(part) for part in mass_moments(Link(link.name, points, link.beams)))
+    origin = next(iter(points))
+    if mass:
+        center /= mass
+        second -= mass * abs(center) ** 2
+    if table.mass is not None:
+        mass = complex(table.mass)
+    if isinstance(table.center, str):
+        known_point(where, "center", table.center, points, where.removeprefix("links."))
+        center = complex(points[table.center])
+    elif table.center is not None:
+        center = complex(*table.center)
+    elif not link.beams and len(points) > 1 and mass:
+        raise fault(
+            where, "center", "the key is missing: expected a point's name or [x, y] in the link's axes, as in \"C\""
+        )
+    elif not link.beams:
+        center = complex(points[origin])
+    inertia = second.real if table.inertia is None else float(table.inertia)
+    return Lump(origin, mass.real, inertia, center - points[origin])
+
+
+def _outline(name: str, table: LinkTable, points: Points) -> tuple[complex, ...]:
+    """Corners of the link's drawing in its own axes [m]."""
+    for corner in table.outline:
+        if isinstance(corner, str):
+            known_point(f"links.{name}", "outline", corner, points, name)
+    return tuple(points[corner] if isinstance(corner, str) else complex(*corner) for corner in table.outline)

@@ -1,0 +1,122 @@
+"""Loads of a scene, at points and along beams, and its springs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.format_motion import LoadTable, SpringTable
+from kinelast.scene.laws import factor_law
+from kinelast.scene.points import known_point
+from kinelast.scene.quantities import Damping, Effort, Stiffness
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Spring, TorsionSpring
+
+
+def build_load(
+    number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
+) -> PointLoad | LineLoad:
+    """A load; a table against time must cover the run of given duration [s]."""
+    where = f"loads[{number}]"
+    known_name(where, "link", table.link, links)
+    if table.link == GROUND:
+        raise fault(where, "link", "the ground takes any load without moving: load a moving link")
+    if (table.point is None) == (table.beam is None):
+        raise fault(where, "point", "expected either point or beam, where the load acts")
+    law = factor_law(where, table, duration, links, sliders)
+    turning = table.axes == "turning"
+    link = links[table.link]
+    if table.point is not None:
+        return _point_load(where, table, link, turning, law)
+    return _line_load(where, table, link, turning, law)
+
+
+def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law | None) -> PointLoad:
+    assert table.point is not None
+    for key in ("start", "end"):
+        if getattr(table, key) is not None:
+            raise fault(where, key, "belongs to a load along a beam; at a point give force or moment")
+    if table.force is None and table.moment is None:
+        raise fault(where, "force", "the key is missing: a load at a point needs force or moment")
+    _reached(where, "point", table.point, link)
+    force = 0j if table.force is None else complex(*table.force)
+    return PointLoad(link.name, table.point, force, float(table.moment or 0.0), turning, law)
+
+
+def _reached(where: str, key: str, point: str, link: Link) -> None:
+    """Raise where a link has no such point, or no beam of it ends there."""
+    known_point(where, key, point, link.points, link.name)
+    if link.beams and not any(point in (beam.start, beam.end) for beam in link.beams):
+        raise fault(where, key, f'no beam of "{link.name}" reaches the point "{point}": let one end there')
+
+
+def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law | None) -> LineLoad:
+    for key in ("force", "moment"):
+        if getattr(table, key) is not None:
+            raise fault(where, key, "belongs to a load at a point; along a beam give start and end, forces per length")
+    if table.start is None:
+        raise fault(where, "start", 'the key is missing: expected forces per length, as in ["0 N/m", "-40 N/m"]')
+    start = complex(*table.start)
+    end = start if table.end is None else complex(*table.end)
+    assert table.beam is not None
+    for beam_number, beam in enumerate(link.beams):
+        if (beam.start, beam.end) == table.beam:
+            return LineLoad(link.name, beam_number, start, end, turning, law)
+        if (beam.end, beam.start) == table.beam:
+            # Read from the beam's other end, its own axes point the other way.
+            sense = -1 if turning else 1
+            return LineLoad(link.name, beam_number, sense * end, sense * start, turning, law)
+    known = (
+        ", ".join(f'["{beam.start}", "{beam.end}"]' for beam in link.beams) or "none, as it has no section of its own"
+    )
+    raise fault(
+        where, "beam", f'the link "{link.name}" has no beam ["{table.beam[0]}", "{table.beam[1]}"]; there is {known}'
+    )
+
+
+def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> Spring | TorsionSpring:
+    """A spring between two points, or about a pin."""
+    where = f"springs[{number}]"
+    for key in ("link", "on"):
+        known_name(where, key, getattr(table, key), links)
+    if table.link == table.on:
+        raise fault(where, "on", f'a spring from "{table.link}" to itself does nothing')
+    if (table.point is None) == (table.at is None):
+        raise fault(where, "point", "expected either point, an end of the spring, or at, the pin about which it turns")
+    for key in ("angle",) if table.at is None else ("anchor", "length"):
+        if getattr(table, key) is not None:
+            problem = "belongs to a spring about a pin" if table.at is None else "belongs to a spring between points"
+            raise fault(where, key, problem)
+    link, on = links[table.link], links[table.on]
+    if table.at is not None:
+        for owner in (link, on):
+            _reached(where, "at", table.at, owner)
+        stiffness, damping, preload = _sizes(where, table, 1)
+        return TorsionSpring(table.link, table.at, table.on, stiffness, float(table.angle or 0.0), damping, preload)
+    if table.anchor is None:
+        raise fault(where, "anchor", f'the key is missing: the point of "{table.on}" at the other end of the spring')
+    _reached(where, "point", str(table.point), link)
+    _reached(where, "anchor", table.anchor, on)
+    stiffness, damping, preload = _sizes(where, table, 0)
+    return Spring(
+        table.link, str(table.point), table.on, table.anchor, stiffness, float(table.length or 0.0), damping, preload
+    )
+
+
+EXPECTED = {
+    "stiffness": (Stiffness.units, 'a stiffness, as in "4 N/mm"', 'a stiffness, as in "3 N m/rad"'),
+    "damping": (Damping.units, 'a damping, as in "5 N s/m"', 'a damping, as in "0.1 N m s/rad"'),
+    "preload": (Effort.units[::-1], 'a force, as in "2 kN"', 'a moment, as in "3 N m"'),
+}
+
+
+def _sizes(where: str, table: SpringTable, turning: int) -> list[float]:
+    """Stiffness, damping and preload in the units of a straight spring (0) or one that turns (1)."""
+    sizes = []
+    for key, (units, *expected) in EXPECTED.items():
+        value = getattr(table, key)
+        if value is not None and value.unit not in ("", units[turning]):
+            raise fault(where, key, f"expected {expected[turning]}, got {float(value):g} {value.unit}")
+        sizes.append(float(value or 0.0))
+    if not any(sizes):
+        raise fault(where, "stiffness", "the key is missing: a spring needs stiffness, damping or preload")
+    return sizes

@@ -1,0 +1,209 @@
+"""From what stands in a file to its tables, and from what a validator says to what a user can act on."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Annotated, Any, get_args, get_origin
+
+import msgspec
+
+from kinelast.scene.error import fault, likely
+from kinelast.scene.format import BeamTable, RunTable, SceneTable, read_quantity
+from kinelast.scene.format_motion import AgainstTable, JointNameTable, SegmentTable, Table
+from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.units import shown
+
+NAME = re.compile(r"[A-Za-z0-9_-]+")
+REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
+WORDS = {
+    "object": "a table",
+    "array": "a list",
+    "str": "a text in quotes",
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "true or false",
+}
+AXES = {"[1]": " x", "[2]": " y"}
+EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
+NESTED = {
+    "beams": BeamTable,
+    "law": SegmentTable,
+    "against": AgainstTable,
+    "driver": JointNameTable,
+    "follower": JointNameTable,
+}
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The tables of a TOML text; SceneError with line and column where it is none."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise fault("", "", f"not readable as TOML: {error}{_toml_hint(text, str(error))}") from None
+
+
+def _toml_hint(text: str, message: str) -> str:
+    """The likely correction of a line that is no TOML."""
+    at = re.search(r"at line (\d+)", message)
+    lines = text.splitlines()
+    line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
+        return f'; a number with a unit stands in quotes, as in "{found[1]}"'
+    if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
+        return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
+    if line.count('"') % 2:
+        return "; is a closing quote missing?"
+    return ""
+
+
+def is_chain(raw: Mapping[str, Any]) -> bool:
+    """Whether the tables describe joints in space, and so structure alone."""
+    joints = raw.get("joints")
+    return isinstance(joints, dict) and any(isinstance(joint, dict) and "type" in joint for joint in joints.values())
+
+
+def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
+    """Validated tables of a scene.
+
+    Raises
+    ------
+    SceneError
+        Names the table and the key that are wrong.
+    """
+    if is_chain(raw):
+        raise fault("joints", "", "joints in space are for their structure alone: ask for it with --structure")
+    table: SceneTable = _parsed(raw, SceneTable)
+    return table
+
+
+def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
+    """Validated tables of a chain of joints in space; raises as `parse_scene`."""
+    table: ChainTable = _parsed(raw, ChainTable)
+    return table
+
+
+def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
+    fields = {field.name: field for field in msgspec.structs.fields(whole)}
+    for key in raw:
+        if key not in fields:
+            place = "; it belongs under [run]" if key in _keys(RunTable, "", raw) else likely(key, fields)
+            raise fault("", key, f"there is no such table or key{place}")
+    parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
+    for name, field in fields.items():
+        if field.required and not raw.get(name):
+            bracket = f"[{name}]" if name == "points" else f"[{name}.NAME]"
+            raise fault(name, "", f"the table is missing; a scene needs {bracket}")
+    return whole(**parts)
+
+
+def _part(name: str, kind: Any, value: Any) -> Any:
+    """One entry of the top level, a table at a time, so that messages can name it."""
+    kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    if get_origin(kind) is dict:
+        entry = get_args(kind)[1]
+        leaf = name in ("points", "masses")
+        if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
+            example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
+            raise fault(name, "", f"expected tables of their own, written {example}")
+        for key in value:
+            check_name(name, key)
+        if leaf:
+            return {key: _converted(item, entry, name, key) for key, item in value.items()}
+        return {key: _converted(item, entry, f"{name}.{key}") for key, item in value.items()}
+    if get_origin(kind) is list:
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
+        return [_converted(item, get_args(kind)[0], f"{name}[{number}]") for number, item in enumerate(value, 1)]
+    return _converted(value, kind, *((name,) if isinstance(kind, type) and issubclass(kind, Table) else ("", name)))
+
+
+def check_name(table: str, name: str) -> None:
+    """Raise where a name holds more than letters, digits, - and _."""
+    if not NAME.fullmatch(name):
+        raise fault(table, f'"{name}"', "names are made of the letters A-Z, a-z, digits, - and _")
+
+
+def _converted(value: Any, kind: Any, table: str, prefix: str = "") -> Any:
+    try:
+        return msgspec.convert(value, kind, dec_hook=read_quantity)
+    except msgspec.ValidationError as error:
+        report = REPORT.fullmatch(str(error))
+        assert report is not None
+        path = _path(report["path"] or "")
+        key, problem = _told(report["what"], path, value, kind)
+        topic = "points" if table == "points" else key
+        if topic in EXAMPLES and problem.startswith(("expected a list", "the key is missing")):
+            problem += f"; as in {EXAMPLES[topic]}"
+        if table == "points":
+            key = AXES.get(key, key)
+        raise fault(table, prefix + key if prefix else key, problem) from None
+
+
+def _found(value: Any, path: str) -> Any:
+    """What stands in a file at a path that counts from 1; a table where that cannot be told."""
+    for part in re.findall(r"[^.\[\]]+", path):
+        try:
+            value = value[int(part) - 1] if isinstance(value, list) else value[part]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return {}
+    return value
+
+
+def _path(path: str) -> str:
+    """A validator's path as one would say it: numbers from 1."""
+    path = re.sub(r"\[(\d+)\]", lambda found: f"[{int(found[1]) + 1}]", path)
+    return path.replace("[...]", "").lstrip(".")
+
+
+def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
+    """The key at fault and what to say of it."""
+    inner = f"{path}." if path else ""
+    if found := re.fullmatch(r"Object contains unknown field `(.*)`", what):
+        known = _keys(kind, path, value)
+        return inner + found[1], f"there is no such key{likely(found[1], known)}"
+    if found := re.fullmatch(r"Object missing required field `(.*)`", what):
+        return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
+    if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
+        word = found[1].strip("'\"")
+        choices = _tags(kind) if path == "shape" else _literals(kind, path)
+        return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
+    if found := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
+        words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
+        size = f" of {found[2].replace('>=', 'at least')} entries" if found[2] else ""
+        got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
+        stands = _found(value, path)
+        if not isinstance(stands, dict | list):
+            got = f", got {shown(stands)}"
+        return path, f"expected {words}{size}{found[3]}{got}"
+    return path, what
+
+
+def _near(word: str, choices: list[str]) -> str:
+    hint = likely(word, choices)
+    return hint if hint.startswith("; did") else ""
+
+
+def _tags(kind: Any) -> list[str]:
+    return [option.__struct_config__.tag for option in get_args(kind)]
+
+
+def _choices(kind: Any) -> str:
+    return ": one of " + ", ".join(_tags(kind))
+
+
+def _keys(kind: Any, path: str, value: Any) -> list[str]:
+    """Keys that a table may have."""
+    kind = NESTED.get(path.partition("[")[0], kind)
+    if options := get_args(kind):
+        kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
+    return list(kind.__struct_encode_fields__)
+
+
+def _literals(kind: Any, path: str) -> list[str]:
+    """Words that a key may hold."""
+    nested, _, key = path.rpartition(".")
+    kind = NESTED.get(nested.partition("[")[0], kind)
+    found = next(field for field in msgspec.structs.fields(kind) if field.encode_name == key)
+    return [str(word) for word in get_args(found.type) if isinstance(word, str)]

@@ -1,0 +1,277 @@
+"""The kinds of quantities in a scene: what a file may hold for each, and how to ask for it."""
+
+from __future__ import annotations
+
+from cmath import rect
+from contextlib import suppress
+from math import inf
+from typing import ClassVar, Self
+
+from kinelast.scene.units import Quantity, shown
+
+STEEPEST = 1e3
+
+
+class Length(Quantity):
+    """Length, or a coordinate of a place [m]."""
+
+    expected = 'a length, as in "100 mm" or 0.1'
+    units = ("m",)
+
+
+class Size(Length):
+    """Length greater than zero [m]."""
+
+    above = 0.0
+
+
+class Coordinate(Quantity):
+    """Angle [rad] or slide [m] of a drive."""
+
+    expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
+    units = ("rad", "m")
+
+
+class Angle(Quantity):
+    """Angle [rad]."""
+
+    expected = 'an angle, as in "30 deg" or 0.5'
+    units = ("rad",)
+
+
+class Abscissa(Quantity):
+    """Time [s], angle [rad] or slide [m]: what a table is against."""
+
+    expected = 'a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"'
+    units = ("s", "rad", "m")
+
+
+class Speed(Quantity):
+    """Rate of a drive [rad/s or m/s]."""
+
+    expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
+    units = ("rad/s", "m/s")
+
+
+class Time(Quantity):
+    """Instant [s]."""
+
+    expected = 'a time, as in "50 ms" or 0.05'
+    units = ("s",)
+
+
+class Duration(Time):
+    """Time that something lasts [s]."""
+
+    above = 0.0
+
+
+class Expansion(Quantity):
+    """Thermal expansion [1/K]."""
+
+    expected = 'an expansion, as in "12e-6 1/K" or 12e-6'
+    units = ("1/K",)
+
+
+class Warming(Quantity):
+    """Change of temperature [K]."""
+
+    expected = 'a change of temperature, as in "40 K" or 40'
+    units = ("K",)
+
+
+class Ratio(Quantity):
+    """Change of a coordinate over that of another [1, m/rad, rad/m]."""
+
+    expected = (
+        'a number, negative for wheels that mesh from outside, or for a rack a length per angle, as in "20 mm/rad"'
+    )
+    units = ("rad/rad", "m/rad", "rad/m")
+
+
+class Mass(Quantity):
+    """Mass [kg]."""
+
+    expected = 'a mass, as in "200 g" or 0.2'
+    units = ("kg",)
+    least = 0.0
+
+
+class Inertia(Quantity):
+    """Moment of inertia [kg m^2]."""
+
+    expected = 'a moment of inertia, as in "3e-4 kg m^2" or 3e-4'
+    units = ("kg m^2",)
+    least = 0.0
+
+
+class MassPerLength(Quantity):
+    """Mass per length [kg/m]."""
+
+    expected = 'a mass per length, as in "0.5 kg/m" or 0.5'
+    units = ("kg/m",)
+    least = 0.0
+
+
+class Density(Quantity):
+    """Density [kg/m^3]."""
+
+    expected = 'a density, as in "7850 kg/m^3" or 7850'
+    units = ("kg/m^3",)
+    least = 0.0
+
+
+class Stress(Quantity):
+    """Stress or modulus [Pa]."""
+
+    expected = 'a stress, as in "210 GPa" or 210e9'
+    units = ("Pa",)
+    above = 0.0
+
+
+class Area(Quantity):
+    """Area [m^2]."""
+
+    expected = 'an area, as in "60 mm^2" or 6e-5'
+    units = ("m^2",)
+    above = 0.0
+
+
+class SecondMoment(Quantity):
+    """Second moment of area [m^4]."""
+
+    expected = 'a second moment of area, as in "180 mm^4" or 1.8e-10'
+    units = ("m^4",)
+    above = 0.0
+
+
+class AxialRigidity(Quantity):
+    """E A [N]."""
+
+    expected = 'a rigidity E A, as in "12.6 MN" or 12.6e6'
+    units = ("N",)
+    above = 0.0
+
+
+class BendingRigidity(Quantity):
+    """E I [N m^2]."""
+
+    expected = 'a rigidity E I, as in "37.8 N m^2" or 37.8'
+    units = ("N m^2",)
+    above = 0.0
+
+
+class ShearRigidity(AxialRigidity):
+    """kappa G A [N]."""
+
+    expected = 'a shear rigidity, as in "3 MN" or 3e6'
+
+
+class Force(Quantity):
+    """Component of a force [N]."""
+
+    expected = 'a force, as in "2 kN" or 2000'
+    units = ("N",)
+
+
+class Moment(Quantity):
+    """Moment, counter-clockwise [N m]."""
+
+    expected = 'a moment, as in "3 N m" or 3'
+    units = ("N m",)
+
+
+class ForcePerLength(Quantity):
+    """Component of a force per length [N/m]."""
+
+    expected = 'a force per length, as in "40 N/m" or 40'
+    units = ("N/m",)
+
+
+class Effort(Quantity):
+    """Moment [N m] or force [N] of a drive or a spring."""
+
+    expected = 'a moment, as in "3 N m", or a force, as in "2 kN"'
+    units = ("N m", "N")
+
+
+class Stiffness(Quantity):
+    """Stiffness of a spring [N/m], or of one that turns [N m/rad]."""
+
+    expected = 'a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"'
+    units = ("N/m", "N m/rad")
+    least = 0.0
+
+
+class Damping(Quantity):
+    """Force per speed [N s/m], or moment per speed of rotation [N m s/rad]."""
+
+    expected = 'a damping, as in "5 N s/m", or for a pin "0.1 N m s/rad"'
+    units = ("N s/m", "N m s/rad")
+    least = 0.0
+
+
+class Compliance(Quantity):
+    """Displacement per force [m/N]."""
+
+    expected = 'a compliance, as in "2e-8 m/N" or 2e-8'
+    units = ("m/N",)
+    least = 0.0
+
+
+class TurnCompliance(Quantity):
+    """Rotation per moment [rad/(N m)]."""
+
+    expected = 'a compliance in rotation, as in "1e-4 rad/(N m)" or 1e-4'
+    units = ("rad/(N m)",)
+    least = 0.0
+
+
+class Acceleration(Quantity):
+    """Component of an acceleration [m/s^2]."""
+
+    expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
+    units = ("m/s^2",)
+
+
+class Sizes(tuple[float, float]):
+    """A size at the two ends of a beam [m]: `[start, end]`, linear between, or one size for both."""
+
+    expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a number, a string, or a list of two; ValueError says what was expected."""
+        ends = value if isinstance(value, list) else [value, value]
+        if len(ends) != 2:
+            raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+        sizes = cls(float(Size.read(end)) for end in ends)
+        if max(sizes) > STEEPEST * min(sizes):
+            raise ValueError(f"expected {cls.expected}, not {STEEPEST:g} times apart, got {shown(value)}")
+        return sizes
+
+
+class Direction(complex):
+    """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
+
+    expected: ClassVar[str] = 'a direction, as in [1, 0], or an angle, as in "30 deg"'
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a list of two numbers or a string; ValueError says what was expected."""
+        if isinstance(value, str):
+            with suppress(ValueError):  # whose message would speak of lengths too
+                return cls(_exact(Angle.read(value)))
+        elif isinstance(value, list) and len(value) == 2 and all(type(part) in (int, float) for part in value):
+            way = complex(*value)
+            if 0 < abs(way) < inf:
+                return cls(way / abs(way))
+        raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+
+
+def _exact(angle: float) -> complex:
+    """Unit vector of an angle [rad], without round-off at the quarter turns."""
+    unit = rect(1.0, angle)
+    return complex(
+        *(float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in (unit.real, unit.imag))
+    )

@@ -1,0 +1,154 @@
+"""Scenes: a mechanism, its drives and its run, as described in one small file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from kinelast.scene.data import Material, Run, Scene
+from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
+from kinelast.scene.error import SceneError, fault
+from kinelast.scene.format import MaterialTable, SceneTable
+from kinelast.scene.joints import build_joints
+from kinelast.scene.laws import RepeatedLaw, TableLaw
+from kinelast.scene.links import Body
+from kinelast.scene.loads import build_load, build_spring
+from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.parts import Parts, build_parts
+from kinelast.scene.shipped import shipped_scenes, shipped_structures
+from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
+from kinelast.scene.text import file_text, of_file, toml_tables
+from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
+
+__all__ = [
+    "Run",
+    "Scene",
+    "SceneError",
+    "StructureScene",
+    "read_scene",
+    "read_structure",
+    "scene_from_dict",
+    "scene_from_text",
+    "scene_motion",
+    "scene_motion_at",
+    "scene_times",
+    "shipped_scenes",
+    "shipped_structures",
+    "structure_from_text",
+]
+
+STILL = 1e-9
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene in a TOML file.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read or holds a mistake.
+    """
+    path = Path(path)
+    return scene_from_text(file_text(path), path.stem, str(path))
+
+
+def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
+    """The scene in a TOML text; `path` stands for the file in messages.
+
+    Raises
+    ------
+    SceneError
+        The text holds a mistake.
+    """
+    return scene_from_dict(toml_tables(text, path), name, path)
+
+
+def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
+    """The scene in the tables of a TOML file; `path` stands for the file in messages.
+
+    Raises
+    ------
+    SceneError
+        A table or a key is wrong.
+    """
+    with of_file(path):
+        return _build(parse_scene(raw), name, path)
+
+
+def _build(table: SceneTable, name: str, path: str) -> Scene:
+    if table.structure_only:
+        raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
+    if table.contacts:
+        raise fault("contacts", "", "they are for a structure alone: add structure_only = true, or give [[gears]]")
+    if not table.drives:
+        raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
+    parts = build_parts(table)
+    run = _run(table, parts.mechanism.drives, parts.laws)
+    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
+    beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
+    scene = Scene(
+        name,
+        table.title or name.replace("_", " "),
+        table.source,
+        path,
+        mechanism,
+        tuple(body.sections[k].stiff if body.rigid else body.sections[k].section for body, k in beams),
+        tuple(_label(body, k) for body, k in beams),
+        build_joints(table, mechanism),
+        {name: _material(stuff) for name, stuff in table.materials.items()},
+        parts.laws,
+        run,
+        {body.link.name: body.outline for body in parts.bodies if body.outline},
+    )
+    require_determined(scene)
+    return scene
+
+
+def _material(stuff: MaterialTable) -> Material:
+    limit = None if stuff.yield_stress is None else float(stuff.yield_stress)
+    return Material(float(stuff.E), float(stuff.density), limit)
+
+
+def _loads(table: SceneTable, parts: Parts, duration: float) -> tuple[Load | LineLoad, ...]:
+    links, sliders = parts.links, {slider.name for slider in parts.mechanism.sliders}
+    loads = [build_load(number, load, links, sliders, duration) for number, load in enumerate(table.loads, 1)]
+    return *loads, *(build_spring(number, spring, links) for number, spring in enumerate(table.springs, 1))
+
+
+def _label(body: Body, number: int) -> str:
+    return body.link.name if len(body.sections) == 1 else f"{body.link.name}.{number + 1}"
+
+
+def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
+    """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
+    steady = [law.speed for drive, law in zip(drives, laws, strict=True)
+              if isinstance(drive, PinDrive) and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
+    rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
+              if isinstance(law, RepeatedLaw)]  # fmt: skip
+    lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
+    positions, tolerance = table.run.positions, table.run.tolerance
+    if table.run.duration is not None:
+        run = Run(positions, float(table.run.duration), False, tolerance)
+    elif steady:
+        run = Run(positions, 2 * pi / abs(steady[0]), True)
+    elif rounds:
+        longest, turns = max(rounds, key=lambda each: each[0].duration)
+        run = Run(positions, longest.duration, longest.closes(turns))
+    elif lasting:
+        run = Run(positions, max(lasting), False)
+    else:
+        problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
+        raise fault("run", "duration", problem)
+    for number, law in enumerate(laws, 1):
+        lasts = isinstance(law, SegmentedLaw | TableLaw) and run.duration > law.duration * (1 + 1e-12)
+        if isinstance(law, SegmentedLaw | TableLaw) and lasts and abs(law.final_speed) > STILL:
+            problem = (
+                f"ends at full speed after {law.duration:g} s, but the run lasts {run.duration:g} s: add a segment"
+            )
+            key = "law" if isinstance(law, SegmentedLaw) else "motion"
+            raise fault(f"drives[{number}]", key, problem.replace("segment", "segment" if key == "law" else "entry"))
+    return run

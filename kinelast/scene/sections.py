@@ -1,0 +1,153 @@
+"""Cross-sections of beams: what a shape and a material come to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import inf, nan
+from typing import Any, TypeVar
+
+from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
+from kinelast.scene.error import fault, likely
+from kinelast.scene.format import (
+    BeamTable,
+    Circle,
+    LinkTable,
+    MaterialTable,
+    Properties,
+    Rectangle,
+    Rigidities,
+    SceneTable,
+    SectionTable,
+    Tube,
+)
+
+Entry = TypeVar("Entry")
+
+
+@dataclass(frozen=True, eq=False)
+class CrossSection:
+    """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`."""
+
+    section: Section
+    mass_per_length: float
+    mass_taper: tuple[float, ...] = (1.0,)
+
+    @property
+    def stiff(self) -> Section:
+        """The same dimensions without any give, so that stresses are told; of a tapered beam they are not known."""
+        if self.section.taper is not None:
+            return Section(yield_stress=self.section.yield_stress)
+        return replace(self.section, EA=inf, EI=inf, kGA=inf, strain=0.0)
+
+
+def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTable, section: str) -> CrossSection:
+    """The cross-section of a beam.
+
+    Parameters
+    ----------
+    scene
+        Holds the materials and sections, and whether shear counts.
+    table
+        Of the link, for messages.
+    link, beam
+        What is not said of the beam holds for its whole link.
+    section
+        Name.
+    """
+    shape = _named(scene.sections, table, "section", section)
+    material = beam.material or link.material
+    shear = scene.run.theory == "timoshenko" and not link.rigid
+    if isinstance(shape, Rigidities):
+        if material is not None:
+            raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
+        if shear and shape.kGA is None:
+            raise fault(f"sections.{section}", "kGA", 'the key is missing: theory = "timoshenko" asks for it')
+        plain = Section(float(shape.EA), float(shape.EI), float(shape.kGA) if shear and shape.kGA else inf)
+        return CrossSection(_strained(plain, table, link, beam, None), float(shape.mass_per_length))
+    if material is None:
+        known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
+        raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
+    stuff = _named(scene.materials, table, "material", material)
+    poisson = _poisson(stuff, material)
+    if shear and poisson is None:
+        raise fault(f"materials.{material}", "poisson", 'the key is missing: theory = "timoshenko" asks for it')
+    made, mass_taper = _made(shape, section, stuff, poisson if shear else None)
+    return CrossSection(
+        _strained(made, table, link, beam, stuff.expansion, material), float(stuff.density * made.area), mass_taper
+    )
+
+
+def _named(tables: Mapping[str, Entry], table: str, key: str, name: str) -> Entry:
+    if name not in tables:
+        hint = likely(name, tables) or f"; add [{key}s.{name}]"
+        raise fault(table, key, f'there is no {key} "{name}"{hint}')
+    return tables[name]
+
+
+def _made(
+    shape: SectionTable, name: str, stuff: MaterialTable, poisson: float | None
+) -> tuple[Section, tuple[float, ...]]:
+    """Section of a shape and material, and the taper of its mass; `poisson` where shear counts."""
+    limit = nan if stuff.yield_stress is None else float(stuff.yield_stress)
+    if isinstance(shape, Properties):
+        found = Shape(float(shape.A), float(shape.I), nan if shape.c is None else float(shape.c))
+        made = section_of(found, float(stuff.E), None, limit)
+        if poisson is not None:
+            if shape.shear_area is None:
+                raise fault(f"sections.{name}", "shear_area", 'the key is missing: theory = "timoshenko" asks for it')
+            made = replace(made, kGA=float(stuff.E / (2 * (1 + poisson)) * shape.shear_area))
+        return made, (1.0,)
+    function, start, end = _dimensions(shape, name)
+    if start == end:
+        return section_of(function(*start), float(stuff.E), poisson, limit), (1.0,)
+    taper, mass_taper = tapered(function, start, end, poisson or 0.0)
+    return section_of(function(*start), float(stuff.E), poisson, limit, taper), mass_taper
+
+
+def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], Any, Any]:
+    """What makes the shape, and its dimensions at the two ends [m]."""
+    start: Any
+    end: Any
+    if isinstance(shape, Rectangle):
+        start, end = zip(shape.depth, shape.width, strict=True)
+        return rectangle, start, end
+    if isinstance(shape, Circle):
+        return circle, shape.diameter[:1], shape.diameter[1:]
+    assert isinstance(shape, Tube)
+    for outer, inner in zip(shape.outer, shape.inner, strict=True):
+        if inner >= outer:
+            problem = f"expected a diameter below outer, {outer:g} m, got {inner:g} m"
+            raise fault(f"sections.{name}", "inner", problem)
+    start, end = zip(shape.outer, shape.inner, strict=True)
+    return tube, start, end
+
+
+def _poisson(stuff: MaterialTable, name: str) -> float | None:
+    """Poisson's ratio, as given or by G; None where neither is known."""
+    if stuff.G is None:
+        return stuff.poisson
+    if stuff.poisson is not None:
+        raise fault(f"materials.{name}", "poisson", "give poisson or G, not both")
+    poisson = stuff.E / (2 * stuff.G) - 1
+    if not -1 < poisson <= 0.5:
+        raise fault(f"materials.{name}", "G", f"with E it gives a Poisson's ratio of {poisson:.3g}, expected -1 to 0.5")
+    return float(poisson)
+
+
+def _strained(
+    section: Section, table: str, link: LinkTable, beam: BeamTable, expansion: float | None, material: str = ""
+) -> Section:
+    """A section with what the beam is longer by: as given, and by its temperature."""
+    strain = link.strain if beam.strain is None else beam.strain
+    warming = link.temperature if beam.temperature is None else beam.temperature
+    total = strain or 0.0
+    if warming is not None:
+        if expansion is None:
+            if not material:
+                raise fault(table, "temperature", "needs a material with expansion: say by strain how the beam grows")
+            raise fault(
+                f"materials.{material}", "expansion", "the key is missing: the temperature of a beam asks for it"
+            )
+        total += expansion * warming
+    return replace(section, strain=total) if total else section

@@ -1,0 +1,113 @@
+"""Scenes read for their structure alone: planar mechanisms, whether they move or not, and chains of joints in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.format import SceneTable
+from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
+from kinelast.scene.parts import build_parts
+from kinelast.scene.text import file_text, of_file, toml_tables
+from rigid import Contact, Mechanism, MechanismError, SpatialJoint, spatial_chain
+
+
+@dataclass(frozen=True, eq=False)
+class StructureScene:
+    """What there is of a scene without motion.
+
+    Attributes
+    ----------
+    name, title, source, path
+        As of a `Scene`.
+    mechanism, contacts
+        A planar mechanism with its gears and cams; None for a chain in space.
+    joints, fixed
+        Joints of a chain in space, and its fixed link where the scene tells it.
+    """
+
+    name: str
+    title: str
+    source: str
+    path: str
+    mechanism: Mechanism | None
+    contacts: tuple[Contact, ...] = ()
+    joints: tuple[SpatialJoint, ...] = ()
+    fixed: str | None = None
+
+
+def read_structure(path: str | Path) -> StructureScene:
+    """The structure in a TOML file, of any scene.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read or holds a mistake. A mechanism that cannot move is none.
+    """
+    path = Path(path)
+    return structure_from_text(file_text(path), path.stem, str(path))
+
+
+def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:
+    """The structure in a TOML text; `path` stands for the file in messages."""
+    return structure_from_dict(toml_tables(text, path), name, path)
+
+
+def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> StructureScene:
+    """The structure in the tables of a TOML file; `path` stands for the file in messages."""
+    with of_file(path):
+        return _chain(parse_chain(raw), name, path) if is_chain(raw) else _planar(parse_scene(raw), name, path)
+
+
+def _planar(table: SceneTable, name: str, path: str) -> StructureScene:
+    parts = build_parts(table)
+    contacts = []
+    for key, contact in table.contacts.items():
+        where = f"contacts.{key}"
+        for number, link in enumerate(contact.links, 1):
+            known_name(where, f"links[{number}]", link, parts.links)
+        if contact.links[0] == contact.links[1]:
+            raise fault(where, "links", f'"{contact.links[0]}" cannot touch itself')
+        contacts.append(Contact(key, *contact.links, complex(*contact.at), contact.normal))
+    return StructureScene(
+        name, table.title or name.replace("_", " "), table.source, path, parts.mechanism, tuple(contacts)
+    )
+
+
+def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
+    joints = []
+    for key, joint in table.joints.items():
+        where = f"joints.{key}"
+        made = SpatialJoint(
+            key,
+            joint.links,
+            joint.type,
+            (0.0, 0.0, 0.0) if joint.at is None else (float(joint.at[0]), float(joint.at[1]), float(joint.at[2])),
+            joint.axis or (0.0, 0.0, 1.0),
+            float(joint.pitch or 0.0),
+            joint.normal,
+        )
+        try:
+            spatial_chain([made])
+        except MechanismError as error:
+            raise fault(where, _key(str(error)), str(error).partition(": ")[2] or str(error)) from None
+        if (made.kind.name == "helical") != (joint.pitch is not None):
+            problem = "the key is missing: advance per radian" if joint.pitch is None else "belongs to a helical joint"
+            raise fault(where, "pitch", problem)
+        joints.append(made)
+    try:
+        spatial_chain(joints, table.fixed)
+    except MechanismError as error:
+        raise fault("", "fixed", str(error)) from None
+    return StructureScene(
+        name, table.title or name.replace("_", " "), table.source, path, None, (), tuple(joints), table.fixed
+    )
+
+
+def _key(message: str) -> str:
+    """The key that a message about a joint is about."""
+    return next((key for key in ("type", "normal", "axis") if key in message), "")

@@ -1,0 +1,164 @@
+"""Quantities as they stand in a file: a number in SI units, or a string with a unit; floats in SI units inside."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from math import inf
+from typing import Any, ClassVar, Self
+
+# A registry of what mechanisms need: pint's own takes thirty times as long to load, counts an angle as no dimension
+# and so reads 50 Hz as 50 rad/s.
+DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = u- = µ- = μ-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+deci- = 1e-1 = d-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m = metre
+gram = [mass] = g
+second = [time] = s
+radian = [angle] = rad
+kelvin = [temperature] = K
+inch = 0.0254 * meter = in
+foot = 12 * inch = ft = feet
+tonne = 1000 * kilogram = t
+pound = 0.45359237 * kilogram = lb
+minute = 60 * second = min
+hour = 60 * minute = h
+turn = 6.283185307179586476925 * radian = _ = rev = revolution = turns
+degree = turn / 360 = deg = °
+rpm = turn / minute
+newton = kilogram * meter / second ** 2 = N
+pound_force = 4.4482216152605 * newton = lbf
+pascal = newton / meter ** 2 = Pa
+bar = 100000 * pascal
+psi = pound_force / inch ** 2
+ksi = 1000 * psi
+joule = newton * meter = J
+watt = joule / second = W
+"""
+COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
+          "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
+LARGEST = 1e50  # whose fourth power, as in a second moment of area, is still a number
+FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
+# Written together, as torque wrenches have it; a power belongs to the metre.
+JOINED = re.compile(r"(?<![\wµμ°])([mkM]?N)([cm]?m)((?:\s*(?:\^|\*\*)\s*\d+)?)(?!\s*(?:\^|\*\*)|\w)")
+TYPESET = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4", "·": " ", "⋅": " ", "\N{MINUS SIGN}": "-"})
+
+
+@cache
+def registry() -> Any:
+    """The units known to scenes."""
+    import pint
+
+    units: Any = pint.UnitRegistry(None)
+    units.load_definitions(DEFINITIONS.strip().splitlines())
+    return units
+
+
+class Quantity(float):
+    """A quantity read from a file.
+
+    Attributes
+    ----------
+    expected
+        What a file has to hold, for messages.
+    units
+        SI units of the dimensions that will do.
+    above, least
+        Bounds: greater than the one, at least the other.
+    unit
+        Of an instance: the one of `units` it is in; empty for a bare number where there are several.
+    """
+
+    expected: ClassVar[str] = "a number"
+    units: ClassVar[tuple[str, ...]] = ("",)
+    above: ClassVar[float] = -inf
+    least: ClassVar[float] = -inf
+    unit: str
+
+    @classmethod
+    def read(cls, value: object) -> Self:
+        """From a number or a string.
+
+        Raises
+        ------
+        ValueError
+            Neither, an unknown unit, another dimension or out of bounds; the message says what was expected.
+
+        Examples
+        --------
+        >>> from kinelast.scene.quantities import Length
+        >>> Length.read("12 mm")
+        0.012
+        """
+        if isinstance(value, str):
+            number, unit = cls._converted(value)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            number, unit = _float(value), cls.units[0] if len(cls.units) == 1 else ""
+        else:
+            raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+        if not (abs(number) < LARGEST and number > cls.above and number >= cls.least):
+            bound = "greater than zero" if cls.above == 0 else "not below zero"
+            bound = bound if abs(number) < LARGEST else "a number of a size that occurs"
+            raise ValueError(f"expected {cls.expected}, {bound}, got {shown(value)}")
+        quantity = cls(number)
+        quantity.unit = unit
+        return quantity
+
+    @classmethod
+    def _converted(cls, text: str) -> tuple[float, str]:
+        """Number in SI units, and the unit."""
+        import pint
+
+        form = FORM.fullmatch(text.translate(TYPESET))
+        if form is None:
+            raise ValueError(f'expected {cls.expected}, got "{text}"')
+        number, name = float(form[1]), form[2].strip()
+        try:
+            given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
+        except pint.UndefinedUnitError as error:
+            raise ValueError(f"expected {cls.expected}, {_unknown(error, name, cls.units)}") from None
+        except Exception:  # pint's parser raises whatever it stumbles over
+            raise ValueError(f'expected {cls.expected}, got "{text}"') from None
+        for unit in cls.units:
+            if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
+                return float(registry().convert(number, given, unit)), unit
+        raise ValueError(f'expected {cls.expected}, got "{text}"')
+
+
+def _float(value: float) -> float:
+    """As a float; infinite where a whole number is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
+
+
+def _unknown(error: Any, whole: str, units: tuple[str, ...]) -> str:
+    """What to say of an unknown unit, with the nearest one: of the right dimension where it stands alone."""
+    from kinelast.scene.error import likely
+
+    name = error.unit_names if isinstance(error.unit_names, str) else next(iter(error.unit_names))
+    dimension = registry().get_dimensionality
+    wanted = [dimension(registry().parse_units(unit)) for unit in units]
+    fitting = [
+        unit
+        for unit in COMMON
+        if (unit.isalpha() if name != whole else dimension(registry().parse_units(unit)) in wanted)
+    ]
+    hint = likely(name, fitting).partition("; there is")[0] if len(name) > 1 else ""
+    return f'but there is no unit "{name}"{hint}'
+
+
+def shown(value: object) -> str:
+    """A value of a file, for a message."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "a table" if isinstance(value, dict) else str(value)

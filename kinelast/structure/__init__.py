@@ -1,0 +1,1 @@
+"""The structure of a mechanism: text, data and skeleton diagram."""

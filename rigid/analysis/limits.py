@@ -1,0 +1,237 @@
+"""What is asked of a moving linkage: limits, dead centres, time ratio, transmission, velocity ratios."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from rigid.analysis.coordinates import Coordinate, Rated
+from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
+from rigid.analysis.reach import stops
+from rigid.closure import Closure
+from rigid.conditioning import SINGULAR
+from rigid.mechanism import MechanismError, PinDrive, Reals
+from rigid.motion import Motion, with_rates
+from rigid.names import counted
+from rigid.plane import cross, dot
+
+GOLDEN = (np.sqrt(5) - 1) / 2
+NARROWINGS = 80
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """An extreme value of a coordinate on the way of the drives: a dead centre for whoever drives from the other end.
+
+    Attributes
+    ----------
+    kind
+        "maximum" or "minimum".
+    value
+        The coordinate there.
+    drive
+        Coordinates of the drives there [rad or m], shape (drives,).
+    """
+
+    kind: Literal["maximum", "minimum"]
+    value: float
+    drive: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class Transmission:
+    """How two links of a dyad meet.
+
+    Attributes
+    ----------
+    joint
+        Name of the joint where they meet.
+    links
+        Their names.
+    angle
+        Between them [rad], folded into 0 to pi/2, shape (..., positions); the sine of it is |s|. At a slider the normal
+        of its line takes the place of a link.
+    """
+
+    joint: str
+    links: tuple[str, str]
+    angle: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class DeadPoint:
+    """A position at which the drives no longer say how the mechanism moves.
+
+    Attributes
+    ----------
+    kind
+        "stop": the mechanism goes no further that way. "singular": it passes, on one of two branches.
+    drive
+        Coordinates of the drives there [rad or m], shape (drives,).
+    joint
+        The joint that aligns or opens.
+    """
+
+    kind: Literal["stop", "singular"]
+    drive: Reals
+    joint: str
+
+
+def limits(course: Motion, coordinate: Coordinate) -> list[Limit]:
+    """Extreme values of a coordinate over a motion, where its rate is zero, to round-off.
+
+    For one design. Extremes closer together than two positions are not seen; ends of the way are not among them.
+    """
+    between = intervals(course)
+    values = coordinate.value(course)
+    found = []
+    for number, part, rising in turning_points(between, coordinate):
+        here = between.at(np.array([number]), np.array([part]))
+        begin = values[between.left[number]]
+        value = float(begin + coordinate.difference(here, begin)[0])
+        found.append(Limit("maximum" if rising else "minimum", value, here.drive[:, 0]))
+    return found
+
+
+def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
+    """Where a coordinate turns: number of the interval, part of it, and whether it rose before."""
+    low, high = (coordinate.rate(end) for end in between.ends())
+    after = np.sign(np.roll(high, -1))
+    if not turn_closes(between.course):
+        after[-1] = np.sign(low[-1])
+    right = np.where(high == 0, after, np.sign(high))
+    left = np.where(low == 0, right, np.sign(low))
+    turns = np.flatnonzero(left * right < 0)
+    parts = zeros(lambda part: coordinate.rate(between.at(turns, part)), low[turns], high[turns])
+    return [(int(k), float(part), bool(left[k] > 0)) for k, part in zip(turns, parts, strict=True)]
+
+
+def swing(course: Motion, coordinate: Coordinate) -> tuple[Limit, Limit]:
+    """Lowest and highest of the limits of a coordinate.
+
+    Raises
+    ------
+    MechanismError
+        It does not turn back on this way.
+    """
+    found = limits(course, coordinate)
+    low = min((each for each in found if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
+    high = max((each for each in found if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
+    if low is None or high is None:
+        raise MechanismError(f"{coordinate} does not swing on this way: it turns back {counted(len(found), 'time')}")
+    return low, high
+
+
+def time_ratio(course: Motion, coordinate: Coordinate) -> float:
+    """Time ratio K >= 1 of a quick return: the longer over the shorter turn of the drive between the limits of swing.
+
+    Raises
+    ------
+    MechanismError
+        The motion is not of one pin's drive over a full turn, or the coordinate does not swing.
+    """
+    if len(course.drive) != 1 or not isinstance(course.mechanism.drives[0], PinDrive) or not turn_closes(course):
+        raise MechanismError("a time ratio belongs to one drive that turns fully, its end not repeated")
+    low, high = swing(course, coordinate)
+    part = float(abs(high.drive[0] - low.drive[0])) % (2 * np.pi)
+    return max(part, 2 * np.pi - part) / min(part, 2 * np.pi - part)
+
+
+def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Any:
+    """Rate of one coordinate over the rate of another, shape (..., positions).
+
+    With one drive it does not depend on the drive's rate, which may be zero; with several it is that of the motion.
+    """
+    if len(course.drive) == 1:
+        course = with_rates(course, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return output.rate(course) / source.rate(course)
+
+
+def transmission_angles(course: Motion) -> list[Transmission]:
+    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
+    links = course.mechanism.links
+    found = []
+    for closed in course.closures:
+        if len(closed.group.links) == 2 and len(closed.group.free) == 2:
+            one, other = _lines(closed)
+            angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
+            names = tuple(links[link].name for link in closed.group.links)
+            found.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
+    return found
+
+
+def _lines(closed: Closure) -> tuple[Any, Any]:
+    """Lines of a dyad whose angle is that of transmission: its links, normals for its sliders."""
+    inner = closed.cut[0]
+    if inner.along is None:
+        one, other = (
+            1j * hinge.along if hinge.along is not None else inner.arm(hinge.joint.child) - hinge.arm_child
+            for hinge in closed.tree
+        )
+        return one, other
+    slides = [hinge for hinge in closed.tree if hinge.along is not None]
+    if slides:
+        return 1j * inner.along, 1j * slides[0].along
+    # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
+    ends = [inner.arm(hinge.joint.child) - hinge.arm_child for hinge in closed.tree]
+    return ends[0] - ends[1], 1j * inner.along
+
+
+def dead_points(course: Motion) -> list[DeadPoint]:
+    """Where a mechanism stops, and the singular positions that it passes; for one design.
+
+    Between positions they are found where the links meet at the least angle: a singular position that lies between two
+    others is seen only where these are close enough to notice.
+    """
+    found = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
+    between = intervals(course)
+    sine = course.sine
+    here = np.arange(len(between.left))
+    if not turn_closes(course):
+        here = here[1:]
+    before, after = sine[here - 1], sine[between.right[here]]
+    low = here[(sine[here] <= before) & (sine[here] < after)]
+    for number in low:
+        place = _lowest(between, int(number))
+        if not place.condition[0] <= SINGULAR:
+            found.append(DeadPoint("singular", place.drive[:, 0], aligned_joint(place)))
+    return found
+
+
+def _lowest(between: Intervals, number: int) -> Motion:
+    """Position of smallest sine within an interval and the one before it, by golden section."""
+
+    def at(place: float) -> Motion:
+        return between.at(np.array([number if place >= 0 else number - 1]), np.array([place % 1.0]))
+
+    def sine(place: float) -> float:
+        return float(np.nan_to_num(at(place).sine[0]))
+
+    low, high = -1.0, 1.0
+    places = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
+    sines = [sine(place) for place in places]
+    for _ in range(NARROWINGS):
+        if sines[0] < sines[1]:
+            high, places[1], sines[1] = places[1], places[0], sines[0]
+            places[0] = high - GOLDEN * (high - low)
+            sines[0] = sine(places[0])
+        else:
+            low, places[0], sines[0] = places[0], places[1], sines[1]
+            places[1] = low + GOLDEN * (high - low)
+            sines[1] = sine(places[1])
+    return at(min(zip(sines, places, strict=True))[1])
+
+
+def aligned_joint(place: Motion) -> str:
+    """Name of the joint at which a mechanism is nearest to singular; of a motion of one position."""
+    worst, name = np.inf, ""
+    for transmission in transmission_angles(place):
+        if transmission.angle[0] < worst:
+            worst, name = float(transmission.angle[0]), transmission.joint
+    larger = [closed for closed in place.closures if len(closed.group.free) > 2]
+    if larger and not np.sin(worst) ** 2 <= 2.0 * place.sine[0] ** 2:
+        name = larger[0].cut[0].joint.name
+    return name

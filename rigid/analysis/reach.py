@@ -1,0 +1,132 @@
+"""Where a mechanism can go: the positions that close, and where it stops."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import MechanismError, PinDrive
+from rigid.motion import Motion, motion
+from rigid.plane import cross
+from rigid.postures import Posture
+from rigid.topology.structure import Group
+
+HALVINGS = 60
+
+
+class ReachError(MechanismError):
+    """The drives ask for positions that the mechanism does not reach."""
+
+
+def reachable(motion: Motion) -> Any:
+    """Whether the mechanism closes, bool, shape (..., positions)."""
+    return np.isfinite(motion.origin).all(axis=0) & np.isfinite(motion.direction).all(axis=0)
+
+
+def stops(course: Motion) -> list[tuple[Any, str]]:
+    """Where the mechanism stops: the drives' coordinates there and the joint that opens.
+
+    For one design; by bisection to round-off between a position that closes and a neighbour that does not.
+    """
+    closes = reachable(course).reshape(-1, course.columns[-1])[0]
+    found = []
+    for position in np.flatnonzero(closes[:-1] != closes[1:]).tolist():
+        good, bad = (position, position + 1) if closes[position] else (position + 1, position)
+        inside, outside = course.drive[:, good], course.drive[:, bad]
+        for _ in range(HALVINGS):
+            middle = (inside + outside) / 2
+            if reachable(_at(course, middle, good)).all():
+                inside = middle
+            else:
+                outside = middle
+        found.append((inside, opening_joint(_at(course, outside, good))))
+    return found
+
+
+def require_reach(course: Motion) -> None:
+    """Raise where a position does not close.
+
+    Raises
+    ------
+    ReachError
+        Names the drive's coordinate where it stops and the joint that cannot be reached.
+    """
+    closes = reachable(course)
+    if closes.all():
+        return
+    if not closes.any():
+        joint, why = opening_joint(course), _shortfall(course)
+        raise ReachError(
+            f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position{why}'
+        )
+    limits = "; ".join(
+        f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in stops(course)
+    )
+    share = np.count_nonzero(~closes) / closes.size
+    raise ReachError(
+        f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}"
+    )
+
+
+def opening_joint(course: Motion) -> str:
+    """Name of the inner joint of the first group that does not close."""
+    group = _open_group(course)
+    return group.cut[0].name if group else ""
+
+
+def _open_group(course: Motion) -> Group | None:
+    """The first group that does not close."""
+    for closed in course.closures:
+        links = list(closed.group.links)
+        if closed.cut and not np.isfinite(course.origin[links] + course.direction[links]).all():
+            return closed.group
+    return None
+
+
+def _shortfall(course: Motion) -> str:
+    """By how much two links miss each other at the first position, where they meet at a pin; for one design."""
+    group = _open_group(course)
+    if group is None or len(group.tree) != 2 or group.cut[0].slider is not None or len(course.columns) != 1:
+        return ""
+    inner = group.cut[0]
+    arms: list[Any] = [inner.at(hinge.child) - hinge.at_child for hinge in group.tree]
+    places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
+    slides = [k for k, hinge in enumerate(group.tree) if hinge.slider is not None]
+    if not slides:
+        one, other = sorted(hinge.name for hinge in group.tree)
+        long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
+        apart = f'"{one}" and "{other}" are {abs(places[1] - places[0]):.4g} m apart'
+        return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
+    slide = group.tree[slides[0]]
+    if len(slides) == 2 or slide.slider is None or slide.sense < 0:
+        return ""
+    k = 1 - slides[0]
+    carrier = course.direction[slide.parent, 0]
+    foot = _place(course, slide.parent, slide.slider.origin) + carrier * slide.slider.turn * arms[slides[0]]
+    away = abs(cross(carrier * slide.slider.direction, places[k] - foot))
+    far = f'"{group.tree[k].name}" is {away:.4g} m from the line of "{slide.name}"'
+    return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
+
+
+def _place(course: Motion, link: int, local: Any) -> complex:
+    """Where a link's point is at the first position."""
+    return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
+
+
+def _at(course: Motion, coordinates: Any, near: int) -> Motion:
+    """The same mechanism at other coordinates of its drives, near one of its positions."""
+    at = (..., slice(near, near + 1))
+    here = Posture(course.mechanism, course.origin[at], course.direction[at])
+    return motion(course.mechanism, coordinates[:, None], near=here)
+
+
+def _coordinates(course: Motion, place: Any) -> str:
+    """Coordinates of the drives for a message."""
+    words = []
+    for drive, value in zip(course.mechanism.drives, place, strict=True):
+        if isinstance(drive, PinDrive):
+            words.append(f'"{drive.link}" at {np.degrees(value):.6g} deg')
+        else:
+            words.append(f'slider "{drive.slider}" at {value:.6g} m')
+    return ", ".join(words)

@@ -1,0 +1,1 @@
+"""Forces against motion: springs, laws, energy, drive efforts by further routes, forward dynamics."""

@@ -1,0 +1,189 @@
+"""All joints of a mechanism as one set of conditions on the coordinates (x, y, angle) of all moving links.
+
+An independent way to what the groups answer one after the other: nothing here knows of groups, dyads or an order.
+Derivation: docs/dynamics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rigid.constants import per_row
+from rigid.mechanism import Mechanism
+from rigid.topology.structure import Joint
+
+
+@dataclass(frozen=True, eq=False)
+class JointTable:
+    """All joints of a mechanism; arrays of shape (joints, ..., 1) that broadcast against (joints, ..., positions).
+
+    After the joints follow those pairs of links whose coordinate drives a gear: they hold nothing by themselves.
+
+    The owner of a slider is the link with the line, the block the link that slides; of a pin, its parent and child.
+
+    Attributes
+    ----------
+    joints
+        In the order of `Structure.joints`; their number is what `count` says.
+    owner, block
+        Numbers of the links, shape (joints,).
+    foot, tip
+        The joint's point in the axes of the owner and of the block [m], complex.
+    along
+        Unit vector of a slider's line in the axes of the owner; 1 for a pin.
+    turn
+        Angle of the block's axes from the owner's in a slider [rad]; 0 for a pin.
+    slides
+        Whether it is a slider, shape (joints, 1, ...).
+    moved
+        Numbers of the joints whose turning or sliding of the block on the owner enters `shares`.
+    shares
+        What every one of them adds to the coordinate of every drive, and then to every gear's difference of its
+        follower from its driver times the ratio; shape (drives + gears, moved).
+    """
+
+    joints: tuple[Joint, ...]
+    owner: Any
+    block: Any
+    foot: Any
+    tip: Any
+    along: Any
+    turn: Any
+    slides: Any
+    moved: Any
+    shares: Any
+
+    @property
+    def count(self) -> int:
+        """Number of the joints."""
+        return len(self.joints)
+
+
+@lru_cache(maxsize=64)
+def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
+    """Joints of a mechanism for columns of `ndim` axes."""
+    joints = mechanism.structure.joints
+    drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
+    everyone = (*joints, *drivers)
+    turned = [joint.slider is not None and joint.sense < 0 for joint in everyone]
+    ends = [
+        ((joint.parent, joint.at_parent), (joint.child, joint.at_child))[:: -1 if back else 1]
+        for joint, back in zip(everyone, turned, strict=True)
+    ]
+    sliders = [joint.slider for joint in everyone]
+    moved, shares = _shares(joints, len(mechanism.drives), len(drivers))
+    return JointTable(
+        joints,
+        np.array([owner for (owner, _), _ in ends]),
+        np.array([block for _, (block, _) in ends]),
+        per_row([foot for (_, foot), _ in ends], ndim, complex),
+        per_row([tip for _, (_, tip) in ends], ndim, complex),
+        per_row([slider.direction if slider else 1.0 for slider in sliders], ndim, complex),
+        per_row([np.angle(slider.turn) if slider else 0.0 for slider in sliders], ndim, float),
+        np.array([slider is not None for slider in sliders]).reshape(-1, *[1] * ndim),
+        moved,
+        shares,
+    )
+
+
+def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Any, Any]:
+    """`JointTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
+    followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
+    driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
+    moved = [*(driven[drive] for drive in range(drives)), *followers, *range(len(joints), len(joints) + gears)]
+    shares = np.zeros((drives + gears, len(moved)))
+    for row, number in enumerate(moved[: drives + gears]):
+        shares[row, row] = 1.0 if joints[number].slider else joints[number].sense
+    for row, number in enumerate(followers, drives):
+        gear = joints[number].gear
+        assert gear is not None
+        shares[row, row + gears] = -gear.ratio
+    return np.array(moved, int), shares
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """The joints where the links are.
+
+    Attributes
+    ----------
+    toward
+        What multiplies a vector to give its components along and across a slider's line, those in x and y at a pin;
+        complex, shape (joints, ..., positions).
+    way
+        From the owner's origin to the block's point [m], complex.
+    foot, tip
+        From the owner's origin to its point, from the block's origin to its point [m], complex.
+    """
+
+    table: JointTable
+    toward: Any
+    way: Any
+    foot: Any
+    tip: Any
+
+    @property
+    def opening(self) -> Any:
+        """How far the block's point is from the owner's [m], complex: (along, across), (x, y) at a pin."""
+        return self.toward * (self.way - self.foot)
+
+
+def conditions(table: JointTable, origin: Any, direction: Any) -> Conditions:
+    """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
+    owner, block = table.owner, table.block
+    tip = direction[block] * table.tip
+    toward = np.where(table.slides, np.conj(direction[owner] * table.along), 1.0)
+    return Conditions(table, toward, origin[block] + tip - origin[owner], direction[owner] * table.foot, tip)
+
+
+def constraint_matrix(here: Conditions, links: int) -> Any:
+    """Rates of all conditions per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
+
+    Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive and every gear.
+    As many as columns, or more where the mechanism is redundant.
+    """
+    table = here.table
+    count, shape, slides = table.count, here.way.shape[1:], table.slides.ravel()
+    matrix = np.zeros((*shape, 2 * count + len(table.shares), 3 * links))
+    first, second = 2 * np.arange(count), 2 * np.arange(count) + 1
+    coordinates = np.zeros((*shape, len(table.moved), 3 * links))
+    pins, lines = (np.flatnonzero(kind[:count]) for kind in (~slides, slides))
+    turning, sliding = (np.flatnonzero(kind[table.moved]) for kind in (~slides, slides))
+    turned, slid = table.moved[turning], table.moved[sliding]
+    reach = np.where(table.slides, here.way, here.foot)
+    for end, arm, sign in ((table.block, here.tip, 1.0), (table.owner, reach, -1.0)):
+        for axis, unit in enumerate((1.0, 1j, 1j * arm)):
+            effect = np.moveaxis(sign * unit * here.toward, 0, -1)
+            matrix[..., first[pins], 3 * end[pins] + axis] = effect.real[..., pins]
+            matrix[..., second, 3 * end[:count] + axis] = effect.imag[..., :count]
+            coordinates[..., sliding, 3 * end[slid] + axis] = effect.real[..., slid]
+        matrix[..., first[lines], 3 * end[lines] + 2] = sign
+        coordinates[..., turning, 3 * end[turned] + 2] = sign
+    matrix[..., 2 * count :, :] = table.shares @ coordinates
+    return matrix[..., 3:]
+
+
+def centripetal(here: Conditions, velocity: Any, spin: Any) -> Any:
+    """Second rates of the conditions when no link accelerates, shape (..., positions, rows).
+
+    Parameters
+    ----------
+    velocity, spin
+        Of the origins [m/s], complex, and of the links [rad/s], shape (links, ..., positions).
+    """
+    table, count = here.table, here.table.count
+    owner, block = spin[table.owner], spin[table.block]
+    opening = velocity[table.block] + 1j * block * here.tip - velocity[table.owner]
+    carried = np.where(table.slides, -2j * owner * opening - owner**2 * here.way, owner**2 * here.foot)
+    second = np.moveaxis(here.toward * (carried - block**2 * here.tip), 0, -1)
+    slides = table.slides.ravel()
+    rows = np.empty((*second.shape[:-1], 2 * count + len(table.shares)))
+    rows[..., 0 : 2 * count : 2] = np.where(slides, 0.0, second.real)[..., :count]
+    rows[..., 1 : 2 * count : 2] = second.imag[..., :count]
+    rows[..., 2 * count :] = np.where(slides, second.real, 0.0)[..., table.moved] @ table.shares.T
+    return rows

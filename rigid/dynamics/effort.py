@@ -1,0 +1,162 @@
+"""The drive effort by two further routes: virtual work, and Lagrange multipliers on the whole mechanism.
+
+Both answer what `drive_efforts(motion, reactions(motion))` answers by Newton and Euler; the three share the loads and
+nothing else. Derivations: docs/dynamics.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.conditioning import SINGULAR
+from rigid.constants import mass_table
+from rigid.dynamics.constraints import conditions, constraint_matrix, joint_table
+from rigid.forces import JointForces
+from rigid.loads import UNSTRESSED, given_loads, link_loads
+from rigid.mechanism import MechanismError, Reals
+from rigid.motion import Motion, with_rates
+from rigid.plane import cross, dot
+
+
+@dataclass(frozen=True, eq=False)
+class EquationOfMotion:
+    """`inertia @ drive_acceleration + bias = force + effort`, a row per drive.
+
+    Attributes
+    ----------
+    inertia
+        Reduced inertia [kg m^2, kg m or kg], symmetric, shape (drives, drives, ..., positions).
+    bias
+        What centripetal and Coriolis' accelerations take [N m or N], shape (drives, ..., positions).
+    force
+        Reduced weights and loads [N m or N], shape (drives, ..., positions).
+    """
+
+    inertia: Reals
+    bias: Reals
+    force: Reals
+
+
+def equation_of_motion(motion: Motion) -> EquationOfMotion:
+    """Equation of motion in the coordinates of the drives at the positions and rates of a motion.
+
+    References
+    ----------
+    Scutaru, Vlase, Marin, equations (41) to (43): with one drive inertia is alpha, and bias is beta omega^2.
+    """
+    units = unit_motions(motion)
+    inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
+    coasting = with_rates(motion, motion.drive_rate)
+    bias = np.stack([_acceleration_power(unit, coasting) for unit in units])
+    return EquationOfMotion(inertia, bias, _reduced_loads(motion, units))
+
+
+def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
+    """alpha and beta of `alpha eps + beta omega^2 = Q` for a mechanism of one drive, each of shape (..., positions).
+
+    beta is half the derivative of alpha by the drive's coordinate.
+
+    Raises
+    ------
+    MechanismError
+        It has several drives, or none.
+    """
+    if len(motion.mechanism.drives) != 1:
+        raise MechanismError(f"{len(motion.mechanism.drives)} drives: one reduced inertia belongs to one drive")
+    unit = with_rates(motion, 1.0)
+    return _inertia_power(unit, unit), _acceleration_power(unit, unit)
+
+
+def virtual_work_efforts(motion: Motion) -> Reals:
+    """Moment [N m] or force [N] of every drive by virtual work, shape (drives, ..., positions)."""
+    equation = equation_of_motion(motion)
+    rate2 = motion.drive_acceleration.reshape(-1, *[1] * (len(motion.columns) - 1), motion.columns[-1])
+    inertia: Reals = np.einsum("jk...,k...->j...", equation.inertia, rate2)
+    return inertia + equation.bias - equation.force
+
+
+def unit_motions(motion: Motion) -> list[Motion]:
+    """The same positions with one drive at a time moving at rate 1 and no others, so that velocities are influences."""
+    count = len(motion.mechanism.drives)
+    return [with_rates(motion, np.eye(count)[:, number : number + 1]) for number in range(count)]
+
+
+def _inertia_power(one: Motion, other: Motion) -> Any:
+    """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
+    mass, first, second = mass_table(one.mechanism, len(one.columns))
+    arm = one.direction * first
+    spin, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
+    return (
+        mass.real * dot(one.velocity, other.velocity)
+        + dot(one.velocity, turned * arm)
+        + dot(other.velocity, spin * arm)
+        + second * one.angular_velocity * other.angular_velocity
+    )[1:].sum(axis=0)
+
+
+def _acceleration_power(unit: Motion, motion: Motion) -> Any:
+    """Power of masses times accelerations of one motion over the velocities of another."""
+    mass, first, second = mass_table(unit.mechanism, len(unit.columns))
+    arm = unit.direction * first
+    force = mass * motion.acceleration + motion.turning * arm
+    moment = cross(arm, motion.acceleration) + second * motion.angular_acceleration
+    return (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
+
+
+def _reduced_loads(motion: Motion, units: list[Motion]) -> Any:
+    """Power of weights and loads over unit rates of the drives, shape (drives, ..., positions)."""
+    mechanism = motion.mechanism
+    mass, first, _ = mass_table(mechanism, len(motion.columns))
+    weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)
+    power = np.stack([(dot(u.velocity, weight) + u.angular_velocity * tilt)[1:].sum(axis=0) for u in units])
+    for at, pull, twist in given_loads(motion):
+        power += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * twist for unit in units]
+    return power
+
+
+def multiplier_forces(motion: Motion) -> JointForces:
+    """Joint forces by Lagrange multipliers, one linear system for the whole mechanism.
+
+    As from `reactions`; `drive_efforts` takes the efforts from them. nan at singular positions, and where the mechanism
+    is redundant and its loads alone do not tell the force.
+    """
+    links, columns = len(motion.mechanism.links), motion.columns
+    here = conditions(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
+    force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
+    load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
+    good = motion.condition <= SINGULAR
+    matrix = np.swapaxes(constraint_matrix(here, links)[good], -1, -2)
+    multiplier = np.full((*columns, matrix.shape[-1]), np.nan)
+    solve = np.linalg.solve if matrix.shape[-1] == matrix.shape[-2] else _determined
+    multiplier[good] = solve(matrix, -np.moveaxis(load, 0, -1)[good][..., None])[..., 0]
+    return _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), (force[0], moment[0]))
+
+
+def _determined(matrix: Any, load: Any) -> Any:
+    """Those multipliers of a redundant mechanism that balance alone determines; nan for the others."""
+    found = np.linalg.pinv(matrix) @ load
+    self_stress = np.linalg.svd(matrix)[2][..., matrix.shape[-2] :, :]
+    stressed = np.linalg.norm(self_stress, axis=-2) > UNSTRESSED
+    found[stressed] = np.nan
+    return found
+
+
+def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> JointForces:
+    """Multipliers as forces and moments on the joints' children."""
+    table = here.table
+    count = table.count
+    pulls, twists = [], []
+    moving = np.tensordot(table.shares.T, multiplier[2 * count :], 1)
+    effort = dict(zip(table.moved.tolist(), moving, strict=True))
+    for number, joint in enumerate(table.joints):
+        one, other = multiplier[2 * number], multiplier[2 * number + 1]
+        if joint.slider is None:
+            pulls.append(one + 1j * other)
+            twists.append(effort.get(number, 0.0))
+        else:
+            pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * other))
+            twists.append(joint.sense * one)
+    return JointForces(motion.closures, pulls, twists, ground)

@@ -1,0 +1,46 @@
+"""Energy of a moving mechanism and the power of what acts on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid.constants import mass_table
+from rigid.loads import given_loads
+from rigid.motion import Motion
+from rigid.plane import dot
+
+
+def kinetic_energy(motion: Motion) -> Any:
+    """Of all links [J], shape (..., positions)."""
+    mass, first, second = mass_table(motion.mechanism, len(motion.columns))
+    spin = motion.angular_velocity
+    momentum = mass * motion.velocity / 2 + 1j * spin * motion.direction * first
+    return (dot(motion.velocity, momentum) + second * spin**2 / 2)[1:].sum(axis=0)
+
+
+def potential_energy(motion: Motion) -> Any:
+    """Of weights, 0 where all mass is at the origin of coordinates, and of springs [J], shape (..., positions)."""
+    mass, first, _ = mass_table(motion.mechanism, len(motion.columns))
+    height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
+    return -height[1:].sum(axis=0) + _sum(motion, "energy")
+
+
+def dissipated_power(motion: Motion) -> Any:
+    """What the dampers turn into heat [W], shape (..., positions)."""
+    return np.zeros(motion.columns) + _sum(motion, "dissipation")
+
+
+def load_power(motion: Motion) -> Any:
+    """Power of all loads, springs and dampers among them, without weights [W], shape (..., positions)."""
+    power = np.zeros(motion.columns)
+    for at, pull, twist in given_loads(motion):
+        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * twist
+    return power
+
+
+def _sum(motion: Motion, quantity: str) -> Any:
+    """Sum of what those loads say that know the quantity."""
+    known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
+    return sum((each(motion) for each in known if each is not None), start=0.0)

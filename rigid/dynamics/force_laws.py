@@ -1,0 +1,118 @@
+"""Laws that loads and efforts follow: constant, against time, an angle or a slide, by formula or table.
+
+A law takes a motion and returns an array of shape (..., positions): what multiplies a load, or the effort of a drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from rigid.analysis.coordinates import Coordinate
+from rigid.mechanism import Law, Reals
+from rigid.motion import Motion
+
+Curve = Callable[[Any], Any]
+OVER = 1e-12
+
+
+class TableError(ValueError):
+    """A table that cannot be, or that does not reach as far as it is asked."""
+
+
+def constant_law(value: float) -> Law:
+    """The same at every position."""
+    return lambda motion: np.full(motion.columns, value)
+
+
+def law_of_time(curve: Curve) -> Law:
+    """A curve against time [s]."""
+    return lambda motion: np.broadcast_to(curve(motion.time), motion.columns)
+
+
+def law_of(coordinate: Coordinate, curve: Curve) -> Law:
+    """A curve against an angle [rad], a slide [m] or any other coordinate."""
+    return lambda motion: curve(coordinate.value(motion))
+
+
+def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
+    """A curve against the rate of a coordinate: a motor's characteristic, friction of a fluid."""
+    return lambda motion: curve(coordinate.rate(motion))
+
+
+def table_curve(
+    at: Any,
+    value: Any,
+    interpolation: Literal["linear", "cubic"] = "linear",
+    extend: Literal["error", "hold"] = "error",
+) -> Curve:
+    """Curve through the entries of a table.
+
+    Parameters
+    ----------
+    at, value
+        Entries, shape (entries,); `at` grows.
+    interpolation
+        Straight between the entries, or a cubic spline with continuous curvature ("not-a-knot" at its ends).
+    extend
+        Beyond the ends: refused, or the value at the end.
+
+    Raises
+    ------
+    TableError
+        Fewer entries than it takes, entries that do not grow; when called, places outside the table.
+
+    Examples
+    --------
+    >>> float(table_curve([0.0, 2.0], [10.0, 30.0])(0.5))
+    15.0
+    """
+    at, value = np.asarray(at, float), np.asarray(value, float)
+    fewest = 2 if interpolation == "linear" else 4
+    if interpolation not in {"linear", "cubic"}:
+        raise TableError(f'interpolation "{interpolation}", expected "linear" or "cubic"')
+    if at.ndim != 1 or at.shape != value.shape or len(at) < fewest:
+        raise TableError(f"{at.size} places and {value.size} values, expected as many of both and at least {fewest}")
+    if not (np.diff(at) > 0).all():
+        raise TableError("the places of a table must grow from entry to entry")
+    if not (np.isfinite(at).all() and np.isfinite(value).all()):
+        raise TableError("the entries of a table must be finite")
+    inside: Curve = _cubic(at, value) if interpolation == "cubic" else lambda place: np.interp(place, at, value)
+
+    def curve(place: Any) -> Reals:
+        place = np.asarray(place, float)
+        if extend == "error":
+            _require_inside(place, at)
+        result: Reals = inside(np.clip(place, at[0], at[-1]))
+        return result
+
+    return curve
+
+
+def _require_inside(place: Reals, at: Reals) -> None:
+    slack = OVER * (at[-1] - at[0])
+    outside = place[(place < at[0] - slack) | (place > at[-1] + slack)]
+    if outside.size:
+        raise TableError(
+            f"asked at {outside.flat[0]:.6g}, but the table goes from {at[0]:.6g} to {at[-1]:.6g}: "
+            'add entries, or extend = "hold"'
+        )
+
+
+def _cubic(at: Reals, value: Reals) -> Curve:
+    from scipy.interpolate import CubicSpline
+
+    spline: Curve = CubicSpline(at, value)
+    return spline
+
+
+def sum_of_laws(*laws: Law) -> Law:
+    """Sum of laws."""
+
+    def law(motion: Motion) -> Reals:
+        result: Reals = np.sum([law(motion) for law in laws], axis=0)
+        return result
+
+    return law

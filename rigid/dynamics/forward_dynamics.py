@@ -1,0 +1,223 @@
+"""Forward dynamics: some drives are given as efforts, and their motion is found by integrating it.
+
+The unknowns are the coordinates of the drives, so that the loops of the mechanism close to round-off at every instant.
+Derivation: docs/dynamics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.analysis.limits import aligned_joint
+from rigid.dynamics.effort import equation_of_motion
+from rigid.dynamics.tracking import Tracker
+from rigid.mechanism import Law, Mechanism, MechanismError, Reals
+from rigid.motion import Motion, motion, with_rates
+from rigid.names import counted
+from rigid.postures import Posture
+
+LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
+STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
+
+MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
+"""Times [s] to coordinate, rate and acceleration of a drive, as the laws of motion in `rigid`."""
+
+
+class ForwardError(MechanismError):
+    """A motion that cannot be continued."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """A drive given as effort: a moment [N m] or force [N] along its coordinate, or a law that returns it; 0 is free.
+
+    A law may look at the motion's time, drives, rates, places and velocities, not at accelerations.
+    """
+
+    law: Law | float = 0.0
+
+    def __call__(self, motion: Motion) -> Any:
+        """The effort, shape (..., positions)."""
+        return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """An integrated motion; `motion_during` gives it at any times.
+
+    Attributes
+    ----------
+    drives
+        Per drive its `Effort` or motion law.
+    time
+        The integrator's steps [s], shape (steps,).
+    postures
+        Where the links are at the steps, arrays of shape (links, steps).
+    state
+        Times of shape (n,) to coordinates and then rates of the drives given as efforts, shape (2 efforts, n).
+    evaluations
+        Of the equation of motion.
+    """
+
+    mechanism: Mechanism
+    drives: tuple[Effort | MotionLaw, ...]
+    time: Reals
+    postures: Posture
+    state: Callable[[Any], Any]
+    evaluations: int
+
+
+def forward(
+    mechanism: Mechanism,
+    drives: Sequence[Effort | MotionLaw],
+    start: Any,
+    rate: Any,
+    duration: float,
+    tolerance: float = 1e-10,
+) -> Course:
+    """Motion of a mechanism under given efforts from time 0.
+
+    Parameters
+    ----------
+    mechanism
+        Scalar lengths. Its drives are the coordinates: those given as efforts are integrated, the others follow their
+        motion laws.
+    drives
+        Per drive an `Effort` or a motion law.
+    start, rate
+        Coordinates [rad or m] and rates at time 0, shape (drives,) or a scalar; not used where a law is given.
+    duration
+        [s].
+    tolerance
+        Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
+        at the end, which a mechanism may magnify.
+
+    Raises
+    ------
+    ForwardError
+        The mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
+        drive given as effort that moves no mass.
+    MechanismError
+        It cannot be assembled at the start.
+
+    References
+    ----------
+    Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, II.5: the method of order 8.
+    """
+    drives = tuple(drives)
+    count = len(mechanism.drives)
+    if len(drives) != count:
+        raise ForwardError(f"{len(drives)} efforts or motion laws were given for {counted(count, 'drive')}")
+    free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
+    start, rate = (np.broadcast_to(np.asarray(value, float), (count,)).copy() for value in (start, rate))
+    for number, drive in enumerate(drives):
+        if not isinstance(drive, Effort):
+            start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
+    tracker = Tracker(mechanism, start)
+    system = _System(tracker, drives, free)
+    unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
+    begin = np.concatenate([start[free], rate[free]])
+    if not np.isfinite(system(0.0, begin)).all():
+        raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
+    scale = tolerance * np.concatenate([unit, unit / duration])
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
+
+
+def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
+    """Steps from time 0 to the duration, and where the links are at each."""
+    from scipy.integrate import DOP853, OdeSolution
+
+    tracker = system.tracker
+    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
+    tracker.restart()
+    times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
+    while solver.status == "running":
+        solver.step()
+        reached = tracker.go(system.laws(solver.t, solver.y)[0])
+        if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
+            raise ForwardError(_stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker)))
+        tracker.mark()
+        times.append(solver.t)
+        pieces.append(solver.dense_output())
+        origins.append(tracker.origin)
+        directions.append(tracker.direction)
+    postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
+    return Course(
+        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
+    )
+
+
+def motion_during(course: Course, time: Any) -> Motion:
+    """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
+    time = np.atleast_1d(np.asarray(time, float))
+    if time.min() < 0 or time.max() > course.time[-1]:
+        raise ForwardError(f"asked at {time.min():g} to {time.max():g} s, integrated from 0 to {course.time[-1]:g} s")
+    free = [number for number, drive in enumerate(course.drives) if isinstance(drive, Effort)]
+    state = course.state(time)
+    drive, rate, rate2 = (np.zeros((len(course.drives), len(time))) for _ in range(3))
+    for number, law in enumerate(course.drives):
+        if isinstance(law, Effort):
+            drive[number], rate[number] = state[free.index(number)], state[len(free) + free.index(number)]
+        else:
+            drive[number], rate[number], rate2[number] = law(time)
+    step = np.clip(np.searchsorted(course.time, time), 1, len(course.time) - 1)
+    step -= time - course.time[step - 1] < course.time[step] - time
+    near = Posture(course.mechanism, course.postures.origin[:, step], course.postures.direction[:, step])
+    coasting = motion(course.mechanism, drive, rate, 0.0, time, near)
+    equation = equation_of_motion(coasting)
+    balance = equation.force - equation.bias - np.einsum("jk...,k...->j...", equation.inertia, rate2)
+    for number in free:
+        balance[number] += course.drives[number](coasting)
+    inertia = np.moveaxis(equation.inertia[np.ix_(free, free)], -1, 0)
+    rate2[free] = np.linalg.solve(inertia, balance[free].T[..., None])[..., 0].T
+    return with_rates(coasting, rate, rate2)
+
+
+class _System:
+    """Right-hand side of the equation of motion; its only memory is where the links were last."""
+
+    def __init__(self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int]) -> None:
+        self.tracker, self.drives, self.free = tracker, drives, free
+
+    def __call__(self, time: float, state: Any) -> Any:
+        """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
+        half = len(self.free)
+        drive, rate, rate2 = self.laws(time, state)
+        if not self.tracker.go(drive):
+            return np.full(2 * half, np.nan)
+        inertia, balance, coasting = self.tracker.equation(time, rate)
+        for number in self.free:
+            balance[number] += np.ravel(self.drives[number](coasting))[0]
+        balance -= inertia @ rate2
+        try:
+            found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
+        except np.linalg.LinAlgError:
+            found = np.full(half, np.nan)
+        return np.concatenate([rate[self.free], found])
+
+    def laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
+        """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
+        drive, rate, rate2 = np.zeros((3, len(self.drives)))
+        half = len(self.free)
+        drive[self.free], rate[self.free] = state[:half], state[half:]
+        for number, law in enumerate(self.drives):
+            if not isinstance(law, Effort):
+                drive[number], rate[number], rate2[number] = (float(np.ravel(value)[0]) for value in law([time]))
+        return drive, rate, rate2
+
+
+def _aligned(tracker: Tracker) -> str:
+    """What keeps a mechanism from going on where it is now."""
+    near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
+    joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
+    return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
+
+
+def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> str:
+    names = (getattr(each, "link", None) or getattr(each, "slider", "") for each in mechanism.drives)
+    places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
+    return f"the motion cannot go on after {time:.6g} s with {places}: {why}"

@@ -1,0 +1,254 @@
+"""One position of a mechanism after the other: followed by Newton's method on all joints at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid.constants import mass_table
+from rigid.dynamics.constraints import Conditions, centripetal, conditions, constraint_matrix, joint_table
+from rigid.loads import given_loads
+from rigid.mechanism import Mechanism, MechanismError, Reals
+from rigid.motion import Motion, motion
+from rigid.plane import cross, dot
+
+STEPS = 25
+ROUND_OFF = 1e-15
+FAR = 0.25
+PIECES = 1024
+SLOW = 0.05
+FITS = 1e-10
+FIRST = 1e6
+
+
+class Tracker:
+    """A mechanism where it is now, led by the coordinates of its drives.
+
+    Attributes
+    ----------
+    drive
+        Coordinates of the drives, shape (drives,).
+    origin, direction
+        Of every link [m] and its unit vector, complex, shape (links, 1).
+    size
+        Greatest distance of two joints at the start [m]: what displacements are measured by.
+    """
+
+    def __init__(self, mechanism: Mechanism, drive: Reals) -> None:
+        from scipy.linalg import lapack
+
+        self._lapack = lapack
+        self.mechanism = mechanism
+        self._table = joint_table(mechanism, 1)
+        self._links = len(mechanism.links)
+        first = motion(mechanism, drive[:, None])
+        if first.columns != (1,):
+            raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
+        if not np.isfinite(first.condition).all():
+            raise MechanismError("the mechanism cannot be assembled at the start, or is at a singular position there")
+        here = conditions(self._table, first.origin, first.direction)
+        places = first.origin[self._table.block] + here.tip
+        self.size = float(np.abs(places - places[0]).max()) or 1.0
+        self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
+        self._begin = (drive.copy(), first.origin, self._angles(first, drive))
+        self._rows = self._independent(constraint_matrix(here, self._links)[0])
+        self._units = np.zeros((len(self._rows), len(drive)))
+        driven = 2 * self._table.count + np.arange(len(drive))
+        self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
+        self.direction: Any = first.direction
+        self._here: Conditions = here
+        self._factors: Any = None
+        self._influence: Any = None
+        self._meshed = np.zeros(len(self._table.shares) - len(drive))
+        self.restart()
+        self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
+        self._sign = self._factor(here)
+
+    def turns(self, number: int) -> bool:
+        """Whether a drive is a pin's."""
+        return not self._table.slides[self._table.moved[number]].any()
+
+    @property
+    def steepness(self) -> float:
+        """Greatest rate of a link's place or angle for a unit rate of a drive, both measured by the size."""
+        units = [1.0 if self.turns(number) else self.size for number in range(self._influence.shape[1])]
+        return float(np.abs(self._weights[:, None] * self._influence * units).max(initial=0.0))
+
+    def restart(self) -> None:
+        """Go back to the start."""
+        self.drive, self.origin, self._angle = self._begin
+        self._place()
+        self._factor(self._here)
+        self.mark()
+
+    def go(self, drive: Reals) -> bool:
+        """Go to other coordinates of the drives, near enough; False, and back to the mark, where it does not close."""
+        if self._advance(drive):
+            return True
+        # Close to a singular position the way from there is not to be trusted: once more from firm ground.
+        self._state = self._mark
+        if self._advance(drive):
+            return True
+        self._state = self._mark
+        return False
+
+    def mark(self) -> None:
+        """Let this be the place to fall back to."""
+        self._mark = self._state
+
+    @property
+    def _state(self) -> tuple[Any, ...]:
+        return self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence
+
+    @_state.setter
+    def _state(self, state: tuple[Any, ...]) -> None:
+        self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence = state
+
+    def _advance(self, drive: Reals) -> bool:
+        begin, way = self.drive, drive - self.drive
+        with np.errstate(all="ignore"):
+            far = float(np.abs(self._weights * (self._influence @ way)).max(initial=0.0))
+            if not far < FAR * PIECES:
+                return False
+            pieces = int(far / FAR) + 1
+            if not all(self._approach(begin + way * ((piece + 1) / pieces)) for piece in range(pieces)):
+                return False
+            return self._factor(self._here) == self._sign
+
+    def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
+        """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
+
+        Shapes (drives, drives) and (drives,).
+        """
+        velocity, spin = self._twists(self._influence @ rate)
+        missing = -centripetal(self._here, velocity, spin)[0, self._rows]
+        acceleration, turning = self._twists(self._solve(missing))
+        turning = 1j * turning - spin**2
+        coasting = Motion(
+            self.mechanism,
+            np.array([time]),
+            self.drive[:, None],
+            rate[:, None],
+            np.zeros((len(rate), 1)),
+            self.origin,
+            self.direction,
+            velocity,
+            acceleration,
+            spin,
+            turning,
+            (),
+        )
+        mass, first, second = mass_table(self.mechanism, 1)
+        arm = self.direction * first
+        v, w = self._twists(self._influence)
+        momentum = mass * v + 1j * w * arm
+        moment = cross(arm, v) + second * w
+        inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
+        felt = acceleration - self.mechanism.gravity
+        force = -(mass * felt + turning * arm)
+        twist = -(cross(arm, felt) + second * turning.imag)
+        for at, pull, turn in given_loads(coasting):
+            force[at] += pull
+            twist[at] += turn
+        return inertia, (dot(v, force) + w * twist).sum(axis=0), coasting
+
+    def _approach(self, drive: Reals) -> bool:
+        """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""
+        ahead = self._influence @ (drive - self.drive)
+        self._shift(ahead)
+        # A matrix that is old by a way leaves about that part of the error.
+        slowness = float(np.abs(self._weights * ahead).max())
+        before = 0.0
+        for _ in range(STEPS):
+            open_by = self._residual(drive)
+            step = self._solve(-open_by[self._rows])
+            self._shift(step)
+            length = float(np.abs(self._weights * step).max())
+            slowness = min(length / before, 1.0) if before else slowness
+            if not length < 1.0:
+                return False
+            if length * slowness < ROUND_OFF:
+                self.drive = drive
+                surplus = len(open_by) > len(self._rows)
+                return not surplus or bool(np.abs(self._residual(drive)).max() < FITS * (1 + self.size))
+            before = length
+            if slowness > SLOW:
+                self._factor(self._here)
+        return False
+
+    def _shift(self, step: Any) -> None:
+        """Displace and turn all links by (x, y, angle) each."""
+        self.origin = self.origin.copy()
+        self._angle = self._angle.copy()
+        self.origin[1:, 0] += step[0::3] + 1j * step[1::3]
+        self._angle[1:, 0] += step[2::3]
+        self._place()
+
+    def _place(self) -> None:
+        self.direction = np.exp(1j * self._angle)
+        self._here = conditions(self._table, self.origin, self.direction)
+
+    def _residual(self, drive: Reals) -> Any:
+        """What the conditions lack, in the order of their rows."""
+        table, opening = self._table, self._here.opening[:, 0]
+        turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
+        slides, count = table.slides[:, 0], table.count
+        rows = np.empty(2 * count + len(table.shares))
+        rows[0 : 2 * count : 2] = np.where(slides, turned, opening.real)[:count]
+        rows[1 : 2 * count : 2] = opening.imag[:count]
+        moved = np.where(slides, opening.real, turned)[table.moved]
+        rows[2 * count :] = table.shares @ moved - np.concatenate([drive, self._meshed])
+        return rows
+
+    def _factor(self, here: Conditions) -> float:
+        """Factor the constraint matrix here; the sign of its determinant, 0 where it is singular."""
+        matrix = constraint_matrix(here, self._links)[0, self._rows]
+        upper, pivots, singular = self._lapack.dgetrf(matrix)
+        self._factors = upper, pivots
+        diagonal = np.diagonal(upper)
+        if singular or not np.isfinite(diagonal).all():
+            return 0.0
+        self._influence = self._solve(self._units)
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        return float((-1.0) ** (swaps + np.count_nonzero(diagonal < 0)))
+
+    def _independent(self, matrix: Any) -> Any:
+        """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
+        if matrix.shape[0] == matrix.shape[1]:
+            return np.arange(len(matrix))
+        from scipy.linalg import qr
+
+        weight = np.where(np.arange(len(matrix)) < 2 * self._table.count, 1.0, FIRST)
+        return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
+
+    def _solve(self, rows: Any) -> Any:
+        return self._lapack.dgetrs(*self._factors, rows)[0]
+
+    def _twists(self, rates: Any) -> tuple[Any, Any]:
+        """Rates of (x, y, angle) as complex velocities and angular velocities, shape (links, n); the ground at rest."""
+        columns = rates.reshape(len(rates), -1)
+        velocity = np.zeros((self._links, columns.shape[1]), complex)
+        velocity[1:] = columns[0::3] + 1j * columns[1::3]
+        spin = np.zeros(velocity.shape)
+        spin[1:] = columns[2::3]
+        return velocity, spin
+
+    def _angles(self, first: Motion, drive: Reals) -> Any:
+        """Angles of all links, whole turns chosen so that sliders and driven pins have the coordinates given."""
+        table, angle = self._table, np.angle(first.direction)
+        wanted = table.turn.astype(float).copy()[:, 0]
+        driven = table.moved[: len(drive)]
+        sense = np.diagonal(table.shares)[: len(drive)]
+        wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
+        fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
+        placed = {0}
+        for number, joint in enumerate(table.joints):
+            if joint.child in placed:
+                continue
+            placed.add(joint.child)
+            if number in fixed:
+                sign = 1.0 if table.block[number] == joint.child else -1.0
+                seen = angle[joint.child] - angle[joint.parent]
+                angle[joint.child] += 2 * np.pi * np.round((sign * wanted[number] - seen) / (2 * np.pi))
+        return angle

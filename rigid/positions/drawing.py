@@ -1,0 +1,92 @@
+"""The drawing of a mechanism: where its points are near one position, and so which branch is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from rigid.mechanism import Mechanism, MechanismError
+from rigid.topology.structure import Joint
+
+FLAT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What can be read off the drawing of a mechanism."""
+
+    mechanism: Mechanism
+
+    def at(self, point: str) -> complex:
+        """Drawn place of a point or of a slider's point [m]."""
+        sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
+        if point not in self.mechanism.drawing and point in sliders:
+            point = sliders[point]
+        if point not in self.mechanism.drawing:
+            raise MechanismError(f'the point "{point}" is not drawn: give it a place under [points]')
+        return complex(self.mechanism.drawing[point])
+
+    @cached_property
+    def _directions(self) -> dict[int, complex]:
+        """What the drawing tells: links with two drawn points, and what slides on them or they on."""
+        index = self.mechanism.index
+        found = {0: 1.0 + 0j} | {at: way for at in range(1, len(index)) if (way := self._seen(at)) is not None}
+        pairs = [(index[s.on], index[s.link], _one(s.turn)) for s in self.mechanism.sliders]
+        pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
+        while further := [pair for pair in pairs if pair[0] in found and pair[1] not in found]:
+            one, other, turn = further[0]
+            found[other] = found[one] * turn
+        return found
+
+    def _seen(self, link: int) -> complex | None:
+        """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
+        body = self.mechanism.links[link]
+        drawn = [point for point in body.points if point in self.mechanism.drawing]
+        if len(drawn) < 2:
+            return None
+        seen = self.at(drawn[1]) - self.at(drawn[0])
+        own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
+        if abs(seen) == 0 or abs(own) == 0:
+            raise MechanismError(f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide')
+        return seen / own * abs(own) / abs(seen)
+
+    def direction(self, link: int) -> complex:
+        """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
+        return self._directions.get(link, 1.0 + 0j)
+
+    def along(self, joint: Joint) -> complex:
+        """Unit vector of a slider's line as drawn."""
+        assert joint.slider is not None
+        owner = joint.parent if joint.sense > 0 else joint.child
+        return self.direction(owner) * _one(joint.slider.direction)
+
+    def side(self, distance: float, joints: Sequence[Joint]) -> float:
+        """Sign of a distance in the drawing [m], the branch of a dyad."""
+        size = sum(abs(self.at(joint.name) - self.at(joints[0].name)) for joint in joints) or 1.0
+        if abs(distance) <= FLAT * size:
+            names = ", ".join(f'"{joint.name}"' for joint in joints)
+            raise MechanismError(
+                f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing"
+            )
+        return 1.0 if distance > 0 else -1.0
+
+    def coordinate(self, joint: Joint) -> float:
+        """Coordinate of a joint as drawn: angle of the child from the parent [rad], or slide [m]."""
+        if joint.slider is None:
+            return float(np.angle(self.direction(joint.child) / self.direction(joint.parent))) * joint.sense
+        owner = joint.parent if joint.sense > 0 else joint.child
+        body = self.mechanism.links[owner]
+        anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
+        base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
+        line = base + self.direction(owner) * _one(joint.slider.origin)
+        way = self.at(joint.slider.point) - line
+        return float((np.conj(self.along(joint)) * way).real)
+
+
+def _one(value: Any) -> complex:
+    """The first of the designs."""
+    return complex(np.ravel(value)[0])

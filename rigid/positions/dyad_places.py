@@ -1,0 +1,114 @@
+"""The two links of a dyad put where they meet, whichever of the five dyads it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rigid.closure import Columns
+from rigid.mechanism import Mechanism
+from rigid.plane import cross, dot
+from rigid.positions import dyads
+from rigid.positions.drawing import Drawing
+from rigid.positions.placement import Placement, carried
+from rigid.topology.structure import Group, Joint
+
+
+def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
+    """Find the dyad's type and place its two links; `flip` is -1 where it folds the other way than drawn."""
+    outer: Sequence[Joint] = sorted(group.tree, key=lambda joint: joint.slider is not None)
+    inner = group.cut[0]
+    if inner.slider is None:
+        solve = (_two_pins, _pin_and_slide, _two_slides)[sum(joint.slider is not None for joint in outer)]
+    else:
+        solve = _slide_between if outer[1].slider is None else _slide_on_slide
+    return solve(placed, outer[0], outer[1], inner, drawing, flip)
+
+
+def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> None:
+    """Place the child of an outer pin."""
+    placed.direction[outer.child] = direction
+    placed.origin[outer.child] = pin - carried(direction, outer.at_child)
+
+
+def _carry(placed: Placement, outer: Joint) -> Columns:
+    """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
+    placed.hang(outer, 0.0)
+    assert outer.slider is not None
+    return placed.direction[outer.parent if outer.sense > 0 else outer.child] * (outer.sense * outer.slider.direction)
+
+
+def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+    first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
+    side = flip * _drawn_side(drawing.mechanism, one, other, inner)
+    arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
+    direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
+    _hold(placed, one, first, direction)
+    _hold(placed, other, second, opposite)
+    return sine
+
+
+@lru_cache(maxsize=1024)
+def _drawn_side(mechanism: Mechanism, one: Joint, other: Joint, inner: Joint) -> float:
+    """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
+    drawing = Drawing(mechanism)
+    drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
+    base = drawn[1] - drawn[0]
+    return drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
+
+
+def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+    center = placed.point(pin.parent, pin.at_parent)
+    along = _carry(placed, slide)
+    start = placed.point(slide.child, inner.at(slide.child))
+    ahead = drawing.along(slide) * slide.sense
+    side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
+    direction, way, sine = dyads.circle_line(
+        center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
+    )
+    placed.origin[slide.child] = placed.origin[slide.child] + way * along
+    _hold(placed, pin, center, direction)
+    return sine
+
+
+def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+    along, across = _carry(placed, one), _carry(placed, other)
+    starts = [placed.point(joint.child, inner.at(joint.child)) for joint in (one, other)]
+    way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
+    placed.origin[one.child] = placed.origin[one.child] + way * along
+    placed.origin[other.child] = placed.origin[other.child] + opposite * across
+    return sine
+
+
+def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+    slider = inner.slider
+    assert slider is not None
+    owner_link = inner.parent if inner.sense > 0 else inner.child
+    owner, block = (one, other) if one.child == owner_link else (other, one)
+    pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
+    foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
+    ahead = drawing.along(inner)
+    side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
+    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
+    _hold(placed, owner, pins[0], direction)
+    _hold(placed, block, pins[1], direction * slider.turn)
+    return sine
+
+
+def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+    center = placed.point(pin.parent, pin.at_parent)
+    along = _carry(placed, slide)
+    assert inner.slider is not None
+    block = inner.child if inner.sense > 0 else inner.parent
+    turn = inner.slider.turn
+    toward = turn if block == pin.child else np.conj(turn)
+    _hold(placed, pin, center, placed.direction[slide.child] * toward)
+    owner = pin.child if block == slide.child else slide.child
+    across = placed.direction[owner] * inner.slider.direction
+    gap = placed.point(pin.child, inner.at(pin.child)) - placed.point(slide.child, inner.at(slide.child))
+    way, _, sine = dyads.line_line(gap, along, across)
+    placed.origin[slide.child] = placed.origin[slide.child] + way * along
+    return sine

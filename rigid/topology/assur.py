@@ -1,0 +1,150 @@
+"""Assur groups of a mechanism with their class and order."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rigid.mechanism import Mechanism
+from rigid.names import counted
+from rigid.topology.structure import Group, Joint
+
+ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
+
+
+@dataclass(frozen=True)
+class AssurGroup:
+    """A group of links that are placed together.
+
+    Attributes
+    ----------
+    links
+        Their names, in the order of the mechanism.
+    drives
+        Numbers of the drives that move joints inside it or to what was placed before.
+    group_class
+        1 for links that drives alone place, 2 for a dyad, else the order of the greatest contour: links in a loop of
+        the group, or joints within the group on one link. 0 for links held by more conditions than they have
+        freedoms, which are no Assur group.
+    order
+        Number of joints to what was placed before.
+    signature
+        Of a dyad the pairs outer, inner, outer, such as "RRP"; empty for others.
+    surplus
+        Number of conditions beyond the freedoms.
+    """
+
+    links: tuple[str, ...]
+    drives: tuple[int, ...]
+    group_class: int
+    order: int
+    signature: str = ""
+    surplus: int = 0
+
+    @property
+    def name(self) -> str:
+        """In words: "dyad RRR, class II"."""
+        if self.surplus:
+            links = "link" if len(self.links) == 1 else "links"
+            return f"redundant {links}, {counted(self.surplus, 'condition')} too many"
+        if self.group_class == 1:
+            return "driven link" if len(self.links) == 1 else "driven chain"
+        what = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"
+        return f"{what}, class {ROMAN[self.group_class]}"
+
+
+def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
+    """Groups in the order of solution. The highest class among them is the mechanism's.
+
+    A driven joint inside a group holds its two links together as if they were one.
+
+    Raises
+    ------
+    MechanismError
+        The mechanism is not determined by its drives.
+
+    Examples
+    --------
+    >>> from rigid import Link, Mechanism, PinDrive, assur_groups
+    >>> links = (Link("ground", {"O": 0, "D": 3}), Link("crank", {"O": 0, "A": 1}),
+    ...          Link("coupler", {"A": 0, "B": 3}), Link("rocker", {"D": 0, "B": 2}))
+    >>> [group.name for group in assur_groups(Mechanism(links, (PinDrive("crank", "O"),), {}))]
+    ['driven link', 'dyad RRR, class II']
+    """
+    return tuple(_classified(mechanism, group) for group in mechanism.structure.groups)
+
+
+def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
+    joints = group.tree + group.cut
+    names = tuple(mechanism.links[link].name for link in sorted(group.links))
+    drives = tuple(sorted(joint.drive for joint in joints if joint.drive is not None))
+    body = _bodies(group.links, joints)
+    free = [joint for joint in joints if not joint.moved]
+    inner = [joint for joint in free if -1 not in (body.get(joint.parent, -1), body.get(joint.child, -1))]
+    outer = [joint for joint in free if joint not in inner]
+    bodies = set(body.values()) - {-1}
+    surplus = 2 * len(joints) + sum(joint.moved for joint in joints) - 3 * len(names)
+    if surplus:
+        return AssurGroup(names, drives, 0, len(outer), surplus=surplus)
+    if not free:
+        return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints))
+    if len(bodies) == 2 and len(inner) == 1:
+        ends = sorted("R" if joint.slider is None else "P" for joint in outer)
+        first, last = ("R", "P") if ends == ["P", "R"] else ends
+        middle = "R" if inner[0].slider is None else "P"
+        return AssurGroup(names, drives, 2, len(outer), first + middle + last)
+    edges = [(body[joint.parent], body[joint.child]) for joint in inner]
+    held = max(sum(one in edge for edge in edges) for one in bodies)
+    return AssurGroup(names, drives, max(2, held, _greatest_contour(edges)), len(outer))
+
+
+def _bodies(links: Iterable[int], joints: Iterable[Joint]) -> dict[int, int]:
+    """Link -> body, links of one driven joint being one body; -1 for those that a drive holds to the placed links."""
+    body = {link: link for link in links}
+    for joint in joints:
+        if joint.moved:
+            parent, child = body.get(joint.parent, -1), body.get(joint.child, -1)
+            kept, gone = min(parent, child), max(parent, child)
+            body = {link: kept if old == gone else old for link, old in body.items()}
+    return body
+
+
+def _greatest_contour(edges: list[tuple[int, int]]) -> int:
+    """Links in the greatest loop of a smallest set of independent loops; 0 where there is none.
+
+    Shortest loops through every edge and link, taken while independent of those before (Horton's method).
+    """
+    bodies = sorted({body for edge in edges for body in edge})
+    loops = set()
+    for root in bodies:
+        way = _shortest_ways(root, edges)
+        for number, (one, other) in enumerate(edges):
+            if way[one] ^ way[other] ^ (1 << number):
+                loops.add(way[one] ^ way[other] ^ (1 << number))
+    basis: list[int] = []
+    greatest = 0
+    for loop in sorted(loops, key=int.bit_count):
+        rest = loop
+        for held in basis:
+            rest = min(rest, rest ^ held)
+        if rest:
+            basis.append(rest)
+            basis.sort(reverse=True)
+            greatest = loop.bit_count()
+    return greatest
+
+
+def _shortest_ways(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
+    """Edges on a shortest way from a body to every other, as bits."""
+    way = {root: 0}
+    waiting = deque([root])
+    while waiting:
+        here = waiting.popleft()
+        for number, (one, other) in enumerate(edges):
+            if here in (one, other):
+                there = other if here == one else one
+                if there not in way:
+                    way[there] = way[here] | 1 << number
+                    waiting.append(there)
+    return way

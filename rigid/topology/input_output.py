@@ -1,0 +1,158 @@
+"""Input-output laws of a chain: rates as functions of rates, loads as functions of loads, at one position."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigid.mechanism import MechanismError, Reals
+from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
+
+Coordinate = str | tuple[str, str]
+DETERMINED = 1e-9
+
+
+@dataclass(frozen=True)
+class Action:
+    """A load of unknown size on a link: a force [N] along a direction, or a moment [N m] about it.
+
+    `at` [m], `force` and `moment` have three components in space; in the plane `at` and `force` have two and `moment`
+    one. The size of the load multiplies both.
+    """
+
+    name: str
+    link: str
+    at: tuple[float, ...] = ()
+    force: tuple[float, ...] = ()
+    moment: tuple[float, ...] = ()
+
+
+def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[Coordinate]) -> Reals:
+    """Rates of joint coordinates over those of others, shape (outputs, inputs).
+
+    Parameters
+    ----------
+    inputs, outputs
+        Joints, by name where they have one freedom, else with the freedom: `("shaft", "Vz")`. Rates are those of the
+        joint's end link as seen from its start link [rad/s or m/s].
+
+    Raises
+    ------
+    MechanismError
+        The inputs do not determine an output, or depend on each other; there is no such coordinate.
+
+    Examples
+    --------
+    >>> from rigid import SpatialJoint, spatial_chain, velocity_law
+    >>> screw = spatial_chain([SpatialJoint("pivot", ("support", "screw"), "revolute", axis=(1, 0, 0)),
+    ...                        SpatialJoint("guide", ("support", "nut"), "prismatic", axis=(1, 0, 0)),
+    ...                        SpatialJoint("thread", ("nut", "screw"), "helical", axis=(1, 0, 0), pitch=2e-3)])
+    >>> float(velocity_law(screw, ["pivot"], ["guide"]).round(9)[0, 0])
+    -0.002
+    """
+    shares, size = _shares(chain)
+    driving = [_number(chain, coordinate) for coordinate in inputs]
+    driven = [_number(chain, coordinate) for coordinate in outputs]
+    law = _ratio(shares[driving], shares[driven], [str(name) for name in inputs], [str(name) for name in outputs])
+    return np.asarray(law * size[driving] / size[driven][:, None])
+
+
+def joint_rates(chain: Chain) -> Reals:
+    """Rates of all joint coordinates in the independent motions [rad/s, m/s], shape (freedoms of all joints, m)."""
+    shares, size = _shares(chain)
+    return np.asarray(shares / size[:, None])
+
+
+def _shares(chain: Chain) -> tuple[Reals, Reals]:
+    """Rates of all joint coordinates over what each would be by itself at unit twist, and that, shape (freedoms,)."""
+    modes = null_space(kinematic_matrix(chain))
+    shares, sizes, start = [], [], 0
+    for twist in chain.twists:
+        scaled = chain.scale * twist
+        count, size = scaled.shape[-1], np.linalg.norm(scaled, axis=0)
+        # The loop equations are written in the orthonormal basis that the same QR makes of these twists.
+        triangle = np.linalg.qr(scaled, mode="complete")[1][:count]
+        shares.append(size[:, None] * np.linalg.solve(triangle, modes[start : start + count]))
+        sizes.append(size)
+        start += count
+    return np.concatenate(shares), np.concatenate(sizes)
+
+
+def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
+    """Loads that hold a chain in balance over other loads, shape (outputs, inputs).
+
+    By virtual work on the motions that the joints leave free: no joint force enters, redundant or not. The first index
+    is the load that is found, the second the load that is given.
+
+    Raises
+    ------
+    MechanismError
+        The given loads do not determine the others; there is no such action or link.
+    """
+    size = {action.name: _size(chain, action) for action in actions}
+    powers = {action.name: _power(chain, action) / size[action.name] for action in actions}
+    for name in (*inputs, *outputs):
+        if name not in powers:
+            raise MechanismError(f'there is no action "{name}": there are {", ".join(powers)}')
+    given = np.array([powers[name] for name in inputs]).T
+    sought = np.array([powers[name] for name in outputs]).T
+    if np.linalg.matrix_rank(sought, RANK_TOLERANCE) < len(outputs):
+        raise MechanismError(f"balance does not tell {', '.join(outputs)}: choose fewer, or loads that do work")
+    law = -np.linalg.lstsq(sought, given, rcond=None)[0]
+    if np.abs(sought @ law + given).max(initial=0.0) > DETERMINED:
+        raise MechanismError(f"{', '.join(outputs)} alone cannot balance {', '.join(inputs)}: the chain would move")
+    sizes = [np.array([size[name] for name in names]) for names in (inputs, outputs)]
+    return np.asarray(law * sizes[0] / sizes[1][:, None])
+
+
+def _size(chain: Chain, action: Action) -> float:
+    """Power of a unit action at most, where its link moves at unit twist [N m]: what powers are measured by."""
+    size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
+    if not size > 0:
+        raise MechanismError(f'action "{action.name}" has neither a force nor a moment')
+    return size
+
+
+def _power(chain: Chain, action: Action) -> Reals:
+    """Power of a unit action in every independent motion, shape (m,)."""
+    if action.link not in chain.graph.nodes[1:]:
+        raise MechanismError(f'action "{action.name}": there is no moving link "{action.link}"')
+    motions = link_motions(chain)[:, chain.graph.nodes.index(action.link) - 1]
+    turns = chain.size // 2
+    dimension = chain.size - turns
+    at, force, moment = (
+        np.array(values or (0.0,) * count, float)
+        for values, count in ((action.at, dimension), (action.force, dimension), (action.moment, turns))
+    )
+    arm = at - chain.center
+    about = np.cross(arm, force) if dimension == 3 else np.array([arm[0] * force[1] - arm[1] * force[0]])
+    return np.asarray(motions[:, :turns] @ (moment + about) + motions[:, turns:] @ force)
+
+
+def _number(chain: Chain, coordinate: Coordinate) -> int:
+    """Number of a joint coordinate among all freedoms."""
+    joint, freedom = (coordinate, "") if isinstance(coordinate, str) else coordinate
+    start = 0
+    for branch, names in zip(chain.graph.branches, chain.freedoms, strict=True):
+        if branch.name == joint:
+            if not freedom and len(names) == 1:
+                return start
+            if freedom in names:
+                return start + names.index(freedom)
+            raise MechanismError(f'joint "{joint}": say which of its freedoms {", ".join(names)} is meant')
+        start += len(names)
+    raise MechanismError(f'there is no joint "{joint}"')
+
+
+def _ratio(driving: Reals, driven: Reals, inputs: Sequence[str], outputs: Sequence[str]) -> Reals:
+    """The matrix that sends the rows `driving` to the rows `driven`."""
+    if np.linalg.matrix_rank(driving, RANK_TOLERANCE) < len(inputs):
+        raise MechanismError(f"{', '.join(inputs)} do not move independently of each other")
+    law = np.linalg.lstsq(driving.T, driven.T, rcond=None)[0].T
+    error = np.abs(law @ driving - driven).max(axis=1)
+    for name, wrong in zip(outputs, error, strict=True):
+        if wrong > DETERMINED:
+            raise MechanismError(f"{name} does not follow from {', '.join(inputs)}: choose more inputs")
+    return np.asarray(law)

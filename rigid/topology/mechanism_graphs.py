@@ -1,0 +1,62 @@
+"""Two graphs of one mechanism: links as nodes and joints as branches, or joints as nodes and bars as branches.
+
+Topology only: no length enters. See docs/structure.md.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from rigid.mechanism import GROUND, Link, Mechanism
+from rigid.topology.graph import Branch, Graph
+from rigid.topology.pairs import Contact, pairs
+
+
+def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Graph:
+    """Links as nodes, the ground first, and joints as branches; n links on one pin make n - 1 branches."""
+    joints = pairs(mechanism, contacts)
+    return Graph(
+        tuple(Branch(pair.name, pair.start, pair.end) for pair in joints),
+        tuple(link.name for link in mechanism.links),
+    )
+
+
+def bar_graph(mechanism: Mechanism) -> Graph:
+    """Joints as nodes and bars as branches, after Vlase.
+
+    A link of two joints is one bar; of more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars through
+    its joints. A slider is a branch of changing length from its line's origin to its point; the origin is a node named
+    like the slider, or the owner's joint that is there. Points in one link alone are left out, unless the link has
+    fewer than two joints.
+    """
+    shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
+    shared |= {slider.point for slider in mechanism.sliders}
+    bars: list[Branch] = []
+    slides: list[Branch] = []
+    for link in mechanism.links:
+        joints = [point for point in link.points if point in shared]
+        for slider in mechanism.sliders:
+            if slider.on == link.name:
+                here = [point for point in joints if np.all(link.points[point] == slider.origin)]
+                start = here[0] if here else slider.name
+                joints += [] if start in joints else [start]
+                slides.append(Branch(slider.name, start, slider.point))
+        bars += _bars(link, joints)
+    return Graph((*bars, *slides))
+
+
+def _bars(link: Link, joints: list[str]) -> list[Branch]:
+    """Bars that make one link rigid."""
+    nodes = joints
+    if len(nodes) < 2 and link.name != GROUND:
+        nodes = list(dict.fromkeys((*link.points, *joints)))
+    path = list(pairwise(nodes))
+    if link.name == GROUND:
+        return [Branch(f"{link.name} {start}-{end}", start, end) for start, end in path]
+    if len(path) == 1:
+        return [Branch(link.name, *path[0])]
+    strip = [pair for near, far in zip(path, zip(nodes, nodes[2:], strict=False), strict=False) for pair in (near, far)]
+    strip += path[len(strip) // 2 :]
+    return [Branch(f"{link.name} {start}-{end}", start, end) for start, end in strip]

@@ -1,0 +1,155 @@
+"""Kinematic pairs of a mechanism, one between two links each, and their count."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from rigid.mechanism import Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.positions.drawing import Drawing
+
+Kind = Literal["pin", "slider", "rolling", "slipping"]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two links that touch: gears, a cam and its follower.
+
+    Parameters
+    ----------
+    one, other
+        Names of the links.
+    at
+        Where they touch [m], in the ground's axes, at the position that is asked about.
+    normal
+        Direction of the common normal there. The links then slip along the tangent and turn: two freedoms. None where
+        they roll without slipping: one freedom.
+    """
+
+    name: str
+    one: str
+    other: str
+    at: complex
+    normal: complex | None = None
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A joint between two links: what the end link may do as seen from the start link."""
+
+    name: str
+    kind: Kind
+    start: str
+    end: str
+    detail: Slider | Contact | None = None
+    drive: int | None = None
+
+    @property
+    def freedoms(self) -> int:
+        """Freedoms that it leaves: two where links slip on each other, one otherwise."""
+        return 2 if self.kind == "slipping" else 1
+
+
+def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
+    """Where the wheels of a mechanism's gears touch as drawn, each one condition: they slip along the line of centres.
+
+    Raises
+    ------
+    MechanismError
+        A gear of ratio 1, whose wheels touch nowhere; a point that is not drawn.
+    """
+    return tuple(_touch(mechanism, number, gear) for number, gear in enumerate(mechanism.gears, 1))
+
+
+def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
+    drawing = Drawing(mechanism)
+    ends = gear.driver, gear.follower
+    wheels = [end for end in ends if isinstance(end, PinDrive)]
+    racks = [slider for end in ends for slider in mechanism.sliders if slider.name == getattr(end, "slider", None)]
+    one, other = (end.link if isinstance(end, PinDrive) else racks[0].link for end in ends)
+    centers = [drawing.at(wheel.at) for wheel in wheels]
+    if len(wheels) == 2 and gear.ratio != 1:
+        at, normal = (centers[0] - gear.ratio * centers[1]) / (1 - gear.ratio), 1j * (centers[1] - centers[0])
+        if normal != 0:
+            return Contact(f"gear {number}", one, other, at, normal)
+    elif len(wheels) == 1:
+        radius = gear.ratio if isinstance(gear.follower, SliderDrive) else 1 / gear.ratio
+        normal = complex(racks[0].direction)
+        return Contact(f"gear {number}", one, other, centers[0] - 1j * radius * normal, normal)
+    raise MechanismError(f"gear {number}: its wheels touch nowhere in the plane, so that it has no place in the graph")
+
+
+def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
+    """Every pair of a mechanism, with `contacts` where it has gears or cams: pins, sliders, contacts.
+
+    n links on one pin are n - 1 pairs; two of them that a drive turns against each other are one of these.
+
+    Raises
+    ------
+    MechanismError
+        A slider or contact of a link that is not there.
+    """
+    found = list(_pins(mechanism))
+    slid = {drive.slider: number for number, drive in enumerate(mechanism.drives) if isinstance(drive, SliderDrive)}
+    found += [
+        Pair(slider.name, "slider", slider.on, slider.link, slider, slid.get(slider.name))
+        for slider in mechanism.sliders
+    ]
+    for contact in contacts:
+        kind: Kind = "rolling" if contact.normal is None else "slipping"
+        found.append(Pair(contact.name, kind, contact.one, contact.other, contact))
+    for pair in found:
+        for link in (pair.start, pair.end):
+            if link not in mechanism.index:
+                raise MechanismError(f'{pair.kind} "{pair.name}": there is no link "{link}"')
+    return tuple(found)
+
+
+def _pins(mechanism: Mechanism) -> Iterator[Pair]:
+    carried: dict[str, list[str]] = {}
+    for link in mechanism.links:
+        for point in link.points:
+            carried.setdefault(point, []).append(link.name)
+    for point, links in carried.items():
+        together = {link: {link} for link in links}
+        drives = {
+            (drive.on, drive.link): number
+            for number, drive in enumerate(mechanism.drives)
+            if isinstance(drive, PinDrive) and drive.at == point and {drive.on, drive.link} <= set(links)
+        }
+        for start, end in (*drives, *((links[0], link) for link in links[1:])):
+            if together[start] is together[end]:
+                continue
+            yield Pair(point, "pin", start, end, None, drives.get((start, end)))
+            joined = together[start] | together[end]
+            together.update(dict.fromkeys(joined, joined))
+
+
+def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:
+    """Mobility of a planar mechanism by count alone: 3 (n - 1) - 2 j1 - j2.
+
+    Parameters
+    ----------
+    links
+        Number of links n, the fixed one among them.
+    one_freedom, two_freedom
+        Numbers of pairs that leave one freedom (pins, sliders, rolling) and two (a cam and its follower, slipping).
+
+    The count is blind to special dimensions: gears count 0 and turn. `mobility` is not.
+
+    Examples
+    --------
+    A four-bar; two gears that roll; two that slip.
+
+    >>> kutzbach(4, 4), kutzbach(3, 3), kutzbach(3, 2, 1)
+    (1, 0, 1)
+    """
+    return 3 * (links - 1) - 2 * one_freedom - two_freedom
+
+
+def mobility_count(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> int:
+    """Kutzbach count of a mechanism."""
+    joints = pairs(mechanism, contacts)
+    slipping = sum(pair.freedoms == 2 for pair in joints)
+    return kutzbach(len(mechanism.links), len(joints) - slipping, slipping)

@@ -1,0 +1,90 @@
+"""The chain of a planar mechanism: twists of its pins, sliders and contacts in a posture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from rigid.mechanism import Complexes, Mechanism, Reals, Slider
+from rigid.postures import Posture, assembled, slide_line
+from rigid.topology.mechanism_graphs import link_graph
+from rigid.topology.pairs import Contact, Pair, pairs
+from rigid.topology.ranks import Chain, Mobility, mobility, self_stress, stressed_joints
+
+
+def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
+    """Joints of a planar mechanism in a posture of one or many positions.
+
+    `contacts` (gears, cams) touch where they do in this posture; with them it should be of one position.
+
+    Examples
+    --------
+    Gears that roll on each other: a count of 0, but one mobility and one condition too many.
+
+    >>> from rigid import Contact, Link, Mechanism, assembled, mobility, planar_chain
+    >>> links = (Link("ground", {"O": 0, "D": 3}), Link("pinion", {"O": 0}), Link("wheel", {"D": 0}))
+    >>> gears = assembled(Mechanism(links, (), {"O": 0, "D": 3}))
+    >>> found = mobility(planar_chain(gears, [Contact("mesh", "pinion", "wheel", 1.0)]))
+    >>> int(found.mobility), int(found.hyperstaticity), found.index
+    (1, 1, 0)
+    """
+    contacts = tuple(contacts)
+    joints = pairs(here.mechanism, contacts)
+    places = [_place(here, pair) for pair in joints]
+    everywhere = np.concatenate([np.ravel(place) for place in places]) if places else np.zeros(1, complex)
+    center = complex(everywhere.mean())
+    length = float(np.sqrt((np.abs(everywhere - center) ** 2).mean())) or 1.0
+    twists = [_twists(here, pair, place - center) for pair, place in zip(joints, places, strict=True)]
+    graph = link_graph(here.mechanism, contacts)
+    return Chain(
+        graph,
+        tuple(twist for twist, _ in twists),
+        tuple(names for _, names in twists),
+        np.array([center.real, center.imag]),
+        length,
+    )
+
+
+def redundant_joints(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
+    """Joints whose forces statics alone cannot tell, with the mechanism as drawn; none where it is not redundant."""
+    contacts = tuple(contacts)
+    joints = pairs(mechanism, contacts)
+    return tuple(joints[number] for number in stressed_joints(planar_chain(assembled(mechanism), contacts)))
+
+
+def mechanism_mobility(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Mobility:
+    """Mobility and hyperstaticity of a mechanism as drawn, drives left free."""
+    return mobility(planar_chain(assembled(mechanism), contacts))
+
+
+def self_stress_forces(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Complexes:
+    """Forces on the end link of every pair in the self-stress states, complex [N], shape (h, pairs)."""
+    states = self_stress(planar_chain(assembled(mechanism), tuple(contacts)))
+    return np.asarray(states[..., 1] + 1j * states[..., 2])
+
+
+def _place(here: Posture, pair: Pair) -> Complexes:
+    """Where a pair is, in the ground's axes [m]: a slider's is its block's point."""
+    if isinstance(pair.detail, Slider):
+        return here.point(pair.end, pair.detail.point)
+    if isinstance(pair.detail, Contact):
+        return np.full(np.shape(here.origin)[1:], pair.detail.at, complex)
+    return here.point(pair.start, pair.name)
+
+
+def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
+    """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
+    turn = _column(np.ones(np.shape(arm)), -1j * arm)
+    if isinstance(pair.detail, Slider):
+        return _column(np.zeros(np.shape(arm)), slide_line(here, pair.detail)), ("slide",)
+    if isinstance(pair.detail, Contact) and pair.detail.normal is not None:
+        slip = _column(np.zeros(np.shape(arm)), np.full(np.shape(arm), 1j * pair.detail.normal))
+        return np.concatenate([turn, slip], axis=-1), ("angle", "slip")
+    return turn, ("angle",)
+
+
+def _column(spin: Reals, velocity: Complexes) -> Reals:
+    """One twist, shape (..., 3, 1)."""
+    spin, velocity = np.broadcast_arrays(spin, velocity)
+    return np.stack([spin, velocity.real, velocity.imag], axis=-1)[..., None]

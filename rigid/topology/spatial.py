@@ -1,0 +1,239 @@
+"""Joints of space with their static and kinematic torsors, and chains of them for structure alone.
+
+A torsor is a resultant and a moment at a point. Joint by joint: what its end link may do as seen from its start link
+(rotation, velocity) and what the start link can transmit to it (force, moment), in the joint's own axes x, y, z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from rigid.mechanism import GROUND, MechanismError, Reals
+from rigid.topology.graph import Branch, Graph
+from rigid.topology.ranks import Chain
+
+Vector = tuple[float, float, float]
+ROTATIONS = ("Ωx", "Ωy", "Ωz")
+VELOCITIES = ("Vx", "Vy", "Vz")
+FORCES = ("X", "Y", "Z")
+MOMENTS = ("L", "M", "N")
+
+
+@dataclass(frozen=True)
+class JointType:
+    """A kind of joint.
+
+    Parameters
+    ----------
+    name
+        The usual one.
+    meaning
+        Of its own axes, after the source's table.
+    freedoms
+        Components of the kinematic torsor that it leaves free. Of a helical joint the velocity goes with the rotation.
+    axis
+        Which of its own axes a joint's `axis` is.
+    normal
+        Which one its `normal` is, for the two types that need another direction.
+    """
+
+    name: str
+    meaning: str
+    freedoms: tuple[str, ...]
+    axis: str = "z"
+    normal: str = ""
+
+    @property
+    def transmits(self) -> tuple[str, ...]:
+        """Components of the static torsor that it carries: the ones on which no freedom does work."""
+        blocked = zip((*FORCES, *MOMENTS), (*VELOCITIES, *ROTATIONS), strict=True)
+        return tuple(carried for carried, freedom in blocked if freedom not in self.freedoms)
+
+
+JOINT_TYPES: Mapping[str, JointType] = {
+    joint.name: joint
+    for joint in (
+        JointType("point", "contact in a point of normal z", ("Ωx", "Ωy", "Ωz", "Vx", "Vy")),
+        JointType("line", "contact along a line x of normal z", ("Ωx", "Ωz", "Vx", "Vy"), "x", "z"),
+        JointType("annular", "sphere in a cylinder of axis x", ("Ωx", "Ωy", "Ωz", "Vx"), "x"),
+        JointType("spherical", "ball", ("Ωx", "Ωy", "Ωz")),
+        JointType("planar", "contact of planes of normal z", ("Ωz", "Vx", "Vy")),
+        JointType("cylindrical", "turns about z and slides along it", ("Ωz", "Vz")),
+        JointType("universal", "turns about x and about z", ("Ωx", "Ωz"), "x", "z"),
+        JointType("helical", "screw along z, Vz = p Ωz, N = -p Z", ("Ωz",)),
+        JointType("prismatic", "slides along z", ("Vz",)),
+        JointType("revolute", "turns about z", ("Ωz",)),
+        JointType("rigid", "no freedom", ()),
+    )
+}
+
+SYNONYMS: Mapping[str, str] = {
+    "punctual": "point",
+    "rectilinear": "line",
+    "linear rectilinear": "line",
+    "annular linear": "annular",
+    "ball": "spherical",
+    "plane": "planar",
+    "sliding pivot": "cylindrical",
+    "cardan": "universal",
+    "screw": "helical",
+    "slide": "prismatic",
+    "slider": "prismatic",
+    "pivot": "revolute",
+    "pin": "revolute",
+    "fixed": "rigid",
+}
+
+
+@dataclass(frozen=True)
+class SpatialJoint:
+    """A joint between two links in space.
+
+    Parameters
+    ----------
+    links
+        Names of the start and the end link; its torsors are the end link's as seen from the start link.
+    type
+        One of JOINT_TYPES or SYNONYMS.
+    at
+        Where it is [m].
+    axis
+        Direction of its axis; the normal of a contact in a point or plane.
+    pitch
+        Of a helical joint: advance per radian p [m], negative for a left-handed thread.
+    normal
+        Of a line contact, its normal; of a universal joint, its second axis; at right angles to `axis`.
+    """
+
+    name: str
+    links: tuple[str, str]
+    type: str
+    at: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    pitch: float = 0.0
+    normal: Vector | None = None
+
+    @property
+    def kind(self) -> JointType:
+        """Its row in JOINT_TYPES.
+
+        Raises
+        ------
+        MechanismError
+            There is no such type.
+        """
+        name = SYNONYMS.get(self.type, self.type)
+        if name not in JOINT_TYPES:
+            near = get_close_matches(self.type, [*JOINT_TYPES, *SYNONYMS], 1)
+            meant = f', did you mean "{near[0]}"?' if near else f": it is one of {', '.join(JOINT_TYPES)}"
+            raise MechanismError(f'joint "{self.name}": there is no type "{self.type}"{meant}')
+        return JOINT_TYPES[name]
+
+
+def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
+    """Free motions of a joint at a point, shape (6, freedoms).
+
+    Rows are (Ωx, Ωy, Ωz, Vx, Vy, Vz) of the ground's axes. Columns in the order of `joint.kind.freedoms`: unit
+    rotations [rad/s] and velocities [m/s] along the joint's own axes. `at` [m] is the joint's place where left out.
+    """
+    axes = _axes(joint)
+    columns = []
+    for freedom in joint.kind.freedoms:
+        way = axes[:, "xyz".index(freedom[1])]
+        helix = joint.pitch if joint.kind.name == "helical" else 0.0
+        columns.append((way, helix * way) if freedom in ROTATIONS else (np.zeros(3), way))
+    spin, velocity = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
+    arm = np.zeros(3) if at is None else np.asarray(at) - np.asarray(joint.at)
+    return np.concatenate([spin, velocity + np.cross(spin, arm, axis=0)] if columns else [spin, velocity])
+
+
+def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
+    """What a joint transmits to its end link at a point, shape (6, components).
+
+    Rows are (X, Y, Z, L, M, N) of the ground's axes. Columns in the order of `joint.kind.transmits`: unit forces [N]
+    and moments [N m] along the joint's own axes.
+    """
+    axes = _axes(joint)
+    columns = []
+    for component in joint.kind.transmits:
+        force, moment = np.zeros(3), np.zeros(3)
+        if component in FORCES:
+            force = axes[:, FORCES.index(component)]
+            # The thread turns a push along its axis into a moment about it: together they do no work.
+            moment = -joint.pitch * force if joint.kind.name == "helical" and component == "Z" else moment
+        else:
+            moment = axes[:, MOMENTS.index(component)]
+        columns.append((force, moment))
+    force, moment = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
+    arm = np.zeros(3) if at is None else np.asarray(joint.at) - np.asarray(at)
+    return np.concatenate([force, moment + np.cross(arm, force.T).T])
+
+
+def spatial_chain(joints: Iterable[SpatialJoint], fixed: str | None = None) -> Chain:
+    """A chain of joints in space, as placed.
+
+    Parameters
+    ----------
+    fixed
+        Name of the fixed link; "ground" where there is one of that name, else the first mentioned.
+
+    Raises
+    ------
+    MechanismError
+        No joints; two of one name; an unknown type; an axis of no length; a fixed link that is not there.
+    """
+    joints = tuple(joints)
+    if not joints:
+        raise MechanismError("there are no joints")
+    names = [joint.name for joint in joints]
+    if repeated := sorted({name for name in names if names.count(name) > 1}):
+        raise MechanismError(f'two joints have the name "{repeated[0]}"')
+    nodes = list(dict.fromkeys(link for joint in joints for link in joint.links))
+    fixed = fixed or (GROUND if GROUND in nodes else nodes[0])
+    if fixed not in nodes:
+        raise MechanismError(f'no joint holds the fixed link "{fixed}"')
+    nodes.sort(key=lambda node: node != fixed)
+    places = np.array([joint.at for joint in joints], float)
+    center = places.mean(axis=0)
+    lengths = [*np.linalg.norm(places - center, axis=1), *(abs(joint.pitch) for joint in joints)]
+    return Chain(
+        Graph(tuple(Branch(joint.name, *joint.links) for joint in joints), tuple(nodes)),
+        tuple(kinematic_torsor(joint, center) for joint in joints),
+        tuple(joint.kind.freedoms for joint in joints),
+        center,
+        float(np.sqrt(np.mean(np.square(lengths)))) or 1.0,
+    )
+
+
+def _axes(joint: SpatialJoint) -> Reals:
+    """Columns: the joint's own x, y, z in the ground's axes."""
+    kind = joint.kind
+    axis = _unit(joint, joint.axis, "axis")
+    if kind.normal:
+        if joint.normal is None:
+            raise MechanismError(f'joint "{joint.name}": a {kind.name} joint needs a normal')
+        other = _unit(joint, joint.normal, "normal")
+        if abs(axis @ other) > 1e-9:
+            raise MechanismError(
+                f'joint "{joint.name}": axis and normal stand at '
+                f"{np.degrees(np.arccos(np.clip(axis @ other, -1, 1))):.6g} deg, not at 90"
+            )
+    else:
+        other = np.eye(3)[np.abs(axis).argmin()]
+        other = other - (other @ axis) * axis
+        other = other / np.linalg.norm(other)
+    if kind.axis == "x":
+        return np.stack([axis, np.cross(other, axis), other], axis=1)
+    return np.stack([other, np.cross(axis, other), axis], axis=1)
+
+
+def _unit(joint: SpatialJoint, direction: Vector, what: str) -> Reals:
+    way = np.asarray(direction, float)
+    length = np.linalg.norm(way)
+    if not length > 0:
+        raise MechanismError(f'joint "{joint.name}": its {what} has no length')
+    return np.asarray(way / length)
