@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import Beam, Complex, Link, Mechanism, Real
+from rigid.mechanism import Mechanism
+from rigid.parts import Beam, Complex, Link, Real
 from rigid.plane import dot
 
 

@@ -18,7 +18,6 @@ from rigid import (
     ForwardError,
     Gear,
     Link,
-    LinkAngle,
     Lump,
     Mechanism,
     MechanismError,
@@ -28,18 +27,15 @@ from rigid import (
     Spring,
     TorsionSpring,
     acceleration_of,
-    constant_law,
-    dissipated_power,
     drive_efforts,
     forward,
-    kinetic_energy,
-    law_of_rate,
     motion,
     motion_during,
     position_of,
-    potential_energy,
     reactions,
 )
+from rigid.analysis import LinkAngle
+from rigid.dynamics import constant_law, dissipated_power, kinetic_energy, law_of_rate, potential_energy
 
 GRAVITY = 9.81
 FREE = Effort()

@@ -18,12 +18,11 @@ from rigid import (
     ReachError,
     Reals,
     TableError,
-    assembled,
-    flat_triangles,
     motion,
     motion_during,
     require_reach,
 )
+from rigid.topology import assembled, flat_triangles
 
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:

@@ -13,7 +13,8 @@ from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
 from kinelast.scene.parts import build_parts
 from kinelast.scene.text import file_text, of_file, toml_tables
-from rigid import Contact, Mechanism, MechanismError, SpatialJoint, spatial_chain
+from rigid import Mechanism, MechanismError
+from rigid.topology import Contact, SpatialJoint, spatial_chain
 
 
 @dataclass(frozen=True, eq=False)

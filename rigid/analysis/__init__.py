@@ -1,1 +1,45 @@
-"""What is asked of a moving linkage: limits, dead points, transmission, reach, inverse kinematics."""
+"""What is asked of a motion: limits, reach, transmission, inverse kinematics."""
+
+from rigid.analysis.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
+from rigid.analysis.inverse import drive_values
+from rigid.analysis.reach import ReachError, reachable, require_reach, stops
+from rigid.analysis.turning_points import (
+    DeadPoint,
+    Limit,
+    Transmission,
+    dead_points,
+    limits,
+    swing,
+    time_ratio,
+    transmission_angles,
+    velocity_ratio,
+)
+
+__all__ = [
+    "Coordinate",
+    "DeadPoint",
+    "Distance",
+    "Limit",
+    "LinkAngle",
+    "Offset",
+    "Path",
+    "PointCoordinate",
+    "Rated",
+    "ReachError",
+    "Slide",
+    "Transmission",
+    "dead_points",
+    "drive_values",
+    "limits",
+    "reachable",
+    "require_reach",
+    "stops",
+    "swing",
+    "time_ratio",
+    "transmission_angles",
+    "velocity_ratio",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rigid.mechanism import GROUND, MechanismError
-from rigid.motion import Motion, position_of, velocity_of
+from rigid.kinematics import Motion, position_of, velocity_of
+from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import MechanismError, PinDrive, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
 CLOSES = 1e-6

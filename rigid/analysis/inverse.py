@@ -8,9 +8,9 @@ import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
 from rigid.analysis.crossings import intervals, positions, zeros
-from rigid.analysis.limits import turning_points
-from rigid.mechanism import Reals
-from rigid.motion import Motion
+from rigid.analysis.turning_points import turning_points
+from rigid.kinematics import Motion
+from rigid.parts import Reals
 
 TOUCH = 64 * np.finfo(float).eps
 

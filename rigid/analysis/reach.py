@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import MechanismError, PinDrive
-from rigid.motion import Motion, motion
+from rigid.decomposition.groups import Group
+from rigid.kinematics import Motion, motion
+from rigid.parts import MechanismError, PinDrive
 from rigid.plane import cross
 from rigid.postures import Posture
-from rigid.topology.structure import Group
 
 HALVINGS = 60
 

@@ -1,6 +1,7 @@
 """All joints of a mechanism as one set of conditions on the coordinates (x, y, angle) of all moving links.
 
-An independent way to what the groups answer one after the other: nothing here knows of groups, dyads or an order.
+An independent way to what the groups answer one after the other: nothing here knows of groups, dyads or an order, and
+what a joint holds and a gear couples is written anew on purpose, so that the one route checks the other.
 Derivation: docs/dynamics.md.
 """
 
@@ -14,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import per_row
+from rigid.decomposition.structure import structure
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
-from rigid.topology.structure import Joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class JointTable:
 @lru_cache(maxsize=64)
 def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
     """Joints of a mechanism for columns of `ndim` axes."""
-    joints = mechanism.structure.joints
+    joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
     turned = [joint.slider is not None and joint.sense < 0 for joint in everyone]

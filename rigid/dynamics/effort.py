@@ -15,10 +15,11 @@ from rigid.conditioning import SINGULAR
 from rigid.constants import mass_table
 from rigid.dynamics.constraints import conditions, constraint_matrix, joint_table
 from rigid.forces import JointForces
-from rigid.loads import UNSTRESSED, given_loads, link_loads
-from rigid.mechanism import MechanismError, Reals
-from rigid.motion import Motion, with_rates
+from rigid.kinematics import Motion, with_rates
+from rigid.loads import given_loads, link_loads
+from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
+from rigid.statics import UNSTRESSED
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +113,8 @@ def _reduced_loads(motion: Motion, units: list[Motion]) -> Any:
     mass, first, _ = mass_table(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)
     power = np.stack([(dot(u.velocity, weight) + u.angular_velocity * tilt)[1:].sum(axis=0) for u in units])
-    for at, pull, twist in given_loads(motion):
-        power += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * twist for unit in units]
+    for at, pull, couple in given_loads(motion):
+        power += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
     return power
 
 
@@ -148,15 +149,15 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> Jo
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
     count = table.count
-    pulls, twists = [], []
+    pulls, couples = [], []
     moving = np.tensordot(table.shares.T, multiplier[2 * count :], 1)
     effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
         one, other = multiplier[2 * number], multiplier[2 * number + 1]
         if joint.slider is None:
             pulls.append(one + 1j * other)
-            twists.append(effort.get(number, 0.0))
+            couples.append(effort.get(number, 0.0))
         else:
             pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * other))
-            twists.append(joint.sense * one)
-    return JointForces(motion.closures, pulls, twists, ground)
+            couples.append(joint.sense * one)
+    return JointForces(motion.closures, pulls, couples, ground)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import mass_table
+from rigid.kinematics import Motion
 from rigid.loads import given_loads
-from rigid.motion import Motion
 from rigid.plane import dot
 
 
@@ -35,8 +35,8 @@ def dissipated_power(motion: Motion) -> Any:
 def load_power(motion: Motion) -> Any:
     """Power of all loads, springs and dampers among them, without weights [W], shape (..., positions)."""
     power = np.zeros(motion.columns)
-    for at, pull, twist in given_loads(motion):
-        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * twist
+    for at, pull, couple in given_loads(motion):
+        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * couple
     return power
 
 

@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
-from rigid.mechanism import Law, Reals
-from rigid.motion import Motion
+from rigid.kinematics import Motion
+from rigid.parts import Law, Reals
 
 Curve = Callable[[Any], Any]
 OVER = 1e-12

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.analysis.limits import aligned_joint
+from rigid.analysis.turning_points import aligned_joint
 from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.tracking import Tracker
-from rigid.mechanism import Law, Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.mechanism import Mechanism
 from rigid.names import counted
+from rigid.parts import Law, MechanismError, Reals
 from rigid.postures import Posture
 
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
@@ -46,7 +47,7 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class IntegratedMotion:
     """An integrated motion; `motion_during` gives it at any times.
 
     Attributes
@@ -78,7 +79,7 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
-) -> Course:
+) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
     Parameters
@@ -127,7 +128,7 @@ def forward(
     return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
+def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853, OdeSolution
 
@@ -146,12 +147,12 @@ def _integrated(system: _System, begin: Reals, duration: float, tolerance: float
         origins.append(tracker.origin)
         directions.append(tracker.direction)
     postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
-    return Course(
+    return IntegratedMotion(
         tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
     )
 
 
-def motion_during(course: Course, time: Any) -> Motion:
+def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import GROUND, PinDrive, PointForce, Real
-from rigid.motion import Motion, position_of, velocity_of
+from rigid.kinematics import Motion, position_of, velocity_of
+from rigid.parts import GROUND, PinDrive, PointForce, Real
 from rigid.plane import dot
 
 
@@ -54,6 +54,11 @@ class Spring:
     length: Real = 0.0
     damping: Real = 0.0
     preload: Real = 0.0
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """Its two ends."""
+        return (self.link, self.point), (self.on, self.anchor)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Pull on its two ends; nan where they meet while it is tight, for then it has no direction."""
@@ -111,6 +116,11 @@ class TorsionSpring:
     angle: Real = 0.0
     damping: Real = 0.0
     preload: Real = 0.0
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """The pin, on both links."""
+        return (self.link, self.at), (self.on, self.at)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Moments on the two links."""

@@ -8,9 +8,10 @@ import numpy as np
 
 from rigid.constants import mass_table
 from rigid.dynamics.constraints import Conditions, centripetal, conditions, constraint_matrix, joint_table
+from rigid.kinematics import Motion, motion
 from rigid.loads import given_loads
-from rigid.mechanism import Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion
+from rigid.mechanism import Mechanism
+from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
 
 STEPS = 25
@@ -147,11 +148,11 @@ class Tracker:
         inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
         felt = acceleration - self.mechanism.gravity
         force = -(mass * felt + turning * arm)
-        twist = -(cross(arm, felt) + second * turning.imag)
+        couple = -(cross(arm, felt) + second * turning.imag)
         for at, pull, turn in given_loads(coasting):
             force[at] += pull
-            twist[at] += turn
-        return inertia, (dot(v, force) + w * twist).sum(axis=0), coasting
+            couple[at] += turn
+        return inertia, (dot(v, force) + w * couple).sum(axis=0), coasting
 
     def _approach(self, drive: Reals) -> bool:
         """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""

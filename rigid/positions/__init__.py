@@ -1,1 +1,11 @@
-"""Positions of the links: dyads in closed form, any other group by Newton's method, on the branch of the drawing."""
+"""Where the links are: driven links, dyads in closed form, any other group by Newton's method."""
+
+from rigid.positions.placing import place
+
+__all__ = [
+    "place",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid.mechanism import MechanismError, Reals
+from rigid.parts import MechanismError, Reals
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
 RANK_TOLERANCE = 1e-9

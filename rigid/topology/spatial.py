@@ -12,7 +12,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from rigid.mechanism import GROUND, MechanismError, Reals
+from rigid.parts import GROUND, MechanismError, Reals
 from rigid.topology.graph import Branch, Graph
 from rigid.topology.ranks import Chain
 

@@ -12,9 +12,9 @@ from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.analysis.reach import stops
 from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
-from rigid.mechanism import MechanismError, PinDrive, Reals
-from rigid.motion import Motion, with_rates
+from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
+from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.plane import cross, dot
 
 GOLDEN = (np.sqrt(5) - 1) / 2

@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from rigid.decomposition.groups import Group
+from rigid.decomposition.structure import structure
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.topology.structure import Group, Joint
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
@@ -66,13 +68,14 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
 
     Examples
     --------
-    >>> from rigid import Link, Mechanism, PinDrive, assur_groups
+    >>> from rigid import Link, Mechanism, PinDrive
+    >>> from rigid.decomposition import assur_groups
     >>> links = (Link("ground", {"O": 0, "D": 3}), Link("crank", {"O": 0, "A": 1}),
     ...          Link("coupler", {"A": 0, "B": 3}), Link("rocker", {"D": 0, "B": 2}))
     >>> [group.name for group in assur_groups(Mechanism(links, (PinDrive("crank", "O"),), {}))]
     ['driven link', 'dyad RRR, class II']
     """
-    return tuple(_classified(mechanism, group) for group in mechanism.structure.groups)
+    return tuple(_classified(mechanism, group) for group in structure(mechanism).groups)
 
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:

@@ -1,0 +1,17 @@
+"""Groups of links in the order of solution."""
+
+from rigid.decomposition.assur import AssurGroup, assur_groups
+from rigid.decomposition.groups import Group, Structure
+from rigid.decomposition.structure import structure
+
+__all__ = [
+    "AssurGroup",
+    "Group",
+    "Structure",
+    "assur_groups",
+    "structure",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
