@@ -21,7 +21,7 @@ from rigid.plane import ZERO, number
 SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
 REGULAR = 1e-2  # sine from which on no position comes to that
 MILD = 4.0  # by how much larger than their sum parts may be without counting
-TINY = np.finfo(float).tiny
+TINY = np.finfo(float).tiny  # instead of a zero to divide by
 
 
 class Moving(Protocol):
@@ -68,9 +68,9 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
-        for k, number in enumerate(closed.group.free):
+        for k, at in enumerate(closed.group.free):
             dual = closed.duals[k, c] if closing.along is None else closed.duals[k, c].real
-            loads = moment if closed.tree[number].along is None else force
+            loads = moment if closed.tree[at].along is None else force
             needed = needed + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
         total = np.maximum(total, needed)
     return total
@@ -100,7 +100,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
 
 
 def _pins(closed: Closure) -> list[int]:
-    return [k for k, number in enumerate(closed.group.free) if closed.tree[number].along is None]
+    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].along is None]
 
 
 def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:

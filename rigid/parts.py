@@ -31,15 +31,28 @@ class MechanismError(ValueError):
     Attributes
     ----------
     kind
-        What is wrong, where callers may want to tell: "name", "drives", "gear", "freedoms", "overconstrained",
-        "drawing", "open" (does not close), "reach", "singular"; "" otherwise.
+        What is wrong, where callers tell cases apart: "name", "drives", "gear", "freedoms", "overconstrained",
+        "drawing", "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular", or
+        the property of a joint in space: "type", "axis", "normal"; "" otherwise.
     links, joints
         Names of those at fault, as far as they are known.
+    drives, positions
+        Numbers of the drives and of the positions.
     """
 
-    def __init__(self, message: str, *, kind: str = "", links: Iterable[str] = (), joints: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        message: str,
+        *,
+        kind: str = "",
+        links: Iterable[str] = (),
+        joints: Iterable[str] = (),
+        drives: Iterable[int] = (),
+        positions: Iterable[int] = (),
+    ) -> None:
         super().__init__(message)
         self.kind, self.links, self.joints = kind, tuple(links), tuple(joints)
+        self.drives, self.positions = tuple(drives), tuple(positions)
 
 
 @dataclass(frozen=True, eq=False)

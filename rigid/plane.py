@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+ROUND_OFF = 4 * np.finfo(float).eps  # relative error of a figure made by a few operations
+
 
 class Zero:
     """Zero at every position by construction: sums and products with it are never computed.

@@ -92,7 +92,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, s
     while waiting:
         found = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
         if found is None:
-            raise MechanismError(f'link "{link.name}": its beams do not hang together')
+            raise MechanismError(f'link "{link.name}": its beams do not hang together', links=(link.name,))
         waiting.remove(found)
         number, beam = found
         forward = beam.start in reached
@@ -115,7 +115,8 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]])
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
         for point in sorted(point for owner, point in used if owner == at and point and point not in nodes):
             name = mechanism.links[at].name
-            raise MechanismError(f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load')
+            bare = f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load'
+            raise MechanismError(bare, links=(name,), joints=(point,))
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:

@@ -12,9 +12,9 @@ from rigid.kinematics import Motion, motion, with_rates
 from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
-CLOSES = 1e-6
-STEPS = 60
-SETTLED = 2e-16
+CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
+STEPS = 60  # of Ridders' method
+SETTLED = 2e-16  # of an interval, in which the zero is known
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from rigid.analysis.turning_points import turning_points
 from rigid.kinematics import Motion
 from rigid.parts import Reals
 
-TOUCH = 64 * np.finfo(float).eps
+TOUCH = 64 * np.finfo(float).eps  # of the coordinate's size, by which it may miss a value that it touches
 
 
 def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:

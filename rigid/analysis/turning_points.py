@@ -17,8 +17,8 @@ from rigid.names import counted
 from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.plane import cross, dot
 
-GOLDEN = (np.sqrt(5) - 1) / 2
-NARROWINGS = 80
+GOLDEN = (np.sqrt(5) - 1) / 2  # section
+NARROWINGS = 80  # by it: to round-off
 
 
 @dataclass(frozen=True, eq=False)

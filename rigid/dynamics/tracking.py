@@ -14,13 +14,13 @@ from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
 
-STEPS = 25
-ROUND_OFF = 1e-15
-FAR = 0.25
-PIECES = 1024
-SLOW = 0.05
-FITS = 1e-10
-FIRST = 1e6
+STEPS = 25  # of Newton's method before it gives up
+SETTLED = 1e-15  # error of a place over the mechanism's size, or of an angle [rad], that is left
+FAR = 0.25  # greatest step, over the size or [rad], that the linear forecast is trusted for
+PIECES = 1024  # such steps at most between two calls
+SLOW = 0.05  # share of the error that a step may leave before the matrix is renewed
+FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below which it fits
+FIRST = 1e6  # weight of the drives' rows, so that they are among the independent ones
 
 
 class Tracker:
@@ -47,11 +47,16 @@ class Tracker:
         if first.columns != (1,):
             raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
         if not np.isfinite(first.condition).all():
-            raise MechanismError("the mechanism cannot be assembled at the start, or is at a singular position there")
+            problem = "the mechanism cannot be assembled at the start, or is at a singular position there"
+            raise MechanismError(problem, kind="singular", positions=(0,))
         here = conditions(self._table, first.origin, first.direction)
         places = first.origin[self._table.block] + here.tip
         self.size = float(np.abs(places - places[0]).max()) or 1.0
         self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
+        slides, count = self._table.slides.ravel(), self._table.count
+        joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
+        moved = ~slides[self._table.moved[: len(self._table.shares)]]
+        self._row_weights = np.where(np.concatenate([joints, moved]), 1.0, 1 / self.size)
         self._begin = (drive.copy(), first.origin, self._angles(first, drive))
         self._rows = self._independent(constraint_matrix(here, self._links)[0])
         self._units = np.zeros((len(self._rows), len(drive)))
@@ -169,10 +174,10 @@ class Tracker:
             slowness = min(length / before, 1.0) if before else slowness
             if not length < 1.0:
                 return False
-            if length * slowness < ROUND_OFF:
+            if length * slowness < SETTLED:
                 self.drive = drive
                 surplus = len(open_by) > len(self._rows)
-                return not surplus or bool(np.abs(self._residual(drive)).max() < FITS * (1 + self.size))
+                return not surplus or bool(np.abs(self._row_weights * self._residual(drive)).max() < FITS)
             before = length
             if slowness > SLOW:
                 self._factor(self._here)

@@ -10,6 +10,7 @@ from rigid.closure import Closure, closure, columns, equations
 from rigid.decomposition.groups import Group
 from rigid.drawing import Drawing
 from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place, point_of
+from rigid.plane import ROUND_OFF
 from rigid.positions.placement import Placement
 from rigid.postures import Posture
 
@@ -18,7 +19,6 @@ TOLERANCE = 1e-14
 COARSE = 72
 NEAR = 0.1
 FITS = 1e-10
-ROUND_OFF = 4 * np.finfo(float).eps
 
 
 def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:

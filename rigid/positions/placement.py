@@ -10,8 +10,7 @@ import numpy as np
 from rigid.drawing import Drawing
 from rigid.joints import Columns, Joint, along_of, carried, coordinate_of, point_of
 from rigid.mechanism import Mechanism
-from rigid.plane import ZERO, unit
-from rigid.positions.dyads import ROUND_OFF
+from rigid.plane import ROUND_OFF, ZERO, unit
 from rigid.postures import Posture
 
 TURNS = 8  # of a gear's driver either way, that a posture is compared with

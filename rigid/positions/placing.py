@@ -12,10 +12,10 @@ from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joints import joint_place
 from rigid.mechanism import Mechanism
+from rigid.plane import ROUND_OFF
 from rigid.positions import change_points
 from rigid.positions.drive_path import Way, way_through
 from rigid.positions.dyad_places import place_dyad
-from rigid.positions.dyads import ROUND_OFF
 from rigid.positions.newton import correct, follow, require_closed
 from rigid.positions.placement import Placement
 from rigid.postures import Posture

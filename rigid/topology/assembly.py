@@ -18,7 +18,7 @@ from rigid.topology.kinematic_pairs import pairs
 
 CLOSED = 1e-9  # opening over the mechanism's size below which a joint is closed
 LITTLE = 1e-3  # opening over the size that rounded dimensions may leave
-STEPS = 40
+STEPS = 40  # of damped least squares
 
 
 def assembled(mechanism: Mechanism) -> Posture:
@@ -106,7 +106,7 @@ def _drawn(mechanism: Mechanism) -> Posture:
     for number, link in enumerate(mechanism.links[1:], 1):
         drawn = [point for point in link.points if point in mechanism.drawing]
         if not drawn:
-            raise MechanismError(f'link "{link.name}": none of its points is drawn', kind="drawing", links=(link.name,))
+            raise MechanismError(f'link "{link.name}": none of its points is drawn', links=(link.name,))
         direction[number] = drawing.direction(number)
         origin[number] = np.mean(
             [drawing.at(point) - direction[number] * _first(link.points[point]) for point in drawn]

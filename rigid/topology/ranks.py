@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from rigid.parts import MechanismError, Reals
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
-RANK_TOLERANCE = 1e-9
-STRESS_TOLERANCE = 1e-6
+RANK_TOLERANCE = 1e-9  # singular value over the greatest below which it counts as zero
+STRESS_TOLERANCE = 1e-6  # share of a self-stress below which a joint has no part in it
 
 
 @dataclass(frozen=True, eq=False)

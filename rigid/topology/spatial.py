@@ -130,7 +130,7 @@ class SpatialJoint:
         if name not in JOINT_TYPES:
             near = get_close_matches(self.type, [*JOINT_TYPES, *SYNONYMS], 1)
             meant = f', did you mean "{near[0]}"?' if near else f": it is one of {', '.join(JOINT_TYPES)}"
-            raise MechanismError(f'joint "{self.name}": there is no type "{self.type}"{meant}')
+            raise _fault(self.name, "type", f'there is no type "{self.type}"{meant}')
         return JOINT_TYPES[name]
 
 
@@ -215,13 +215,11 @@ def _axes(joint: SpatialJoint) -> Reals:
     axis = _unit(joint, joint.axis, "axis")
     if kind.normal:
         if joint.normal is None:
-            raise MechanismError(f'joint "{joint.name}": a {kind.name} joint needs a normal')
+            raise _fault(joint.name, "normal", f"a {kind.name} joint needs a normal")
         other = _unit(joint, joint.normal, "normal")
         if abs(axis @ other) > 1e-9:
-            raise MechanismError(
-                f'joint "{joint.name}": axis and normal stand at '
-                f"{np.degrees(np.arccos(np.clip(axis @ other, -1, 1))):.6g} deg, not at 90"
-            )
+            angle = np.degrees(np.arccos(np.clip(axis @ other, -1, 1)))
+            raise _fault(joint.name, "normal", f"axis and normal stand at {angle:.6g} deg, not at 90")
     else:
         other = np.eye(3)[np.abs(axis).argmin()]
         other = other - (other @ axis) * axis
@@ -235,5 +233,9 @@ def _unit(joint: SpatialJoint, direction: Vector, what: str) -> Reals:
     way = np.asarray(direction, float)
     length = np.linalg.norm(way)
     if not length > 0:
-        raise MechanismError(f'joint "{joint.name}": its {what} has no length')
+        raise _fault(joint.name, what, f"its {what} has no length")
     return np.asarray(way / length)
+
+
+def _fault(joint: str, kind: str, problem: str) -> MechanismError:
+    return MechanismError(f'joint "{joint}": {problem}', kind=kind, joints=(joint,))
