@@ -12,7 +12,7 @@ from rigid.dynamics.force_laws import TableError
 from rigid.dynamics.forward_dynamics import Effort, ForwardError, forward, motion_during
 from rigid.dynamics.springs import Spring, TorsionSpring
 from rigid.forces import JointForces
-from rigid.kinematics import Motion, acceleration_of, motion, position_of, velocity_of, with_rates
+from rigid.kinematics import Motion, motion, with_rates
 from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw
 from rigid.mechanism import Mechanism
 from rigid.parts import (
@@ -31,6 +31,7 @@ from rigid.parts import (
     Slider,
     SliderDrive,
 )
+from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.statics import drive_efforts, reactions
 

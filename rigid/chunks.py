@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.kinematics import Motion, drive_arrays, motion
+from rigid.drive_arrays import drive_arrays
+from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigid.closure import Closure, reach_from
-from rigid.joints import Columns, Joint, JointPlace, gear_input, input_arm
+from rigid.gears import gear_input, input_arm
+from rigid.joints import Columns, Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
 Openings = list[list[tuple[Columns, Columns]]]

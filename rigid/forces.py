@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Closure, reach_from
-from rigid.joints import Columns, JointPlace, gear_loads, input_arm
+from rigid.gears import gear_loads, input_arm
+from rigid.joints import Columns, JointPlace
 from rigid.plane import ZERO, cross, dot, number
 
 

@@ -14,10 +14,10 @@ from rigid.conditioning import condition_numbers, marked, narrowness, suspect
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.structure import structure
 from rigid.displacements import Openings, displacements
+from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import Columns, JointPlace
 from rigid.mechanism import Mechanism
-from rigid.names import counted
-from rigid.parts import Complex, Complexes, MechanismError, Reals
+from rigid.parts import Complexes, Reals
 from rigid.plane import ZERO, dot, number
 from rigid.positions.placing import place
 from rigid.postures import Posture
@@ -165,7 +165,7 @@ def motion(
 
 def with_rates(motion: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
-    rate, rate2 = (_per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
+    rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
     return _moving(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
 
@@ -225,41 +225,6 @@ def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
     return replace(motion, **{name: wide(getattr(motion, name)) for name in names})
 
 
-def drive_arrays(
-    mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any
-) -> tuple[Reals, Reals, Reals, Reals]:
-    """Arguments of `motion` as arrays of shape (drives, positions), and (positions,) for the time."""
-    count = len(mechanism.drives)
-    coordinates = np.atleast_1d(np.asarray(drive, float))
-    if coordinates.ndim == 1:
-        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
-    if len(coordinates) != count:
-        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
-    instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
-    if instants.shape != coordinates.shape[-1:]:
-        raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
-    return coordinates, _per_position(rate, coordinates), _per_position(rate2, coordinates), instants
-
-
-def _per_position(value: Any, coordinates: Any) -> Any:
-    """A rate given per drive, per position or both, as one array like the coordinates."""
-    if np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
-        return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
-    return np.broadcast_to(
-        np.reshape(value, (len(coordinates), -1)) if np.ndim(value) == 1 else value, coordinates.shape
-    )
-
-
-def _steady(rate: Any, drive: int | None) -> Columns:
-    """A drive's rate: one number where it is the same at all positions by construction; ZERO where it is 0 or none."""
-    if drive is None:
-        return ZERO
-    row = rate[drive]
-    if row.strides[-1] or not row.size:
-        return row
-    return float(row.flat[0]) or ZERO
-
-
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Any:
     """One array of shape (len(values), *shape) from columns that may be scalars."""
     result: Any = np.empty((len(values), *shape), kind)
@@ -271,7 +236,7 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
 def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[Any, Any, Openings]:
     """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
     hinges = [hinge for closed in closures for hinge in closed.joints]
-    driven = [hinge.driven(hinge.joint.sense * _steady(rate, hinge.joint.drive)) for hinge in hinges]
+    driven = [hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) for hinge in hinges]
     gaps, turns = [gap for gap, _ in driven], [turn for _, turn in driven]
     return displacements(closures, gaps, turns, [ZERO] * len(mechanism.links))
 
@@ -288,7 +253,7 @@ def _accelerations(
     for hinge in (hinge for closed in closures for hinge in closed.joints):
         joint = hinge.joint
         parent, child = joint.parent, joint.child
-        gap, turn = hinge.driven(joint.sense * _steady(rate2, joint.drive))
+        gap, turn = hinge.driven(joint.sense * rate_of(rate2, joint.drive))
         if hinge.along is not None and rotation[child] is not ZERO:
             opened = velocity[child] + rotation[child] * hinge.arm_child - velocity[parent]
             opened = opened - rotation[parent] * hinge.arm_parent
@@ -296,28 +261,3 @@ def _accelerations(
         gaps.append(gap)
         turns.append(turn)
     return displacements(closures, gaps, turns, [value * value for value in rotation])
-
-
-def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Any]:
-    """A link's number and the arm from its origin to one of its points, in the ground's axes."""
-    at = motion.mechanism.index[link] if isinstance(link, str) else link
-    local = motion.mechanism.links[at].points[point] if isinstance(point, str) else point
-    return at, motion.direction[at] * local
-
-
-def position_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Place of a link's point [m], complex, shape (..., positions); `point` is a name or a place in the link's axes."""
-    at, arm = _at(motion, link, point)
-    return motion.origin[at] + arm
-
-
-def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Velocity of a link's point [m/s], complex, shape (..., positions)."""
-    at, arm = _at(motion, link, point)
-    return motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
-
-
-def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
-    at, arm = _at(motion, link, point)
-    return motion.acceleration[at] + motion.turning[at] * arm

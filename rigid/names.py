@@ -16,11 +16,20 @@ UNIT = 1e-9  # how far the length of a unit vector may be from 1
 class Parts(Protocol):
     """What a mechanism is made of."""
 
-    links: tuple[Link, ...]
-    drives: tuple[PinDrive | SliderDrive, ...]
-    sliders: tuple[Slider, ...]
-    loads: tuple[Load | LineLoad, ...]
-    gears: tuple[Gear, ...]
+    @property
+    def links(self) -> tuple[Link, ...]: ...  # noqa: D102
+
+    @property
+    def drives(self) -> tuple[PinDrive | SliderDrive, ...]: ...  # noqa: D102
+
+    @property
+    def sliders(self) -> tuple[Slider, ...]: ...  # noqa: D102
+
+    @property
+    def loads(self) -> tuple[Load | LineLoad, ...]: ...  # noqa: D102
+
+    @property
+    def gears(self) -> tuple[Gear, ...]: ...  # noqa: D102
 
 
 def misnamed(mechanism: Parts) -> str | None:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rigid import JointForces, Motion
-from rigid.joints import JointPlace, gear_input, gear_loads
+from rigid.gears import gear_input, gear_loads
+from rigid.joints import JointPlace
 from rigid.plane import ZERO
 
 Bent = Mapping[tuple[int, str], tuple[Any, Any]]

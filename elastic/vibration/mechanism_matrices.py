@@ -11,7 +11,8 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import frame
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
 from rigid import Motion
-from rigid.joints import Joint, JointPlace, gear_input
+from rigid.gears import gear_input
+from rigid.joints import Joint, JointPlace
 
 MASSLESS = 1e-13
 NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be

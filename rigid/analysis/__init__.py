@@ -14,32 +14,3 @@ from rigid.analysis.turning_points import (
     transmission_angles,
     velocity_ratio,
 )
-
-__all__ = [
-    "Coordinate",
-    "DeadPoint",
-    "Distance",
-    "Limit",
-    "LinkAngle",
-    "Offset",
-    "Path",
-    "PointCoordinate",
-    "Rated",
-    "ReachError",
-    "Slide",
-    "Transmission",
-    "dead_points",
-    "drive_values",
-    "limits",
-    "reachable",
-    "require_reach",
-    "stops",
-    "swing",
-    "time_ratio",
-    "transmission_angles",
-    "velocity_ratio",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

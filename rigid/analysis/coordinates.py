@@ -7,9 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rigid.kinematics import Motion, position_of, velocity_of
+from rigid.kinematics import Motion
 from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
+from rigid.points import position_of, velocity_of
 
 
 class Rated(Protocol):

@@ -3,15 +3,3 @@
 from rigid.decomposition.assur import AssurGroup, assur_groups
 from rigid.decomposition.groups import Group, Structure
 from rigid.decomposition.structure import structure
-
-__all__ = [
-    "AssurGroup",
-    "Group",
-    "Structure",
-    "assur_groups",
-    "structure",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

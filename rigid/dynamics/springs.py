@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.kinematics import Motion, position_of, velocity_of
+from rigid.kinematics import Motion
 from rigid.parts import GROUND, PinDrive, PointForce, Real
 from rigid.plane import dot
+from rigid.points import position_of, velocity_of
 
 
 @dataclass(frozen=True, eq=False)

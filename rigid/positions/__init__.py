@@ -1,11 +1,3 @@
 """Where the links are: driven links, dyads in closed form, any other group by Newton's method."""
 
 from rigid.positions.placing import place
-
-__all__ = [
-    "place",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -128,7 +128,8 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
             if together[start] is together[end]:
                 continue
             one, other = mechanism.index[start], mechanism.index[end]
-            joint = Joint(point, one, other, *(mechanism.links[link].points[point] for link in (one, other)))
+            places = mechanism.links[one].points[point], mechanism.links[other].points[point]
+            joint = Joint(point, one, other, *places)
             yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
             joined = together[start] | together[end]
             together.update(dict.fromkeys(joined, joined))
