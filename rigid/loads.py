@@ -27,17 +27,17 @@ def beam_loads(motion: Motion) -> Any:
     mechanism = motion.mechanism
     table = beam_table(mechanism, len(motion.columns))
     turning = motion.turning[table.link]
-    felt = _relative_acceleration(motion, table.link)
+    relative = _relative_acceleration(motion, table.link)
     if table.offset:
-        felt = felt + turning * motion.direction[table.link] * table.start
-    loads = np.empty((1 + len(table.mass_taper), *felt.shape), complex)
-    felt = felt * np.conj(beam_directions(motion))
+        relative = relative + turning * motion.direction[table.link] * table.start
+    loads = np.empty((1 + len(table.mass_taper), *relative.shape), complex)
+    relative = relative * np.conj(beam_directions(motion))
     mass, moment = table.resistance
-    np.multiply(felt, mass[0], out=loads[0])
+    np.multiply(relative, mass[0], out=loads[0])
     np.multiply(turning, moment[0], out=loads[1])
     if len(loads) > 2:
         loads[2:] = 0.0
-        loads[1:-1] += mass[1:] * felt
+        loads[1:-1] += mass[1:] * relative
         loads[2:] += moment[1:] * turning
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
@@ -117,10 +117,10 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     mechanism = motion.mechanism
     mass, first, second = mass_table(mechanism, len(motion.columns))
     moving = slice(1, None)
-    felt, turning = _relative_acceleration(motion, moving), motion.turning[moving]
+    relative, turning = _relative_acceleration(motion, moving), motion.turning[moving]
     back = motion.direction[moving] * -first[moving]
-    force = [ZERO, *(turning * back - mass[moving] * felt)]
-    moment = [ZERO, *(cross(back, felt) - second[moving] * turning.imag)]
+    force = [ZERO, *(turning * back - mass[moving] * relative)]
+    moment = [ZERO, *(cross(back, relative) - second[moving] * turning.imag)]
     for at, pull, couple in given_loads(motion):
         force[at] = force[at] + pull
         moment[at] = moment[at] + couple

@@ -57,9 +57,9 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
     mechanism = motion.mechanism
     mass, first, second = (np.abs(part) for part in mass_table(mechanism, len(motion.columns)))
     with np.errstate(all="ignore"):
-        felt, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
-        force: list[Any] = list(mass * felt + first * turning)
-        moment: list[Any] = list(first * felt + second * turning)
+        relative, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
+        force: list[Any] = list(mass * relative + first * turning)
+        moment: list[Any] = list(first * relative + second * turning)
         for at, pull, couple in given_loads(motion):
             force[at] = force[at] + np.abs(pull)
             moment[at] = moment[at] + np.abs(couple)

@@ -5,7 +5,7 @@ from rigid.analysis.inverse import drive_values
 from rigid.analysis.reach import ReachError, reachable, require_reach, stops
 from rigid.analysis.turning_points import (
     DeadPoint,
-    Limit,
+    LimitPosition,
     Transmission,
     dead_points,
     limits,

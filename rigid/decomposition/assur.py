@@ -121,10 +121,10 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
     for root in bodies:
-        way = _shortest_ways(root, edges)
+        path = _shortest_paths(root, edges)
         for number, (one, other) in enumerate(edges):
-            if way[one] ^ way[other] ^ (1 << number):
-                loops.add(way[one] ^ way[other] ^ (1 << number))
+            if path[one] ^ path[other] ^ (1 << number):
+                loops.add(path[one] ^ path[other] ^ (1 << number))
     basis: list[int] = []
     greatest = 0
     for loop in sorted(loops, key=int.bit_count):
@@ -138,16 +138,16 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     return greatest
 
 
-def _shortest_ways(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Edges on a shortest way from a body to every other, as bits."""
-    way = {root: 0}
+def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
+    """Edges on a shortest path from a body to every other, as bits."""
+    path = {root: 0}
     waiting = deque([root])
     while waiting:
         here = waiting.popleft()
         for number, (one, other) in enumerate(edges):
             if here in (one, other):
                 there = other if here == one else one
-                if there not in way:
-                    way[there] = way[here] | 1 << number
+                if there not in path:
+                    path[there] = path[here] | 1 << number
                     waiting.append(there)
-    return way
+    return path

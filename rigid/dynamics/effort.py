@@ -13,7 +13,7 @@ import numpy as np
 
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_table
-from rigid.dynamics.constraints import conditions, constraint_matrix, joint_table
+from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
 from rigid.forces import JointForces
 from rigid.kinematics import Motion, with_rates
 from rigid.loads import given_loads, link_loads
@@ -89,11 +89,11 @@ def _inertia_power(one: Motion, other: Motion) -> Any:
     """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
     mass, first, second = mass_table(one.mechanism, len(one.columns))
     arm = one.direction * first
-    spin, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
+    omega, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
     return (
         mass.real * dot(one.velocity, other.velocity)
         + dot(one.velocity, turned * arm)
-        + dot(other.velocity, spin * arm)
+        + dot(other.velocity, omega * arm)
         + second * one.angular_velocity * other.angular_velocity
     )[1:].sum(axis=0)
 
@@ -125,7 +125,7 @@ def multiplier_forces(motion: Motion) -> JointForces:
     is redundant and its loads alone do not tell the force.
     """
     links, columns = len(motion.mechanism.links), motion.columns
-    here = conditions(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
+    here = constraints_at(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
     load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
     good = motion.condition <= SINGULAR

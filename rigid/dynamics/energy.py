@@ -15,9 +15,9 @@ from rigid.plane import dot
 def kinetic_energy(motion: Motion) -> Any:
     """Of all links [J], shape (..., positions)."""
     mass, first, second = mass_table(motion.mechanism, len(motion.columns))
-    spin = motion.angular_velocity
-    momentum = mass * motion.velocity / 2 + 1j * spin * motion.direction * first
-    return (dot(motion.velocity, momentum) + second * spin**2 / 2)[1:].sum(axis=0)
+    omega = motion.angular_velocity
+    momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
+    return (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
 
 
 def potential_energy(motion: Motion) -> Any:

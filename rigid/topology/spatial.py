@@ -143,12 +143,12 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
     axes = _axes(joint)
     columns = []
     for freedom in joint.kind.freedoms:
-        way = axes[:, "xyz".index(freedom[1])]
+        axis = axes[:, "xyz".index(freedom[1])]
         helix = joint.pitch if joint.kind.name == "helical" else 0.0
-        columns.append((way, helix * way) if freedom in ROTATIONS else (np.zeros(3), way))
-    spin, velocity = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
+        columns.append((axis, helix * axis) if freedom in ROTATIONS else (np.zeros(3), axis))
+    angular, velocity = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
     arm = np.zeros(3) if at is None else np.asarray(at) - np.asarray(joint.at)
-    return np.concatenate([spin, velocity + np.cross(spin, arm, axis=0)] if columns else [spin, velocity])
+    return np.concatenate([angular, velocity + np.cross(angular, arm, axis=0)] if columns else [angular, velocity])
 
 
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
@@ -230,11 +230,11 @@ def _axes(joint: SpatialJoint) -> Reals:
 
 
 def _unit(joint: SpatialJoint, direction: Vector, what: str) -> Reals:
-    way = np.asarray(direction, float)
-    length = np.linalg.norm(way)
+    axis = np.asarray(direction, float)
+    length = np.linalg.norm(axis)
     if not length > 0:
         raise _fault(joint.name, what, f"its {what} has no length")
-    return np.asarray(way / length)
+    return np.asarray(axis / length)
 
 
 def _fault(joint: str, kind: str, problem: str) -> MechanismError:
