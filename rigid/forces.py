@@ -37,6 +37,9 @@ class JointForces:
     moment: list[Columns]
     ground_load: tuple[Columns, Columns] = (0.0, 0.0)
 
+    def __repr__(self) -> str:
+        return f"JointForces({len(self.force)} joints, columns {np.broadcast_shapes(*map(np.shape, self.force))})"
+
     @cached_property
     def ground_force(self) -> Columns:
         """Force of the mechanism on the ground [N], complex, shape (..., positions)."""

@@ -12,7 +12,7 @@ import numpy as np
 from rigid.closure import Closure
 from rigid.conditioning import condition_numbers, marked, narrowness, suspect
 from rigid.decomposition.groups import Structure
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure
 from rigid.displacements import Openings, displacements
 from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import Columns, JointPlace

@@ -2,4 +2,4 @@
 
 from rigid.decomposition.assur import AssurGroup, assur_groups
 from rigid.decomposition.groups import Group, Structure
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rigid.decomposition.groups import Group
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.names import counted

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import per_row
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure
 from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 

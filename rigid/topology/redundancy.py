@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from rigid.decomposition.groups import Group
-from rigid.decomposition.structure import structure
+from rigid.decomposition.order import structure
 from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
