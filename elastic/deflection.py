@@ -15,10 +15,9 @@ from elastic.links.beam_trees import Frame, frame
 from elastic.links.clamped_links import Response, beyond_contact
 from elastic.links.compatibility import brought_together, opening, require_joints
 from elastic.links.free_body import Contact, Stance, node_loads, root_of
-from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals
+from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals, structure
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
 from rigid.constants import beam_table
-from rigid.decomposition import structure
 from rigid.displacements import displacements
 from rigid.forces import self_stresses
 from rigid.kinematics import repeated, stacked

@@ -5,12 +5,9 @@ Needs numpy; scipy only to integrate a motion and for cubic tables. What not eve
 """
 
 import rigid.allocation  # noqa: F401  before any array is made
-from rigid.analysis.reach import ReachError, reachable, require_reach
 from rigid.chunks import motion_in_chunks
 from rigid.conditioning import SINGULAR
-from rigid.dynamics.force_laws import TableError
-from rigid.dynamics.forward_dynamics import Effort, ForwardError, forward, motion_during
-from rigid.dynamics.springs import Spring, TorsionSpring
+from rigid.decomposition import assur_groups, structure
 from rigid.forces import JointForces
 from rigid.kinematics import Motion, motion, with_rates
 from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw
@@ -33,6 +30,7 @@ from rigid.parts import (
 )
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
+from rigid.springs import Spring, TorsionSpring
 from rigid.statics import drive_efforts, reactions
 
 __all__ = [
@@ -40,8 +38,6 @@ __all__ = [
     "SINGULAR",
     "Beam",
     "ConstantSpeed",
-    "Effort",
-    "ForwardError",
     "Gear",
     "JointForces",
     "Law",
@@ -56,26 +52,22 @@ __all__ = [
     "PinDrive",
     "PointLoad",
     "Posture",
-    "ReachError",
     "Reals",
     "Segment",
     "SegmentedLaw",
     "Slider",
     "SliderDrive",
     "Spring",
-    "TableError",
     "TorsionSpring",
     "acceleration_of",
+    "assur_groups",
     "drive_efforts",
-    "forward",
     "motion",
-    "motion_during",
     "motion_in_chunks",
     "position_of",
     "posture",
-    "reachable",
     "reactions",
-    "require_reach",
+    "structure",
     "velocity_of",
     "with_rates",
 ]

@@ -21,7 +21,6 @@ from rigid.parts import Complexes, Reals
 from rigid.plane import ZERO, dot, number
 from rigid.positions.placing import place
 from rigid.postures import Posture
-from rigid.topology.redundancy import require_fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +153,14 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    require_fit(mechanism)
+    order = structure(mechanism)
+    if any(group.surplus for group in order.groups):
+        from rigid.topology.redundancy import require_fit
+
+        require_fit(mechanism)
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, structure(mechanism), coordinates, near, lead)
+        placed, closures = place(mechanism, order, coordinates, near, lead)
     shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
     origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
     return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)

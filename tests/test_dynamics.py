@@ -21,7 +21,6 @@ from rigid import (
     Slider,
     SliderDrive,
     Spring,
-    TableError,
     TorsionSpring,
     acceleration_of,
     drive_efforts,
@@ -33,6 +32,7 @@ from rigid import (
 )
 from rigid.analysis import LinkAngle, Slide
 from rigid.dynamics import (
+    TableError,
     constant_law,
     dissipated_power,
     equation_of_motion,

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import steel_four_bar
 
-from rigid import motion, posture, reactions
-from rigid.decomposition import structure
+from rigid import motion, posture, reactions, structure
 
 
 @pytest.mark.parametrize("name", ["rigid", "elastic", "fem_check", "animations", "kinelast"])

@@ -14,8 +14,6 @@ from scipy.special import ellipj, ellipk
 from elastic import Section, deflection, sample
 from rigid import (
     ConstantSpeed,
-    Effort,
-    ForwardError,
     Gear,
     Link,
     Lump,
@@ -28,14 +26,22 @@ from rigid import (
     TorsionSpring,
     acceleration_of,
     drive_efforts,
-    forward,
     motion,
-    motion_during,
     position_of,
     reactions,
 )
 from rigid.analysis import LinkAngle
-from rigid.dynamics import constant_law, dissipated_power, kinetic_energy, law_of_rate, potential_energy
+from rigid.dynamics import (
+    Effort,
+    ForwardError,
+    constant_law,
+    dissipated_power,
+    forward,
+    kinetic_energy,
+    law_of_rate,
+    motion_during,
+    potential_energy,
+)
 
 GRAVITY = 9.81
 FREE = Effort()

@@ -34,18 +34,15 @@ from rigid import (
     MechanismError,
     PinDrive,
     PointLoad,
-    ReachError,
     Slider,
     SliderDrive,
     acceleration_of,
     motion,
     position_of,
-    reachable,
-    require_reach,
+    structure,
     velocity_of,
 )
-from rigid.analysis import stops
-from rigid.decomposition import structure
+from rigid.analysis import ReachError, reachable, require_reach, stops
 
 ROUND = {name: make for name, make in ALL.items() if np.ptp(make().drive[0]) > 6 and name != "triad"}
 EPS = np.finfo(float).eps

@@ -9,7 +9,7 @@ from scene_texts import FOUR_BAR, edited
 
 from kinelast.command import main
 from kinelast.scene.reading import SceneError, scene_from_text, structure_from_text
-from rigid.decomposition import assur_groups
+from rigid import assur_groups
 from rigid.topology import mechanism_mobility
 
 CHAIN = """

@@ -27,8 +27,8 @@ from rigid import (
     motion,
     position_of,
     reactions,
+    structure,
 )
-from rigid.decomposition import structure
 
 
 def course(case):

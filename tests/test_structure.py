@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkages import bar, four_bar, linkage, slider_crank, three_cranks
 
-from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, motion, posture
-from rigid.decomposition import assur_groups
+from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture
 from rigid.forces import self_stresses
 from rigid.topology import (
     Contact,

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid import LineLoad, Link, Mechanism, MechanismError
-from rigid.decomposition import structure
+from rigid import LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.plane import cross
 
 LINED_UP = 1e-9

@@ -10,8 +10,7 @@ import numpy as np
 
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, Place
-from rigid import Mechanism, PinDrive, Slider, SliderDrive
-from rigid.decomposition import structure
+from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
 from rigid.joints import Joint
 
 Part = tuple[Place | None, Any, Any]

@@ -8,8 +8,8 @@ from functools import cached_property
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
-from rigid import Mechanism, forward
-from rigid.dynamics import IntegratedMotion
+from rigid import Mechanism
+from rigid.dynamics import IntegratedMotion, forward
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,9 @@ import numpy as np
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from rigid import (
-    SINGULAR,
-    Mechanism,
-    MechanismError,
-    Motion,
-    ReachError,
-    Reals,
-    TableError,
-    motion,
-    motion_during,
-    require_reach,
-)
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, Reals, motion
+from rigid.analysis import ReachError, require_reach
+from rigid.dynamics import TableError, motion_during
 from rigid.topology import assembled, flat_triangles
 
 

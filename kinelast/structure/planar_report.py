@@ -17,8 +17,8 @@ from kinelast.structure.lines import (
     table_lines,
     wrapped_lines,
 )
-from rigid import Mechanism, MechanismError
-from rigid.decomposition import AssurGroup, assur_groups
+from rigid import Mechanism, MechanismError, assur_groups
+from rigid.decomposition import AssurGroup
 from rigid.topology import (
     Contact,
     Graph,

@@ -18,4 +18,3 @@ from rigid.dynamics.force_laws import (
     table_curve,
 )
 from rigid.dynamics.forward_dynamics import Effort, ForwardError, IntegratedMotion, MotionLaw, forward, motion_during
-from rigid.dynamics.springs import Spring, TorsionSpring
