@@ -222,10 +222,6 @@ class JointPlace:
         """What a force and a moment on the child do along the free motion: moment [N m] or force [N]."""
         return moment if self.along is None else dot(self.along, force)
 
-    def coordinate(self, displacement: Columns, rotation: Columns) -> Columns:
-        """What a small displacement and rotation of the child from the parent change its coordinate by."""
-        return self.joint.sense * self.effort(displacement, rotation)
-
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     """A joint of two placed links."""

@@ -18,7 +18,7 @@ from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import Columns, JointPlace
 from rigid.mechanism import Mechanism
 from rigid.parts import Complexes, Reals
-from rigid.plane import ZERO, dot, number
+from rigid.plane import ZERO, dot
 from rigid.positions.placing import place
 from rigid.postures import Posture
 
@@ -232,7 +232,7 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
     """One array of shape (len(values), *shape) from columns that may be scalars."""
     result: Any = np.empty((len(values), *shape), kind)
     for at, value in enumerate(values):
-        result[at] = number(value)
+        result[at] = 0.0 if value is ZERO else value
     return result
 
 
