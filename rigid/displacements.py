@@ -54,7 +54,7 @@ def displacements(
             number += 1
         lacking = []
         for closing in closed.cut:
-            lacking.append(_lacking(closing, shift, turning, gaps[number], turns[number]))
+            lacking.append(_residual(closing, shift, turning, gaps[number], turns[number]))
             number += 1
         openings.append(lacking)
         residuals = [closing.row(*opening) for closing, opening in zip(closed.cut, lacking, strict=True)]
@@ -63,7 +63,7 @@ def displacements(
 
 
 def _gear_input(joint: Joint, shift: list[Columns], turning: list[Columns]) -> Columns:
-    """What a gear moves its follower by, the child from the parent."""
+    """Motion that a gear gives its follower, child from parent."""
     return gear_input(
         joint,
         lambda link: turning[link].imag,
@@ -76,10 +76,10 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
     return shift[link] + turning[link] * arm
 
 
-def _lacking(
+def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """What a cut joint still lacks to its gap: displacement, and rotation where it holds one."""
+    """Residual of a cut joint: displacement, and rotation where it holds one."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
     if closing.along is None:

@@ -31,7 +31,7 @@ FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below w
 
 
 class Tracker:
-    """A mechanism where it is now, led by the coordinates of its drives.
+    """A mechanism where it is now, followed along the coordinates of its drives.
 
     Attributes
     ----------
@@ -203,7 +203,7 @@ class Tracker:
         self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Any:
-        """What the constraints lack, in the order of their rows."""
+        """Residuals of the constraints, in the order of their rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
