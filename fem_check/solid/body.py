@@ -136,7 +136,9 @@ class Body:
         inner = self.basis.complement_dofs(held)
         matrix = condense(self.stiffness(), D=held, expand=False)
         found = np.zeros_like(loads)
-        found[:, inner] = splu(matrix.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(
-            np.ascontiguousarray(loads[:, inner].T)
-        ).T
+        found[:, inner] = (
+            splu(matrix.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            .solve(np.ascontiguousarray(loads[:, inner].T))
+            .T
+        )
         return found

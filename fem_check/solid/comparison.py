@@ -104,7 +104,9 @@ def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, R
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)
         beam = sample(deflection, "chord", stations)[k]
-        rows = (beam, chord - beam, chord) if len(xi) else (beam, np.full(beam.shape, np.nan), np.full(beam.shape, np.nan))
+        rows = (
+            (beam, chord - beam, chord) if len(xi) else (beam, np.full(beam.shape, np.nan), np.full(beam.shape, np.nan))
+        )
         found[:, k] = [_greatest(row) for row in rows]
     return found[0], found[1], found[2]
 

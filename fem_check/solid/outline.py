@@ -19,6 +19,7 @@ EATEN = 0.4  # part of a beam that a corner between two beams may reach along it
 STRAIGHT = 0.05  # sine below which two beams that go on straight have no corner of their own
 COARSEST = 75  # along a beam, elements are up to twice as long as across it, but not many more than twice so many
 ENDS = 0.4  # by how much of the distance from an end elements may be longer than there
+SKEWED = 3.0  # how far from a mitre, in its lengths, the rows of elements are still aslant
 ROUND_OFF = 1e-9  # of the link's size, within which two points of the mesh are one
 
 Powers = np.polynomial.polynomial.polyval
@@ -170,7 +171,7 @@ def _rows(
     strip = outline.strips[k]
     way, start = outline.way(strip), outline.points[strip.start]
     length, axis = abs(way), way / abs(way)
-    if max(strip.depth(np.linspace(0.0, 1.0, 33))) > length:
+    if _deepest(strip) > length:
         raise OutlineError(f"a beam of {length:.3g} m is as deep as it is long")
     eta, xi = np.linspace(-1.0, 1.0, across + 1), _stations(strip, length, across)
     skew = np.zeros((2, len(eta)))
@@ -182,7 +183,9 @@ def _rows(
             skew[end] = hubs[-1].real
         else:
             hubs.append(1j * eta * strip.depth(float(end)) / 2)
-    x = xi[:, None] * length + (1 - xi[:, None]) * skew[0] + xi[:, None] * skew[1]
+    x = xi[:, None] * length
+    for own, way_in in zip(skew, (x, length - x), strict=True):
+        x = x + own * np.maximum(1.0 - way_in / min(length, SKEWED * np.abs(own).max() + _deepest(strip)), 0.0) ** 2
     rows = x + 1j * eta * strip.depth(np.clip(x / length, 0.0, 1.0)) / 2
     rows[0], rows[-1] = hubs[0], length + hubs[1]
     share = np.diff(xi) * length
@@ -195,6 +198,10 @@ def _rows(
         rows = np.concatenate((rows, rows[-1] + steps * strip.depth(1.0)))
         share = np.concatenate((share, np.zeros(len(steps))))
     return start + axis * rows, share, xi, len(steps) if before else 0
+
+
+def _deepest(strip: Strip) -> float:
+    return float(strip.depth(np.linspace(0.0, 1.0, 33)).max())
 
 
 def _stations(strip: Strip, length: float, across: int) -> Reals:
@@ -214,4 +221,3 @@ def _merged(places: Any, size: float) -> tuple[Any, Any]:
     pairs = np.round(np.stack((places.real, places.imag), axis=1) / (ROUND_OFF * size) + np.pi)
     _, kept, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
     return places[kept], number.reshape(-1)
-

@@ -45,6 +45,19 @@ class SolidSolution:
     xi: tuple[Reals, ...]
     chord: tuple[Reals, ...]
 
+    def displacement(self, link: int, position: int) -> Any:
+        """Of all corners of the elements of a link's body from the line through two of its pins [m], complex.
+
+        In the link's axes; the line leads through the ends of the first beam.
+        """
+        found = self.bodies[link]
+        strip = found.body.outline.strips[0]
+        loads, start = self.loads[link][:, position], found.body.outline.points[strip.start]
+        moved, pins = loads @ found.nodes, loads @ found.points
+        way = found.body.outline.way(strip)
+        turn = ((pins[strip.end] - pins[strip.start]) / way).imag
+        return moved - pins[strip.start] - 1j * turn * (found.body.grid.points - start)
+
     def __repr__(self) -> str:
         elements = sum(len(found.body.grid.cells) for found in self.bodies.values())
         return f"SolidSolution({len(self.bodies)} links, {elements} elements, {self.motion.columns[-1]} positions)"
@@ -134,16 +147,14 @@ def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[S
     strips = []
     for beam, section in zip(link.beams, sections, strict=True):
         taper = section.taper or Taper()
-        EA, EI, mass = (
-            tuple(float(factor) * float(np.real(value)) for factor in factors)
-            for value, factors in (
-                (section.EA, taper.EA),
-                (section.EI, taper.EI),
-                (beam.mass_per_length, beam.mass_taper),
-            )
-        )
+        EA, EI = _along(section.EA, taper.EA), _along(section.EI, taper.EI)
+        mass = _along(beam.mass_per_length, beam.mass_taper)
         strips.append(Strip(names.index(beam.start), names.index(beam.end), EA, EI, mass))
     return Outline(tuple(complex(link.points[name]) for name in names), tuple(strips))
+
+
+def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
+    return tuple(float(at_start) * float(factor) for factor in taper)
 
 
 def _pushes(
