@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.elements import Line
+from fem_check.linear.lines import Line
 from fem_check.linear.unit_beam import UnitBeam
 
 NEAREST = 1e-14  # to a node, in lengths of an element, that one is divided

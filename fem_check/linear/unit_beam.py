@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic import Taper
-from fem_check.linear.elements import Line, hermite, quadratic
+from fem_check.linear.elements import hermite, quadratic
+from fem_check.linear.lines import Line
 from rigid import Reals
 
 DEGREE = 3

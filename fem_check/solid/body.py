@@ -40,7 +40,9 @@ class Body:
         from skfem import Basis, ElementQuad2, ElementVector, MeshQuad
 
         self.outline, self.poisson, self.grid = outline, poisson, grid(outline, across)
-        mesh = MeshQuad(np.array((self.grid.points.real, self.grid.points.imag)), self.grid.cells.T)
+        mesh = MeshQuad(
+            np.array((self.grid.points.real, self.grid.points.imag)), np.ascontiguousarray(self.grid.cells.T)
+        )
         self.basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=QUADRATURE)
         x, y = np.asarray(self.basis.global_coordinates())
         self.places = x + 1j * y

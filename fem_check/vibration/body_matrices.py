@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic import Section, Taper
-from fem_check.linear.elements import Kind, Line, hermite, quadratic
+from fem_check.linear.elements import Kind, hermite, quadratic
+from fem_check.linear.lines import Line
 from rigid import Beam, Reals
 
 NEAREST = 0.02  # to one another, in equal elements, that nodes are moved
