@@ -13,7 +13,7 @@ from fem_check.linear.elements import hermite, quadratic
 from fem_check.linear.lines import Line
 from rigid import Reals
 
-DEGREE = 3
+DEGREE = 3  # of distributed loads at least: what inertia makes where the mass per length is of the second degree
 Key = tuple[tuple[float, ...], ...]
 
 
