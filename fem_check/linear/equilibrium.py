@@ -24,8 +24,9 @@ from rigid import SINGULAR, Motion, cross
 class Wrenches:
     """Wrenches on the bodies of a unit multiplier of every constraint, and last of the loads.
 
-    Forces [N], and moments over `size` [N]: `total` about the start of every body in the ground's axes, shape (..., positions, rows + 1, bodies, 3); `spots` the
-    part that acts at the frame's spots, in the beams' own axes, shape (..., positions, rows + 1, spots, 3).
+    Forces [N], and moments over `size` [N]: `total` about the start of every body in the ground's axes, shape
+    (..., positions, rows + 1, bodies, 3); `spots` the part that acts at the frame's spots, in the beams' own axes,
+    shape (..., positions, rows + 1, spots, 3).
     """
 
     total: Any

@@ -21,10 +21,9 @@ Sides = tuple[Place | None, Place | None]
 class Row:
     """A scalar constraint on displacements.
 
-    Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier.
-
-    The child comes first. Where the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere
-    a force [N] and a displacement [m].
+    Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier. The child comes first. Where
+    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force [N] and a displacement
+    [m].
     """
 
     parts: tuple[Part, ...]
