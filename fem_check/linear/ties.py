@@ -22,8 +22,7 @@ class Row:
     """A scalar constraint on displacements.
 
     Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier. The child comes first. Where
-    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force [N] and a displacement
-    [m].
+    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force and a displacement.
     """
 
     parts: tuple[Part, ...]
