@@ -16,7 +16,7 @@ from standard_beams import cantilever, still, supported
 from test_fem_beam import held
 
 from elastic import RIGID, Section, Taper, deflection, sample
-from fem_check import OutlineError, compare_solid, solve_solid, write_solid_vtu_series
+from fem_check import compare_solid, solve_solid, write_solid_vtu_series
 from fem_check.solid.body import Body
 from fem_check.solid.outline import Outline, Strip
 from fem_check.solid.responses import responses
@@ -155,6 +155,7 @@ class TestAgainstBeamTheory:
         found = compare_solid(bent)
         assert found.relative < 0.03 or not found.by_link
         assert bool(found.by_link) == (found.compared > 0)
+        assert set(found.left_out) <= {"rocker"}
 
     @pytest.mark.parametrize("change", ["depth", "taper"])
     def test_difference_goes_with_the_square_of_the_depth(self, change):
@@ -214,6 +215,7 @@ class TestHousehold:
         bent = deflection(moving(case), [RIGID, *case.sections[1:]])
         found = compare_solid(bent)
         assert set(found.by_link) == {"coupler", "rocker"}
+        assert found.left_out == {"crank": "a beam is rigid"}
         assert np.isnan(found.difference).tolist() == [True, False, False]
         nothing = compare_solid(deflection(moving(case), [RIGID] * 3))
         assert nothing.compared == 0
@@ -251,11 +253,15 @@ class TestHousehold:
             compare_solid(deflection(turning, case.sections), across=6)
         with pytest.raises(ValueError, match="expected one design"):
             solve_solid(turning, [replace(case.sections[0], EA=np.ones((2, 1)))] * 3)
-        with pytest.raises(OutlineError, match="as deep as it is long"):
-            solve_solid(turning, [section(0.2)] * 3)
+
+    def test_what_has_no_outline_is_left_out(self):
+        case = steel_four_bar(3)
+        deep = compare_solid(deflection(moving(case), [section(0.2)] * 3))
+        assert set(deep.by_link) == {"coupler", "rocker"}
+        assert deep.left_out == {"crank": "a beam of 0.1 m is as deep as it is long"}
         fork = Link("arm", {"O": 0.0, "A": 1.0, "B": 1 + 0.1j}, (Beam("O", "A"), Beam("O", "B")))
-        with pytest.raises(OutlineError, match=r"two beams meet at 5\.71 degrees"):
-            solve_solid(held(fork), [section(0.1)] * 2)
+        found = solve_solid(held(fork), [section(0.1)] * 2)
+        assert found.left_out["arm"].startswith("two beams meet at 5.71 degrees, 0.1 and 0.1 m deep")
 
 
 def pins(solid, position):

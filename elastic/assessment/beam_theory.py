@@ -82,18 +82,31 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
     """Estimate of what moments at the ends of beams add by the way they come in, over the largest deflection.
 
-    Beam theory has a moment, of a drive or a weld, act at a point; in a body it comes in through a pin, and takes about
-    a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA.
+    Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
+    about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that only passes
+    from one beam of a link to the next counts for nothing.
 
     Returns
     -------
     Shape (beams, ...).
     """
     sections = sections_with_shear(deflection.sections, poisson)
-    moments = _greatest(sample(deflection, "M", [0.0, 1.0]))
+    moments = _introduced(deflection)
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
     return _over_largest(INTRODUCED * soft * moments, _greatest(chord))
+
+
+def _introduced(deflection: Deflection) -> Reals:
+    """Largest moment that comes in from outside at either end of every beam [N m], shape (beams, ...)."""
+    at_ends = sample(deflection, "M", [0.0, 1.0])
+    beams = deflection.motion.mechanism.beams
+    nodes = [[(at, beam.start), (at, beam.end)] for at, beam in beams]
+    outside: dict[tuple[int, str], Any] = {}
+    for own, moment in zip(nodes, at_ends, strict=True):
+        for node, out_of in zip(own, (-moment[..., 0], moment[..., 1]), strict=True):
+            outside[node] = outside.get(node, 0.0) + out_of
+    return np.array([_greatest(np.stack([outside[node] for node in own], axis=-1)) for own in nodes])
 
 
 def _softest(section: Section) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,8 @@ class SolidComparison:
         Largest deflection of the plane-stress bodies [m], shape (beams,).
     by_link
         By name of the link, the greatest difference on its beams over the largest deflection of any of them.
+    left_out
+        By name of the link, why it is no plane body.
     refinement
         Greatest change from elements twice as large over the largest deflection; three quarters of it at least are
         theirs.
@@ -41,6 +43,7 @@ class SolidComparison:
     difference: Reals
     peak: Reals
     by_link: dict[str, float]
+    left_out: Mapping[str, str]
     refinement: float
     compared: int
 
@@ -95,7 +98,8 @@ def compare_solid(
     bodies = np.isin(owner, list(fine.bodies))
     refinement = float(change[bodies].max(initial=0.0)) / whole
     answered = ~deflection.lost & np.isfinite([loads.sum(0) for loads in fine.loads.values()]).all(axis=0)
-    return SolidComparison(largest, difference, peak, by_link, refinement, int(answered.sum()) if fine.bodies else 0)
+    compared = int(answered.sum()) if fine.bodies else 0
+    return SolidComparison(largest, difference, peak, by_link, fine.left_out, refinement, compared)
 
 
 def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, Reals, Reals]:

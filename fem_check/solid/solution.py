@@ -14,7 +14,7 @@ from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.frame import Frame, Place
 from fem_check.linear.loads import concentrated
 from fem_check.linear.ties import ties
-from fem_check.solid.outline import Outline, Strip
+from fem_check.solid.outline import Outline, OutlineError, Strip
 from fem_check.solid.responses import Responses, responses
 from rigid import LineLoad, Motion, Reals
 
@@ -33,6 +33,9 @@ class SolidSolution:
         What was asked; `across` elements over the depth of every beam.
     bodies, loads
         By number of the link: its unit responses, and its loads in their order, shape (loads, positions).
+    left_out
+        By name of the link, why it is no plane body: a beam is rigid, a slider's block moves along it, or its beams
+        make no outline.
     xi, chord
         Per beam places on its axis, and their displacement across the line through the mean places of its two pins [m],
         shape (positions, stations); empty of the beams of links that are no bodies.
@@ -42,6 +45,7 @@ class SolidSolution:
     across: int
     bodies: Mapping[int, Responses]
     loads: Mapping[int, Reals]
+    left_out: Mapping[str, str]
     xi: tuple[Reals, ...]
     chord: tuple[Reals, ...]
 
@@ -73,8 +77,8 @@ def solve_solid(
     """Deflection of the links from their chords as plane-stress bodies, pins of finite size, at all positions.
 
     The beams' line loads and their inertia as of the points of the body; joint forces and lumps spread over round
-    regions at the pins, the joint forces from the finite elements of `solve`. Beams that are rigid in anything, links
-    that a slider's block moves along, and links of beams of which one is left out are left out.
+    regions at the pins, the joint forces from the finite elements of `solve`. Links that are no plane bodies are left
+    out.
 
     Parameters
     ----------
@@ -94,8 +98,6 @@ def solve_solid(
     ------
     ValueError
         The sections are not one per beam; several designs; `across` is odd.
-    OutlineError
-        Two beams of a link meet at too sharp an angle, or one is deeper than it is long.
 
     Examples
     --------
@@ -121,25 +123,37 @@ def solve_solid(
     pushes = list(_pushes(frame, sections, joints or {}))
     bodies: dict[int, Responses] = {}
     loads: dict[int, Reals] = {}
+    left_out: dict[str, str] = {}
     for at, first in frame.root.items():
         link = motion.mechanism.links[at]
         own = sections[first : first + len(link.beams)]
-        if not own or not _is_body(frame, at, own):
+        if not own:
             continue
+        reason = _no_body(frame, at, own)
         names = list(dict.fromkeys(point for beam in link.beams for point in (beam.start, beam.end)))
         reached = [(names.index(point), push) for number, point, push in pushes if number == at]
         carrying = tuple(sorted({point for point, _ in reached}))
-        bodies[at] = responses(_outline(motion, at, names, own), carrying, float(given[first]), across)
+        try:
+            if reason is None:
+                bodies[at] = responses(_outline(motion, at, names, own), carrying, float(given[first]), across)
+        except OutlineError as error:
+            reason = str(error)
+        if reason is not None:
+            left_out[link.name] = reason
+            continue
         loads[at] = _loads(motion, at, own, len(names), reached)
     fields = [_chord(frame, bodies, loads, number) for number in range(len(sections))]
-    return SolidSolution(motion, across, bodies, loads, tuple(xi for xi, _ in fields), tuple(w for _, w in fields))
+    return SolidSolution(
+        motion, across, bodies, loads, left_out, tuple(xi for xi, _ in fields), tuple(w for _, w in fields)
+    )
 
 
-def _is_body(frame: Frame, at: int, sections: Sequence[Section]) -> bool:
-    """Whether a link's beams are all soft, and none carries a slider's block."""
-    soft = all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections)
+def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
+    """Why a link is no plane body with loads in place; None where it may be one."""
+    if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
+        return "a beam is rigid"
     blocks = frame.spots[len(frame.motion.mechanism.beams) :]
-    return soft and not any(frame.bodies[number].link == at for number, _ in blocks)
+    return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
 
 
 def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[Section]) -> Outline:
