@@ -83,8 +83,8 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Real
     """Estimate of what moments at the ends of beams add by the way they come in, over the largest deflection.
 
     Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
-    about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that only passes
-    from one beam of a link to the next counts for nothing.
+    about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that passes from
+    one beam of a link to the next counts as far as they form a corner.
 
     Returns
     -------
@@ -98,15 +98,26 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Real
 
 
 def _introduced(deflection: Deflection) -> Reals:
-    """Largest moment that comes in from outside at either end of every beam [N m], shape (beams, ...)."""
+    """Largest moment that comes in at either end of every beam [N m], shape (beams, ...).
+
+    From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
+    """
     at_ends = sample(deflection, "M", [0.0, 1.0])
-    beams = deflection.motion.mechanism.beams
-    nodes = [[(at, beam.start), (at, beam.end)] for at, beam in beams]
-    outside: dict[tuple[int, str], Any] = {}
-    for own, moment in zip(nodes, at_ends, strict=True):
-        for node, out_of in zip(own, (-moment[..., 0], moment[..., 1]), strict=True):
-            outside[node] = outside.get(node, 0.0) + out_of
-    return np.array([_greatest(np.stack([outside[node] for node in own], axis=-1)) for own in nodes])
+    nodes: dict[tuple[int, str], list[tuple[int, int, Any]]] = {}
+    for number, (at, beam) in enumerate(deflection.motion.mechanism.beams):
+        points = deflection.motion.mechanism.links[at].points
+        way = np.ravel(points[beam.end] - points[beam.start])[0]
+        for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
+            nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
+    found = np.zeros((len(at_ends), *at_ends.shape[1:-2]))
+    for meeting in nodes.values():
+        outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
+        for number, end, out in meeting:
+            others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
+            turned = at_ends[number, ..., end] * min([1.0, *others]) if others else outside
+            moment = np.maximum(np.abs(outside), np.abs(turned))
+            found[number] = np.maximum(found[number], _greatest(moment[..., None]))
+    return found
 
 
 def _softest(section: Section) -> Any:
