@@ -21,7 +21,8 @@ from elastic.deflection import Deflection
 from elastic.deflection import deflection as solve
 from elastic.extremes import extremes
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
-from rigid import SINGULAR, PinDrive, motion, per_row
+from rigid import SINGULAR, PinDrive, motion
+from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
 KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
