@@ -1,0 +1,222 @@
+"""Periodic motion by collocation: all positions of the cycle at once, differentiated by the interpolating Fourier sum.
+
+Newton's method; its linear systems by GMRES, preconditioned by the same equations with second differences in time,
+which are block tridiagonal but for the corner and are factored exactly. Trefethen, Spectral Methods in MATLAB, SIAM
+2000, chapter 3, has the differentiation matrices; Canuto et al., Spectral Methods in Fluid Dynamics, Springer 1988,
+chapter 5, the preconditioning by differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem_check.nonlinear.rigid_places import DoesNotCloseError
+from fem_check.nonlinear.system import State, System, Tangents, load_factors
+from rigid import Reals
+
+Progress = Callable[[float, str], None]
+SETTLED = 1e-8
+"""Newton's method ends where a step is so much of the largest deflection."""
+STEPS = 40
+KRYLOV = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A period: instants [s], coordinates and their rates, multipliers, and what stands behind them."""
+
+    time: Reals
+    rigid: Reals
+    q: Reals
+    v: Reals
+    a: Reals
+    pulls: Reals
+    state: State
+    total: Reals
+    steps: int
+
+
+def fourier_matrices(count: int, period: float) -> tuple[Reals, Reals]:
+    """First and second derivative of the trigonometric interpolant at equal distances, (count, count).
+
+    Examples
+    --------
+    >>> t = np.arange(6) / 6
+    >>> first, second = fourier_matrices(6, 1.0)
+    >>> bool(np.allclose(first @ np.sin(2 * np.pi * t), 2 * np.pi * np.cos(2 * np.pi * t)))
+    True
+    """
+    order = np.fft.fftfreq(count, 1.0 / count)
+    odd = np.where(2 * np.abs(order) == count, 0.0, order)
+    unit = np.fft.fft(np.eye(count), axis=0)
+    rate = 2 * np.pi / period
+    first, second = (np.fft.ifft(factor[:, None] * unit, axis=0).real for factor in (1j * odd * rate, -((order * rate) ** 2)))
+    return first, second
+
+
+def cycle(system: System, period: float, count: int, progress: Progress | None = None) -> Cycle:
+    """The periodic motion of a system at `count` instants of a period, from its start.
+
+    Raises
+    ------
+    DoesNotCloseError
+        The rigid motion is not periodic, or Newton's method finds no periodic motion.
+    """
+    solver = _Collocation(system, period, count)
+    return solver.solved(progress or (lambda share, words: None))
+
+
+class _Collocation:
+    """The equations of a whole period."""
+
+    def __init__(self, system: System, period: float, count: int) -> None:
+        self.system, self.period, self.count = system, period, count
+        self.time = system.rigid.start + period * np.arange(count) / count
+        places = system.rigid.at(np.append(self.time, system.rigid.start + period))
+        _require_period(system, places, period)
+        everywhere = system.rigid_coordinates(places)
+        self.rigid = everywhere[:-1]
+        self.drives, self.factor = system.drives(self.time), load_factors(system, self.time)
+        self.slope = np.where(system.turns, everywhere[-1] - everywhere[0], 0.0) / period
+        self.first, self.second = fourier_matrices(count, period)
+        self.drift = np.outer(self.time - self.time[0], self.slope)
+        size, free = system.rigid.size, system.free
+        self.unit = np.where(system.turns[free], 1.0, size)
+        self.pulls = np.zeros((count, len(system.ties.conditions)))
+        stiff = system.nodes.elements.stiffness
+        self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else 1.0
+        kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
+        self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
+
+    def solved(self, progress: Progress) -> Cycle:
+        """Newton's method from the rigid places."""
+        q = self.rigid.copy()
+        self.system.prescribe(q, self.drives)
+        free, fading = self.system.free, 1.0
+        lacking, tangents, state, total = self._equations(q, True)
+        for step in range(STEPS):
+            size = np.linalg.norm(lacking)
+            change = self._newton_step(tangents, lacking, min(1e-2, 0.1 * fading))
+            moved = change[:, : len(free)] * self.unit
+            share = 1.0
+            while True:
+                trial, pulls = q.copy(), self.pulls
+                trial[:, free] += share * moved
+                self.pulls = pulls + share * change[:, len(free) :] * self.energy / self.gap
+                lacking, tangents, state, total = self._equations(trial, True)
+                if share < 0.05 or not np.linalg.norm(lacking) > 3.0 * size:
+                    break
+                self.pulls, share = pulls, share / 2
+            q = trial
+            largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=1e-300)
+            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, 1e-9)
+            progress(min(0.99, (step + 1) / 10), f"Newton's step {step + 1}: changes {fading:.1e}")
+            if not np.isfinite(fading):
+                break
+            if fading < SETTLED and share == 1.0:
+                v, a = self._rates(q)
+                return Cycle(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
+        raise DoesNotCloseError(f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}")
+
+    def _rates(self, q: Reals) -> tuple[Reals, Reals]:
+        periodic = q - self.drift
+        return self.first @ periodic + self.slope, self.second @ periodic
+
+    def _equations(self, q: Reals, tangent: bool) -> tuple[Reals, Tangents, State, Reals]:
+        """Scaled residual, (count, free + conditions), and scaled tangents."""
+        v, a = self._rates(q)
+        total, state, tangents = self.system.residual(q, v, a, self.pulls, self.drives, self.factor, tangent)
+        assert tangents is not None
+        unit, energy = self.unit, self.energy
+        lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
+        both = unit[:, None] * unit / energy
+        for matrix in (tangents.stiffness, tangents.damping, tangents.mass):
+            matrix *= both
+        rows = tangents.rows * unit / self.gap[:, None]
+        return lacking, Tangents(tangents.stiffness, tangents.damping, tangents.mass, rows), state, total
+
+    def _newton_step(self, tangents: Tangents, lacking: Reals, tolerance: float) -> Reals:
+        from scipy.sparse.linalg import LinearOperator, gmres
+
+        shape, free = lacking.shape, len(self.unit)
+        known = _Differences(tangents, self.period / self.count)
+
+        def applied(flat: Reals) -> Reals:
+            x = flat.reshape(shape)
+            moved, pulled = x[:, :free], x[:, free:]
+            rate, acceleration = self.first @ moved, self.second @ moved
+            out = np.empty(shape)
+            forces = tangents.stiffness @ moved[..., None] + tangents.damping @ rate[..., None]
+            forces += tangents.mass @ acceleration[..., None]
+            out[:, :free] = forces[..., 0] + (pulled[:, None] @ tangents.rows)[:, 0]
+            out[:, free:] = (tangents.rows @ moved[..., None])[..., 0]
+            return out.ravel()
+
+        operator = LinearOperator((lacking.size,) * 2, matvec=lambda flat: applied(known.solved(flat.reshape(shape)).ravel()), dtype=float)
+        flat, _ = gmres(operator, -lacking.ravel(), rtol=tolerance, atol=0.0, restart=KRYLOV, maxiter=4)
+        return known.solved(flat.reshape(shape))
+
+
+class _Differences:
+    """The linear system with differences in time for derivatives, factored: block tridiagonal and two corners."""
+
+    def __init__(self, tangents: Tangents, step: float) -> None:
+        count, free = tangents.mass.shape[:2]
+        conditions = tangents.rows.shape[1]
+        size = free + conditions
+        ahead, behind = (tangents.mass / step**2 + sign * tangents.damping / (2 * step) for sign in (1, -1))
+        middle = np.zeros((count, size, size))
+        middle[:, :free, :free] = tangents.stiffness - 2 * tangents.mass / step**2
+        middle[:, :free, free:] = np.swapaxes(tangents.rows, 1, 2)
+        middle[:, free:, :free] = tangents.rows
+        # the last instant is split off: x_last is found by what is left of its own equation
+        self.free, self.behind = free, behind
+        self.inverse, self.up = np.empty((count - 1, size, size)), np.zeros((count - 1, size, free))
+        self.corner = np.zeros((count - 1, size, free))
+        for k in range(count - 1):
+            own = middle[k]
+            right = np.zeros((size, free))
+            if k:
+                own[:free, :free] -= behind[k] @ self.up[k - 1][:free]
+                right[:free] = -(behind[k] @ self.corner[k - 1][:free])
+            else:
+                right[:free] = behind[0]
+            if k == count - 2:
+                right[:free] += ahead[k]
+            self.inverse[k] = np.linalg.inv(own)
+            if k < count - 2:
+                self.up[k] = self.inverse[k][:, :free] @ ahead[k]
+            self.corner[k] = self.inverse[k] @ right
+        for k in range(count - 3, -1, -1):
+            self.corner[k] -= self.up[k] @ self.corner[k + 1][:free]
+        last = middle[-1]
+        last[:free, :free] -= behind[-1] @ self.corner[-1][:free] + ahead[-1] @ self.corner[0][:free]
+        self.last, self.ahead = np.linalg.inv(last), ahead[-1]
+
+    def solved(self, right: Reals) -> Reals:
+        """Solution for a right-hand side of shape (count, size)."""
+        free, x = self.free, np.empty_like(right)
+        for k in range(len(right) - 1):
+            own = right[k].copy()
+            if k:
+                own[:free] -= self.behind[k] @ x[k - 1, :free]
+            x[k] = self.inverse[k] @ own
+        for k in range(len(right) - 3, -1, -1):
+            x[k] -= self.up[k] @ x[k + 1, :free]
+        own = right[-1].copy()
+        own[:free] -= self.behind[-1] @ x[-2, :free] + self.ahead @ x[0, :free]
+        x[-1] = self.last @ own
+        x[:-1] -= self.corner @ x[-1, :free]
+        return x
+
+
+def _require_period(system: System, places: Reals, period: float) -> None:
+    """Raise where the links are elsewhere after a period, but for whole turns."""
+    moved = places[-1] - places[0]
+    turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
+    if max(np.abs(moved[:, :2]).max() / system.rigid.size, np.abs(turned).max()) > 1e-6:
+        raise DoesNotCloseError(f"the links are not back in their places after {period:.6g} s: this motion has no such period")
