@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from fem_check.nonlinear.differences import Differences, Frames
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.system import State, System, Tangents, load_factors
 from rigid import Reals
 
 Progress = Callable[[float, str], None]
-SETTLED = 1e-8
+SETTLED = 1e-6
 """Newton's method ends where a step is so much of the largest deflection."""
 STEPS = 40
 KRYLOV = 60
@@ -89,6 +90,7 @@ class _Collocation:
         self.pulls = np.zeros((count, len(system.ties.conditions)))
         stiff = system.nodes.elements.stiffness
         self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else 1.0
+        self.frames = self._frames()
         kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
         self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
 
@@ -100,7 +102,7 @@ class _Collocation:
         lacking, tangents, state, total = self._equations(q, True)
         for step in range(STEPS):
             size = np.linalg.norm(lacking)
-            change = self._newton_step(tangents, lacking, min(1e-2, 0.1 * fading))
+            change = self._newton_step(tangents, lacking, min(1e-2, max(1e-4, 0.1 * fading)))
             moved = change[:, : len(free)] * self.unit
             share = 1.0
             while True:
@@ -121,6 +123,21 @@ class _Collocation:
                 v, a = self._rates(q)
                 return Cycle(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
         raise DoesNotCloseError(f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}")
+
+    def _frames(self) -> Frames:
+        """Axes of the rigid links at all free places."""
+        number = np.full(len(self.system.prescribed), -1)
+        number[self.system.free] = np.arange(len(self.system.free))
+        pairs, nodes = np.unique(number[self.system.of_node[:, :2]], axis=0, return_index=True)
+        nodes, pairs = nodes[pairs[:, 0] >= 0], pairs[pairs[:, 0] >= 0]
+        turns = self.system.of_node[nodes, 2]
+        turned = (self.rigid - self.drift)[:, turns]
+        return Frames(
+            pairs,
+            np.exp(1j * self.rigid[:, turns]),
+            self.first @ turned + self.slope[turns],
+            self.second @ turned,
+        )
 
     def _rates(self, q: Reals) -> tuple[Reals, Reals]:
         periodic = q - self.drift
@@ -143,7 +160,7 @@ class _Collocation:
         from scipy.sparse.linalg import LinearOperator, gmres
 
         shape, free = lacking.shape, len(self.unit)
-        known = _Differences(tangents, self.period / self.count)
+        known = Differences(tangents, self.frames, self.period / self.count)
 
         def applied(flat: Reals) -> Reals:
             x = flat.reshape(shape)
@@ -159,59 +176,6 @@ class _Collocation:
         operator = LinearOperator((lacking.size,) * 2, matvec=lambda flat: applied(known.solved(flat.reshape(shape)).ravel()), dtype=float)
         flat, _ = gmres(operator, -lacking.ravel(), rtol=tolerance, atol=0.0, restart=KRYLOV, maxiter=4)
         return known.solved(flat.reshape(shape))
-
-
-class _Differences:
-    """The linear system with differences in time for derivatives, factored: block tridiagonal and two corners."""
-
-    def __init__(self, tangents: Tangents, step: float) -> None:
-        count, free = tangents.mass.shape[:2]
-        conditions = tangents.rows.shape[1]
-        size = free + conditions
-        ahead, behind = (tangents.mass / step**2 + sign * tangents.damping / (2 * step) for sign in (1, -1))
-        middle = np.zeros((count, size, size))
-        middle[:, :free, :free] = tangents.stiffness - 2 * tangents.mass / step**2
-        middle[:, :free, free:] = np.swapaxes(tangents.rows, 1, 2)
-        middle[:, free:, :free] = tangents.rows
-        # the last instant is split off: x_last is found by what is left of its own equation
-        self.free, self.behind = free, behind
-        self.inverse, self.up = np.empty((count - 1, size, size)), np.zeros((count - 1, size, free))
-        self.corner = np.zeros((count - 1, size, free))
-        for k in range(count - 1):
-            own = middle[k]
-            right = np.zeros((size, free))
-            if k:
-                own[:free, :free] -= behind[k] @ self.up[k - 1][:free]
-                right[:free] = -(behind[k] @ self.corner[k - 1][:free])
-            else:
-                right[:free] = behind[0]
-            if k == count - 2:
-                right[:free] += ahead[k]
-            self.inverse[k] = np.linalg.inv(own)
-            if k < count - 2:
-                self.up[k] = self.inverse[k][:, :free] @ ahead[k]
-            self.corner[k] = self.inverse[k] @ right
-        for k in range(count - 3, -1, -1):
-            self.corner[k] -= self.up[k] @ self.corner[k + 1][:free]
-        last = middle[-1]
-        last[:free, :free] -= behind[-1] @ self.corner[-1][:free] + ahead[-1] @ self.corner[0][:free]
-        self.last, self.ahead = np.linalg.inv(last), ahead[-1]
-
-    def solved(self, right: Reals) -> Reals:
-        """Solution for a right-hand side of shape (count, size)."""
-        free, x = self.free, np.empty_like(right)
-        for k in range(len(right) - 1):
-            own = right[k].copy()
-            if k:
-                own[:free] -= self.behind[k] @ x[k - 1, :free]
-            x[k] = self.inverse[k] @ own
-        for k in range(len(right) - 3, -1, -1):
-            x[k] -= self.up[k] @ x[k + 1, :free]
-        own = right[-1].copy()
-        own[:free] -= self.behind[-1] @ x[-2, :free] + self.ahead @ x[0, :free]
-        x[-1] = self.last @ own
-        x[:-1] -= self.corner @ x[-1, :free]
-        return x
 
 
 def _require_period(system: System, places: Reals, period: float) -> None:
