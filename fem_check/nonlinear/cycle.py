@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fem_check.nonlinear.differences import Differences, Frames
+from fem_check.nonlinear.krylov import flexible_gmres
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.system import State, System, Tangents, load_factors
 from rigid import Reals
@@ -23,7 +24,7 @@ Progress = Callable[[float, str], None]
 SETTLED = 1e-6
 """Newton's method ends where a step is so much of the largest deflection."""
 STEPS = 40
-KRYLOV = 60
+KRYLOV = 120
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,8 +158,6 @@ class _Collocation:
         return lacking, Tangents(tangents.stiffness, tangents.damping, tangents.mass, rows), state, total
 
     def _newton_step(self, tangents: Tangents, lacking: Reals, tolerance: float) -> Reals:
-        from scipy.sparse.linalg import LinearOperator, gmres
-
         shape, free = lacking.shape, len(self.unit)
         known = Differences(tangents, self.frames, self.period / self.count)
 
@@ -173,9 +172,10 @@ class _Collocation:
             out[:, free:] = (tangents.rows @ moved[..., None])[..., 0]
             return out.ravel()
 
-        operator = LinearOperator((lacking.size,) * 2, matvec=lambda flat: applied(known.solved(flat.reshape(shape)).ravel()), dtype=float)
-        flat, _ = gmres(operator, -lacking.ravel(), rtol=tolerance, atol=0.0, restart=KRYLOV, maxiter=4)
-        return known.solved(flat.reshape(shape))
+        def guessed(flat: Reals) -> Reals:
+            return known.solved(flat.reshape(shape)).ravel()
+
+        return flexible_gmres(applied, guessed, -lacking.ravel(), tolerance, KRYLOV).reshape(shape)
 
 
 def _require_period(system: System, places: Reals, period: float) -> None:
