@@ -92,6 +92,8 @@ class ElementState:
         Derivatives of the force by place and by velocity, shape (instants, elements, 6, 6); empty unless asked for.
     power
         What the damping turns into heat [W], and `energy`, what is stored [J], shape (instants, elements).
+    slope
+        Derivatives of stretch, askew and turn by x, y and rotation of both nodes, shape (instants, elements, 3, 6).
     """
 
     resultants: Reals
@@ -101,9 +103,12 @@ class ElementState:
     damping: Reals
     power: Reals
     energy: Reals
+    slope: Reals
 
 
-def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool) -> ElementState:
+def element_state(
+    elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None
+) -> ElementState:
     """Forces and tangents of all elements.
 
     Parameters
@@ -112,6 +117,8 @@ def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool) -> Elem
         x, y and rotation of every node and their rates, shape (instants, nodes, 3).
     tangent
         Whether the derivatives are wanted.
+    assumed
+        Resultants whose turning makes the geometric part of the tangent, in place of the present ones: see `predicted`.
     """
     p, rate = (_differences(elements, values) for values in (q, v))
     back = np.conj(elements.axis * np.exp(1j * p[..., 2]))
@@ -129,9 +136,29 @@ def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool) -> Elem
     force = np.einsum("peij,pei,jk->pek", B, held, ENDS)
     stiffness = damping = np.zeros((0, 0, 6, 6))
     if tangent:
-        stiffness, damping = _tangents(elements, back, chord, B, held, rate)
+        stiffness, damping = _tangents(elements, back, chord, B, held if assumed is None else assumed, rate)
     power, energy = (viscous * strain_rate).sum(-1), (elastic * strain).sum(-1) / 2
-    return ElementState(held, np.conj(back), force, stiffness, damping, power, energy)
+    return ElementState(held, np.conj(back), force, stiffness, damping, power, energy, B @ ENDS)
+
+
+def predicted(elements: Elements, state: ElementState, change: Reals, change_of_rate: Reals) -> Reals:
+    """Resultants that a step of Newton's method expects, shape (instants, elements, 3).
+
+    Straight ahead, a node that goes round another stretches what is between them, and the force of that stretch spoils
+    the next tangent; the expected one does not (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics and
+    Engineering 313 (2017) 986-1005).
+
+    Parameters
+    ----------
+    change, change_of_rate
+        Of x, y and rotation of all nodes, (instants, nodes, 3).
+    """
+    total: Reals = state.resultants.copy()
+    for values, beta in ((change, 1.0), (change_of_rate, elements.damping[:, None])):
+        ends = values[:, elements.nodes].reshape(len(values), -1, 6)
+        strain = (state.slope @ ends[..., None])[..., 0]
+        total += beta * np.einsum("eij,pej->pei", elements.stiffness, strain)
+    return total
 
 
 def _differences(elements: Elements, values: Reals) -> Reals:

@@ -23,7 +23,10 @@ from rigid import Reals
 Progress = Callable[[float, str], None]
 SETTLED = 1e-6
 """Newton's method ends where a step is so much of the largest deflection."""
+LEAST = 1e-3
+"""Deflections below this share of the mechanism's size count as this."""
 STEPS = 40
+LONGEST = 0.5
 KRYLOV = 120
 
 
@@ -100,23 +103,19 @@ class _Collocation:
         q = self.rigid.copy()
         self.system.prescribe(q, self.drives)
         free, fading = self.system.free, 1.0
-        lacking, tangents, state, total = self._equations(q, True)
+        lacking, tangents, state, total = self._equations(q, None)
         for step in range(STEPS):
-            size = np.linalg.norm(lacking)
             change = self._newton_step(tangents, lacking, min(1e-2, max(1e-4, 0.1 * fading)))
             moved = change[:, : len(free)] * self.unit
-            share = 1.0
-            while True:
-                trial, pulls = q.copy(), self.pulls
-                trial[:, free] += share * moved
-                self.pulls = pulls + share * change[:, len(free) :] * self.energy / self.gap
-                lacking, tangents, state, total = self._equations(trial, True)
-                if share < 0.05 or not np.linalg.norm(lacking) > 3.0 * size:
-                    break
-                self.pulls, share = pulls, share / 2
-            q = trial
-            largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=1e-300)
-            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, 1e-9)
+            share = min(1.0, LONGEST / max(np.abs(moved / self.unit).max(initial=0.0), 1e-300))
+            step_made = np.zeros_like(q)
+            step_made[:, free] = share * moved
+            assumed = self.system.predicted(state, step_made, self.first @ step_made)
+            q = q + step_made
+            self.pulls = self.pulls + share * change[:, len(free) :] * self.energy / self.gap
+            lacking, tangents, state, total = self._equations(q, assumed)
+            largest = np.abs((q - self.rigid)[:, free] / self.unit).max(initial=0.0)
+            fading = share * np.abs(moved / self.unit).max(initial=0.0) / max(largest, LEAST)
             progress(min(0.99, (step + 1) / 10), f"Newton's step {step + 1}: changes {fading:.1e}")
             if not np.isfinite(fading):
                 break
@@ -144,10 +143,12 @@ class _Collocation:
         periodic = q - self.drift
         return self.first @ periodic + self.slope, self.second @ periodic
 
-    def _equations(self, q: Reals, tangent: bool) -> tuple[Reals, Tangents, State, Reals]:
+    def _equations(self, q: Reals, assumed: Reals | None) -> tuple[Reals, Tangents, State, Reals]:
         """Scaled residual, (count, free + conditions), and scaled tangents."""
         v, a = self._rates(q)
-        total, state, tangents = self.system.residual(q, v, a, self.pulls, self.drives, self.factor, tangent)
+        total, state, tangents = self.system.residual(
+            q, v, a, self.pulls, self.drives, self.factor, assumed=assumed
+        )
         assert tangents is not None
         unit, energy = self.unit, self.energy
         lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)

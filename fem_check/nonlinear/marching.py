@@ -114,10 +114,10 @@ class Marcher:
         drives, factor = system.drives(instant), load_factors(system, instant)
         place = guess.copy()
         system.prescribe(place, drives)
-        known, before = None, np.inf
+        known, before, assumed = None, np.inf, None
         for number in range(STEPS):
             q, v, a = rates(place)
-            total, state, tangents = system.residual(q, v, a, self.pulls, drives, factor, tangent=known is None)
+            total, state, tangents = system.residual(q, v, a, self.pulls, drives, factor, known is None, assumed)
             if tangents is not None:
                 matrix = tangents.stiffness[0] + by_rate * tangents.damping[0] + by_acceleration * tangents.mass[0]
                 rows = tangents.rows[0] * unit / self.gap[:, None]
@@ -128,7 +128,9 @@ class Marcher:
             moved = change[: len(free)]
             largest = np.abs(moved).max(initial=0.0)
             share = min(1.0, LONGEST / max(largest, 1e-300))
-            place[0, free] += share * moved * unit
+            step = np.zeros_like(place)
+            step[0, free] = share * moved * unit
+            place, assumed = place + step, system.predicted(state, step, by_rate * step)
             self.pulls = self.pulls + share * change[len(free) :] * self.energy / self.gap
             if largest < SETTLED:
                 return rates(place)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section
-from fem_check.nonlinear.beam_elements import ElementState, element_state
+from fem_check.nonlinear.beam_elements import ElementState, element_state, predicted
 from fem_check.nonlinear.couplings import CouplingState, coupling_state
 from fem_check.nonlinear.loads import Loads, factors, load_state, loads_of
 from fem_check.nonlinear.node_masses import MassState, mass_state
@@ -115,7 +115,15 @@ class System:
             q[:, self.of_node[node, 2]] = drives[:, drive]
 
     def residual(
-        self, q: Reals, v: Reals, a: Reals, pulls: Reals, drives: Reals, factor: Reals, tangent: bool = True
+        self,
+        q: Reals,
+        v: Reals,
+        a: Reals,
+        pulls: Reals,
+        drives: Reals,
+        factor: Reals,
+        tangent: bool = True,
+        assumed: Reals | None = None,
     ) -> tuple[Reals, State, Tangents | None]:
         """What the coordinates lack of balance, shape (instants, coordinates).
 
@@ -127,9 +135,13 @@ class System:
             Multipliers of the conditions, (instants, conditions).
         drives, factor
             Of the drives and of the loads.
+        tangent
+            Whether the derivatives are wanted.
+        assumed
+            Resultants of the elements for the tangent's geometric part.
         """
         place, rate, acceleration = (values[:, self.of_node] for values in (q, v, a))
-        beams = element_state(self.nodes.elements, place, rate, tangent)
+        beams = element_state(self.nodes.elements, place, rate, tangent, assumed)
         masses = mass_state(self.nodes.masses, place, rate, acceleration, complex(self.mechanism.gravity))
         pairs = coupling_state(tuple(self.ties.couplings), place)
         pushed, push_change = load_state(self.loads, place, factor)
@@ -153,6 +165,11 @@ class System:
         none = np.zeros((len(q), 0, 1, 1))
         mass = self._spread(none, none, masses.mass, none)
         return total, state, Tangents(stiffness, damping, mass, self._rows(pairs.gradient))
+
+    def predicted(self, state: State, change: Reals, change_of_rate: Reals) -> Reals:
+        """Resultants of the elements that a change of the coordinates is expected to bring."""
+        moved, rate = change[:, self.of_node], change_of_rate[:, self.of_node]
+        return predicted(self.nodes.elements, state.elements, moved, rate)
 
     @cached_property
     def _ends(self) -> Any:
