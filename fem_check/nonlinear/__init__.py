@@ -4,6 +4,7 @@ It shares no computation with `rigid` and `elastic`: of them it takes the mechan
 """
 
 from fem_check.nonlinear.equilibrium import nonlinear_equilibrium
+from fem_check.nonlinear.errors import ErrorEstimate, estimated_errors
 from fem_check.nonlinear.nodes import NotCheckedError
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.solution import JointForce, NonlinearSolution
@@ -12,9 +13,11 @@ from fem_check.nonlinear.transient import nonlinear_transient
 
 __all__ = [
     "DoesNotCloseError",
+    "ErrorEstimate",
     "JointForce",
     "NonlinearSolution",
     "NotCheckedError",
+    "estimated_errors",
     "nonlinear_equilibrium",
     "nonlinear_steady_state",
     "nonlinear_transient",
