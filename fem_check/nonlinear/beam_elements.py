@@ -73,7 +73,8 @@ def element_stiffness(section: Section, length: float, first: float, last: float
     flexibility[1, 1] = (bend * x**2).sum() + shear.sum()
     flexibility[1, 2] = flexibility[2, 1] = -(bend * x).sum()
     flexibility[2, 2] = bend.sum()
-    return np.linalg.inv(flexibility)
+    stiffness: Reals = np.linalg.inv(flexibility)
+    return stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +107,7 @@ class ElementState:
     slope: Reals
 
 
-def element_state(
-    elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None
-) -> ElementState:
+def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None) -> ElementState:
     """Forces and tangents of all elements.
 
     Parameters
@@ -145,8 +144,8 @@ def predicted(elements: Elements, state: ElementState, change: Reals, change_of_
     """Resultants that a step of Newton's method expects, shape (instants, elements, 3).
 
     Straight ahead, a node that goes round another stretches what is between them, and the force of that stretch spoils
-    the next tangent; the expected one does not (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics and
-    Engineering 313 (2017) 986-1005).
+    the next tangent; the expected one does not (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics
+    and Engineering 313 (2017) 986-1005).
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class Coupling:
 
 @dataclass(frozen=True, eq=False)
 class CouplingState:
-    """Values of c, shape (instants, couplings), gradients (..., 6) and second derivatives (..., 6, 6) by x, y, rotation."""
+    """Values of c, (instants, couplings), and derivatives by x, y, rotation of both nodes, (..., 6) and (..., 6, 6)."""
 
     value: Reals
     gradient: Reals
@@ -75,7 +75,9 @@ def _turn(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
 
 def _gap(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
     """The gap u of the two points, or u seen from the parent's line, as a complex number; then the part that counts."""
-    (zp, ep), (zc, ec) = ((q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (own.parent, own.child))
+    (zp, ep), (zc, ec) = (
+        (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (own.parent, own.child)
+    )
     arm = own.at_child * ec
     d, dd = np.zeros((len(q), 6), complex), np.zeros((len(q), 6, 6), complex)
     if own.kind in (Kind.ALONG, Kind.ACROSS):

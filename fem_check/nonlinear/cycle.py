@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,9 @@ def fourier_matrices(count: int, period: float) -> tuple[Reals, Reals]:
     odd = np.where(2 * np.abs(order) == count, 0.0, order)
     unit = np.fft.fft(np.eye(count), axis=0)
     rate = 2 * np.pi / period
-    first, second = (np.fft.ifft(factor[:, None] * unit, axis=0).real for factor in (1j * odd * rate, -((order * rate) ** 2)))
+    first, second = (
+        np.fft.ifft(factor[:, None] * unit, axis=0).real for factor in (1j * odd * rate, -((order * rate) ** 2))
+    )
     return first, second
 
 
@@ -71,11 +72,11 @@ def cycle(system: System, period: float, count: int, progress: Progress | None =
     DoesNotCloseError
         The rigid motion is not periodic, or Newton's method finds no periodic motion.
     """
-    solver = _Collocation(system, period, count)
+    solver = Collocation(system, period, count)
     return solver.solved(progress or (lambda share, words: None))
 
 
-class _Collocation:
+class Collocation:
     """The equations of a whole period."""
 
     def __init__(self, system: System, period: float, count: int) -> None:
@@ -122,7 +123,9 @@ class _Collocation:
             if fading < SETTLED and share == 1.0:
                 v, a = self._rates(q)
                 return Cycle(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
-        raise DoesNotCloseError(f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}")
+        raise DoesNotCloseError(
+            f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}"
+        )
 
     def _frames(self) -> Frames:
         """Axes of the rigid links at all free places."""
@@ -146,21 +149,20 @@ class _Collocation:
     def _equations(self, q: Reals, assumed: Reals | None) -> tuple[Reals, Tangents, State, Reals]:
         """Scaled residual, (count, free + conditions), and scaled tangents."""
         v, a = self._rates(q)
-        total, state, tangents = self.system.residual(
-            q, v, a, self.pulls, self.drives, self.factor, assumed=assumed
-        )
+        total, state, tangents = self.system.residual(q, v, a, self.pulls, self.drives, self.factor, assumed=assumed)
         assert tangents is not None
         unit, energy = self.unit, self.energy
         lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
         both = unit[:, None] * unit / energy
-        for matrix in (tangents.stiffness, tangents.damping, tangents.mass):
-            matrix *= both
-        rows = tangents.rows * unit / self.gap[:, None]
-        return lacking, Tangents(tangents.stiffness, tangents.damping, tangents.mass, rows), state, total
+        scaled = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
+        return lacking, Tangents(*scaled, tangents.rows * unit / self.gap[:, None]), state, total
 
     def _newton_step(self, tangents: Tangents, lacking: Reals, tolerance: float) -> Reals:
         shape, free = lacking.shape, len(self.unit)
-        known = Differences(tangents, self.frames, self.period / self.count)
+        try:
+            known = Differences(tangents, self.frames, self.period / self.count)
+        except np.linalg.LinAlgError:
+            raise DoesNotCloseError("the equations of the cycle are singular: something is held by nothing") from None
 
         def applied(flat: Reals) -> Reals:
             x = flat.reshape(shape)
@@ -184,4 +186,6 @@ def _require_period(system: System, places: Reals, period: float) -> None:
     moved = places[-1] - places[0]
     turned = moved[:, 2] - 2 * np.pi * np.round(moved[:, 2] / (2 * np.pi))
     if max(np.abs(moved[:, :2]).max() / system.rigid.size, np.abs(turned).max()) > 1e-6:
-        raise DoesNotCloseError(f"the links are not back in their places after {period:.6g} s: this motion has no such period")
+        raise DoesNotCloseError(
+            f"the links are not back in their places after {period:.6g} s: this motion has no such period"
+        )

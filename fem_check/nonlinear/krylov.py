@@ -39,7 +39,7 @@ def flexible_gmres(
     basis, tried = np.empty((most + 1, len(right))), np.empty((most, len(right)))
     table, wanted = np.zeros((most + 1, most)), np.zeros(most + 1)
     basis[0], wanted[0] = right / size, size
-    weights = np.zeros(0)
+    weights: Reals = np.zeros(0)
     for k in range(most):
         tried[k] = guessed(basis[k])
         image = applied(tried[k])

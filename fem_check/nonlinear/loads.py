@@ -58,7 +58,9 @@ class Clock:
 
     def __getattr__(self, name: str) -> Any:
         """Refuse a law that follows the motion."""
-        raise NotCheckedError(f'a law of a load asks for the motion\'s "{name}": the nonlinear check takes laws of time')
+        raise NotCheckedError(
+            f'a law of a load asks for the motion\'s "{name}": the nonlinear check takes laws of time'
+        )
 
 
 def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
@@ -79,10 +81,19 @@ def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
         law = -1
         if load.law is not None:
             law, laws = len(laws), [*laws, load.law]
-        rows += _point(mechanism, nodes, load, law) if isinstance(load, PointLoad) else _line(mechanism, nodes, load, law)
-    columns = list(zip(*rows, strict=True)) or [()] * 6
-    kinds = (int, complex, float, complex, bool, int)
-    return Loads(*(np.array(values, kind) for values, kind in zip(columns, kinds, strict=True)), tuple(laws))
+        rows += (
+            _point(mechanism, nodes, load, law) if isinstance(load, PointLoad) else _line(mechanism, nodes, load, law)
+        )
+    node, force, moment, lever, turning, number = list(zip(*rows, strict=True)) or [()] * 6
+    return Loads(
+        np.array(node, int),
+        np.array(force, complex),
+        np.array(moment, float),
+        np.array(lever, complex),
+        np.array(turning, bool),
+        np.array(number, int),
+        tuple(laws),
+    )
 
 
 def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> list[tuple[Any, ...]]:
@@ -112,7 +123,7 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
         pieces: Sequence[tuple[int, complex, complex]] = _rigid_pieces(node, start, way, first, last)
     else:
         pieces = _elastic_pieces(along, way, first, last)
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for node, force, lever in pieces:
         if load.turning:
             rows.append((node, force * turned, (lever * turned).imag, 0.0, True, law))
@@ -125,9 +136,9 @@ def _rigid_pieces(
     node: int, start: complex, way: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
     """The resultant, and its lever about the node."""
-    l, change = abs(way), last - first
-    force = l * (first + change / 2)
-    return [(node, force, l * (np.conj(start) * (first + change / 2) + np.conj(way) * (first / 2 + change / 3)))]
+    length, change = abs(way), last - first
+    force = length * (first + change / 2)
+    return [(node, force, length * (np.conj(start) * (first + change / 2) + np.conj(way) * (first / 2 + change / 3)))]
 
 
 def _elastic_pieces(
@@ -178,7 +189,7 @@ def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Any, time:
         Unit vector of x' at the nodes, (instants, nodes).
     """
     at = mechanism.beams[beam][0]
-    own = beam - [k for k, (link, _) in enumerate(mechanism.beams) if link == at][0]
+    own = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)
     total = np.zeros(direction.shape, complex)
     for load in mechanism.loads:
         if isinstance(load, LineLoad) and mechanism.index[load.link] == at and load.beam == own:

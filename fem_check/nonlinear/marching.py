@@ -7,6 +7,8 @@ Dynamics 18 (2007) 185-202. Of second order.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -21,6 +23,7 @@ SETTLED = 1e-9
 """Newton's method ends where a step is so small, as a share of the mechanism's size or an angle."""
 LONGEST = 0.3
 POINTS = 7
+Rates = Callable[[Reals], tuple[Reals, Reals, Reals]]
 
 
 class Marcher:
@@ -34,7 +37,9 @@ class Marcher:
         free, size = system.free, system.rigid.size
         self.unit = np.where(system.turns[free], 1.0, size)
         stiff = system.nodes.elements.stiffness
-        self.energy = float(np.median(stiff[:, 2, 2])) if len(stiff) else max(float(system.nodes.masses.mass.sum()), 1e-9)
+        self.energy = (
+            float(np.median(stiff[:, 2, 2])) if len(stiff) else max(float(system.nodes.masses.mass.sum()), 1e-9)
+        )
         kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
         self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
         self.q = self.v = self.a = self.pseudo = np.zeros((1, len(system.prescribed)))
@@ -51,7 +56,7 @@ class Marcher:
         places = np.arange(POINTS) - (POINTS - 1) / 2
         fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
         slope = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / (step / 2)
-        times = time + step / 2 * np.arange(POINTS)
+        times: Reals = time + step / 2 * np.arange(POINTS)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))
         self.system.prescribe(q, self.system.drives(times))
         v = slope @ q
@@ -65,7 +70,7 @@ class Marcher:
         self.pseudo = self.a.copy()
 
     def _accelerated(self, instant: Reals) -> Reals:
-        """Accelerations that balance what lacks balance and leave the conditions alone; least where there is no mass."""
+        """Accelerations that balance what lacks balance and keep the conditions; least where there is no mass."""
         system, free, count = self.system, self.system.free, len(self.gap)
         given = self.q, self.v, self.a, self.pulls, system.drives(instant), load_factors(system, instant)
         total, _, tangents = system.residual(*given)
@@ -94,7 +99,11 @@ class Marcher:
 
         def rates(place: Reals) -> tuple[Reals, Reals, Reals]:
             new = (place - q - h * v - h**2 * (0.5 - beta) * pseudo) / (beta * h**2)
-            return place, v + h * ((1 - gamma) * pseudo + gamma * new), ((1 - am) * new + am * pseudo - af * a) / (1 - af)
+            return (
+                place,
+                v + h * ((1 - gamma) * pseudo + gamma * new),
+                ((1 - am) * new + am * pseudo - af * a) / (1 - af),
+            )
 
         guess = q + h * v + h**2 * pseudo / 2
         place, rate, acceleration = self.balanced(
@@ -104,10 +113,10 @@ class Marcher:
         self.q, self.v, self.a = place, rate, acceleration
 
     def balanced(
-        self, guess: Reals, rates: Any, by_rate: float, by_acceleration: float, time: float
+        self, guess: Reals, rates: Rates, by_rate: float, by_acceleration: float, time: float
     ) -> tuple[Reals, Reals, Reals]:
         """Newton's method at one instant; the tangent is kept while it serves."""
-        from scipy.linalg import lu_factor, lu_solve
+        from scipy.linalg import lu_solve
 
         system, free, unit = self.system, self.system.free, self.unit
         instant = np.array([time])
@@ -122,11 +131,13 @@ class Marcher:
                 matrix = tangents.stiffness[0] + by_rate * tangents.damping[0] + by_acceleration * tangents.mass[0]
                 rows = tangents.rows[0] * unit / self.gap[:, None]
                 matrix = matrix * unit[:, None] * unit / self.energy
-                known = lu_factor(np.block([[matrix, rows.T], [rows, np.zeros((len(rows),) * 2)]]))
+                known = _factored(np.block([[matrix, rows.T], [rows, np.zeros((len(rows),) * 2)]]))
             lacking = np.concatenate([total[0, free] * unit / self.energy, state.open[0] / self.gap])
-            change = -lu_solve(known, lacking)
+            change = -lu_solve(known, lacking, check_finite=False)
             moved = change[: len(free)]
             largest = np.abs(moved).max(initial=0.0)
+            if not np.isfinite(largest):
+                break
             share = min(1.0, LONGEST / max(largest, 1e-300))
             step = np.zeros_like(place)
             step[0, free] = share * moved * unit
@@ -134,9 +145,16 @@ class Marcher:
             self.pulls = self.pulls + share * change[len(free) :] * self.energy / self.gap
             if largest < SETTLED:
                 return rates(place)
-            if not np.isfinite(largest):
-                break
             if largest > 1e-3 or (number and largest > 0.2 * before):
                 known = None
             before = largest
         raise DoesNotCloseError(f"no balance found at {time:.6g} s: Newton's method last changed {before:.1e}")
+
+
+def _factored(matrix: Reals) -> Any:
+    """Factors of a matrix; those of a singular one solve to what is not finite."""
+    from scipy.linalg import LinAlgWarning, lu_factor
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LinAlgWarning)
+        return lu_factor(matrix, check_finite=False)

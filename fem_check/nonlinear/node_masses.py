@@ -2,7 +2,7 @@
 
 The mass of a beam is gathered at its nodes by the trapezoidal rule with its end correction (Euler and Maclaurin),
 
-    integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,   f = m (virtual displacement)(acceleration),
+    integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,  f = m (virtual displacement)(acceleration),
 
 in which w' is the rotation: the corrections are first moments about the nodes, which cancel where two equal elements
 meet. With exact stiffness this is of the fourth order, as a consistent mass is, but couples no nodes.
@@ -20,7 +20,7 @@ from rigid import Reals
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """Of all nodes: `mass` [kg], `first` moment [kg m] in the axes of the link, complex, `inertia` [kg m^2], (nodes,)."""
+    """Of all nodes: `mass` [kg], `first` moment [kg m], complex, in the link's axes, `inertia` [kg m^2], (nodes,)."""
 
     mass: Reals
     first: Any

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import isfinite
 from typing import Any
 
@@ -59,15 +60,7 @@ def is_rigid(section: Section) -> bool:
 def nodes_of(
     mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
 ) -> Nodes:
-    """Nodes of a mechanism; links whose beams are all rigid are one node.
-
-    Raises
-    ------
-    NotCheckedError
-        Designs in one array, of which this takes one at a time.
-    """
-    if mechanism.designs:
-        raise NotCheckedError("the nonlinear check takes one design at a time")
+    """Nodes of a mechanism; links whose beams are all rigid are one node."""
     builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
         own = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
@@ -122,7 +115,9 @@ class _Builder:
         xi, way = (places + 1) / 2, end - start
         line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
         turned = line * _squared_gyration(section, xi)
-        for share, mass, inertia in zip(xi, line * weights / 2 * abs(way), turned * weights / 2 * abs(way), strict=True):
+        for share, mass, inertia in zip(
+            xi, line * weights / 2 * abs(way), turned * weights / 2 * abs(way), strict=True
+        ):
             self.add(node, float(mass), complex(start + share * way), float(inertia))
 
     def elastic_link(self, number: int, link: Link, own: Sequence[int]) -> None:
@@ -131,7 +126,9 @@ class _Builder:
             self._elastic_beam(number, link, k, [self.sections[j] for j in own])
         for lump in link.lumps:
             if (number, lump.point) not in self.at:
-                raise NotCheckedError(f'link "{link.name}": no beam reaches the point "{lump.point}", which carries a mass')
+                raise NotCheckedError(
+                    f'link "{link.name}": no beam reaches the point "{lump.point}", which carries a mass'
+                )
             self.add(self.at[number, lump.point][0], float(lump.mass), complex(lump.offset), float(lump.inertia))
 
     def _elastic_beam(self, number: int, link: Link, k: int, beside: Sequence[Section]) -> None:
@@ -146,7 +143,7 @@ class _Builder:
         self.first[k] = len(self.elements)
         h, axis = abs(way) / self.count, way / abs(way)
         section = _finite(beside, self.sections[k], abs(way))
-        for j, (first, last) in enumerate(zip(marks, marks[1:], strict=False)):
+        for j, (first, last) in enumerate(pairwise(marks)):
             stiffness = element_stiffness(section, abs(way), first, last)
             pair = self.along[k][j : j + 2]
             self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
@@ -175,7 +172,8 @@ class _Builder:
         elements = Elements(
             np.array(columns[0], int).reshape(count, 2),
             np.array(columns[1], complex),
-            *(np.array(values, float) for values in columns[2:4]),
+            np.array(columns[2], float),
+            np.array(columns[3], float),
             np.array(columns[4], float).reshape(count, 3, 3),
             np.array(columns[5], float),
         )

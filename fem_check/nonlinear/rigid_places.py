@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from elastic import RIGID
 from fem_check.nonlinear.couplings import coupling_state
 from fem_check.nonlinear.nodes import Nodes, nodes_of
 from fem_check.nonlinear.ties import Ties, ties_of
-from elastic import RIGID
 from rigid import Mechanism, PinDrive, Reals
 
 DriveLaw = Callable[[Any], Sequence[Any]]
@@ -64,7 +64,9 @@ def _place_next(
             turns.append((index[drive.on], index[drive.link], complex(np.exp(1j * value))))
     turns += [(child, parent, 1 / turn) for parent, child, turn in turns]
     missing = [number for number in range(len(links)) if number not in places]
-    known = ((child, places[parent][1] * turn) for parent, child, turn in turns if parent in places and child in missing)
+    known = (
+        (child, places[parent][1] * turn) for parent, child, turn in turns if parent in places and child in missing
+    )
     number, turn = next(known, (missing[0], 1.0 + 0j))
     drawn = dict(drawing)
     for other, (z, own) in places.items():
@@ -84,7 +86,12 @@ class RigidPlaces:
         stiff = [RIGID] * len(mechanism.beams)
         self.nodes: Nodes = nodes_of(mechanism, stiff, 1, 0.0)
         self.ties: Ties = ties_of(mechanism, self.nodes, {}, self.drawn, first)
-        reach = [abs(complex(p) - complex(o)) for link in mechanism.links for p in link.points.values() for o in link.points.values()]
+        reach = [
+            abs(complex(p) - complex(o))
+            for link in mechanism.links
+            for p in link.points.values()
+            for o in link.points.values()
+        ]
         self.size = max([*reach, 1e-12])
         want = first + self.ties.winding
         have = self._closed(self.drawn, None)
@@ -169,12 +176,18 @@ class RigidPlaces:
         for condition in ties.conditions:
             if condition.drive is not None and wanted is None:
                 continue
-            gap = -condition.target - (wanted[condition.drive] if wanted is not None and condition.drive is not None else 0.0)
+            gap = -condition.target - (
+                wanted[condition.drive] if wanted is not None and condition.drive is not None else 0.0
+            )
             parts = []
             for number, factor in condition.parts:
                 own = ties.couplings[number]
                 gap += factor * state.value[0, number]
                 slope = factor * state.gradient[0, number]
-                parts += [(node, c, float(slope[3 * k + c])) for k, node in enumerate((own.parent, own.child)) for c in range(3)]
+                parts += [
+                    (node, c, float(slope[3 * k + c]))
+                    for k, node in enumerate((own.parent, own.child))
+                    for c in range(3)
+                ]
             add(parts, float(gap), 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
         return np.array(gaps), np.array(rows).reshape(len(gaps), 3 * (count - 1))

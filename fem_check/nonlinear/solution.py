@@ -60,6 +60,8 @@ class NonlinearSolution:
         Moment [N m] or force [N] of every drive along its coordinate, shape (drives, positions).
     kinetic, stored
         Energy of motion, and of strain and springs [J], shape (positions,).
+    potential
+        Energy of weight [J], shape (positions,).
     dissipated
         Power that damping turns into heat [W], shape (positions,).
     """
@@ -81,6 +83,7 @@ class NonlinearSolution:
     efforts: Reals
     kinetic: Reals
     stored: Reals
+    potential: Reals
     dissipated: Reals
 
     def __repr__(self) -> str:
@@ -126,6 +129,7 @@ def solution_of(system: System, sections: tuple[Section, ...], elements: int, fo
         efforts=_efforts(system, found.state),
         kinetic=found.state.masses.energy.sum(-1),
         stored=found.state.elements.energy.sum(-1) + _spring_energy(system, found),
+        potential=_potential(system, found),
         dissipated=_dissipated(system, found),
     )
 
@@ -148,16 +152,22 @@ def _fields(system: System, k: int, xi: Reals, found: Instants) -> Reals:
         turned, first = now[:, [node], 2] + 0 * xi, rigid[:, [node], 2]
         inner = np.full((3, *turned.shape), np.nan)
     else:
-        place, was, turned, first = _complex(now[:, along]), _complex(rigid[:, along]), now[:, along, 2], rigid[:, along, 2]
+        place, was, turned, first = (
+            _complex(now[:, along]),
+            _complex(rigid[:, along]),
+            now[:, along, 2],
+            rigid[:, along, 2],
+        )
         inner = _section_forces(system, k, xi, axis, found)
     moved = np.conj(axis * np.exp(1j * first)) * (place - was)
     return np.stack([moved.real, moved.imag, turned - first, *inner])
 
 
 def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Instants) -> Reals:
-    """N, V and M at the nodes, from the forces on the ends of the elements and the loads between, (3, positions, nodes).
+    """N, V and M at the nodes, from forces on the ends of the elements and loads between, (3, positions, nodes).
 
-    What a load on an element does to its ends is that of the rule by which masses are gathered.
+    What inertia on an element does to its ends is that of the rule by which masses are gathered, what a line load does
+    that of cubic shape functions.
     """
     beam, along = system.mechanism.beams[k][1], list(system.nodes.along[k])
     count = len(along) - 1
@@ -167,19 +177,25 @@ def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Ins
     direction = axis * np.exp(1j * found.q[:, system.of_node[along, 2]])
     acceleration = _complex(found.a[:, system.of_node[along]])
     line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-    load = line * (complex(system.mechanism.gravity) - acceleration)
-    load = load + line_loads(system.mechanism, k, xi, direction, found.time)
-    before = -_complex(ends[..., :2]) + h * (5 * load[:, :-1] + load[:, 1:]) / 12
-    after = _complex(ends[..., 3:5]) - h * (load[:, :-1] + 5 * load[:, 1:]) / 12
-    bent = h**2 / 12 * (np.conj(direction) * load).imag
-    force, moment = np.zeros_like(load), np.zeros(load.shape)
-    force[:, :-1], moment[:, :-1] = before, -ends[..., 2]
+    felt = line * (complex(system.mechanism.gravity) - acceleration)
+    laid = line_loads(system.mechanism, k, xi, direction, found.time)
+    before = -_complex(ends[..., :2]) + _shares(felt, h, 5 / 12, 1 / 12)[0] + _shares(laid, h, 7 / 20, 3 / 20)[0]
+    after = _complex(ends[..., 3:5]) - _shares(felt, h, 5 / 12, 1 / 12)[1] - _shares(laid, h, 7 / 20, 3 / 20)[1]
+    levers = zip(_shares(felt, h**2, 1 / 12, 0.0), _shares(laid, h**2, 1 / 20, 1 / 30), strict=True)
+    near, far = (one + other for one, other in levers)
+    force, moment = np.zeros_like(felt), np.zeros(felt.shape)
+    force[:, :-1], moment[:, :-1] = before, (np.conj(direction[:, :-1]) * near).imag - ends[..., 2]
     force[:, 1:] += after
-    moment[:, 1:] += ends[..., 5]
+    moment[:, 1:] += (np.conj(direction[:, 1:]) * far).imag + ends[..., 5]
     force[:, 1:-1] /= 2
     moment[:, 1:-1] /= 2
     seen = np.conj(direction) * force
-    return np.stack([seen.real, -seen.imag, moment + bent])
+    return np.stack([seen.real, -seen.imag, moment])
+
+
+def _shares(load: Any, size: float, near: float, far: float) -> tuple[Any, Any]:
+    """What the starts and the ends of all elements take of a load that is linear between the nodes."""
+    return size * (near * load[:, :-1] + far * load[:, 1:]), size * (far * load[:, :-1] + near * load[:, 1:])
 
 
 def _joint_force(system: System, source: JointSource, found: Instants) -> JointForce:
@@ -215,8 +231,15 @@ def _spring_energy(system: System, found: Instants) -> Reals:
     return total
 
 
+def _potential(system: System, found: Instants) -> Reals:
+    place, masses = found.q[:, system.of_node], system.nodes.masses
+    moment = masses.mass * _complex(place) + masses.first * np.exp(1j * place[..., 2])
+    total: Reals = -(np.conj(complex(system.mechanism.gravity)) * moment).real.sum(-1)
+    return total
+
+
 def _dissipated(system: System, found: Instants) -> Reals:
-    total = found.state.elements.power.sum(-1)
+    total: Reals = found.state.elements.power.sum(-1)
     rate = found.v[:, system.of_node]
     for own in system.ties.gives:
         pair = system.ties.couplings[own.coupling]

@@ -61,12 +61,13 @@ def nonlinear_steady_state(
     --------
     A bar of 1 m and 2 kg that turns at 3 rad/s about its end, pulled by 2 (3^2) 1/2 = 9 N there:
 
+    >>> from math import pi
     >>> from elastic import Section
     >>> from rigid import Beam, ConstantSpeed, Link, Mechanism, PinDrive
     >>> bar = Link("bar", {"O": 0, "A": 1.0}, (Beam("O", "A", 2.0),))
     >>> turning = Mechanism((Link("ground", {"O": 0}), bar), (PinDrive("bar", "O"),), {"O": 0, "A": 1})
     >>> section = Section(EA=1e6, EI=1e3)
-    >>> found = nonlinear_steady_state(turning, [section], [ConstantSpeed(0.0, 3.0)], 2.0944, 16)
+    >>> found = nonlinear_steady_state(turning, [section], [ConstantSpeed(0.0, 3.0)], 2 * pi / 3, 16)
     >>> found.N[0, :, 0].round(2)[:2]
     array([9., 9.])
     """

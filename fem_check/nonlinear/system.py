@@ -14,7 +14,7 @@ from fem_check.nonlinear.beam_elements import ElementState, element_state, predi
 from fem_check.nonlinear.couplings import CouplingState, coupling_state
 from fem_check.nonlinear.loads import Loads, factors, load_state, loads_of
 from fem_check.nonlinear.node_masses import MassState, mass_state
-from fem_check.nonlinear.nodes import Nodes, nodes_of
+from fem_check.nonlinear.nodes import Nodes, NotCheckedError, nodes_of
 from fem_check.nonlinear.rigid_places import DriveLaw, RigidPlaces, coordinates
 from fem_check.nonlinear.ties import Ties, ties_of
 from rigid import Mechanism, Reals
@@ -149,9 +149,13 @@ class System:
         pull, give, loss = self._pulls(pairs, (pairs.gradient * seen).sum(-1), pulls, drives)
         along = pull[..., None] * pairs.gradient
         needed = masses.force.copy()
-        np.add.at(needed, (slice(None), self.nodes.elements.nodes), beams.force.reshape(len(q), -1, 2, 3))
-        np.add.at(needed, (slice(None), self._ends), along.reshape(len(q), -1, 2, 3))
-        np.subtract.at(needed, (slice(None), self.loads.node), pushed)
+        for nodes, forces in (
+            (self.nodes.elements.nodes, beams.force),
+            (self._ends, along),
+            (self.loads.node, -pushed),
+        ):
+            everywhere: Any = (slice(None), nodes)
+            np.add.at(needed, everywhere, forces.reshape(len(q), *nodes.shape, 3))
         total = needed.reshape(len(q), -1) @ self._gather
         state = State(beams, masses, pairs, pull, needed, self._open(pairs.value, drives))
         if not tangent:
@@ -274,7 +278,12 @@ def system_of(
     ------
     ValueError
         The sections are not one per beam, the laws not one per drive, or there is no element.
+    NotCheckedError
+        What this check does not know how to treat; designs in one array, of which it takes one at a time.
     """
+    several = [value for own in sections for value in vars(own).values() if np.ndim(value) and np.size(value) > 1]
+    if mechanism.designs or several:
+        raise NotCheckedError("several designs in one array: the nonlinear check takes one at a time")
     if len(sections) != len(mechanism.beams):
         raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
     if len(laws) != len(mechanism.drives):

@@ -108,9 +108,7 @@ def ties_of(
 class _Builder:
     """Ties so far."""
 
-    def __init__(
-        self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals
-    ) -> None:
+    def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:
         self.mechanism, self.nodes, self.soft = mechanism, nodes, joints
         self.ties = Ties()
         way = nodes.rest * np.exp(1j * drawn[nodes.link, 2])
@@ -186,7 +184,9 @@ class _Builder:
     def _slider(self, slider: Slider) -> None:
         index = self.mechanism.index
         own = self.soft.get(slider.name, JointCompliance())
-        sense = _sense(self.mechanism, slider.name, index[slider.on], index[slider.link]) if own.gap or own.turn else 1.0
+        sense = (
+            _sense(self.mechanism, slider.name, index[slider.on], index[slider.link]) if own.gap or own.turn else 1.0
+        )
         if own.gap:
             raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
         rail = self._rail(slider, Kind.ACROSS)
@@ -223,7 +223,9 @@ class _Builder:
             self.ties.movers.append(None)
             return
         if own.turn or own.gap:
-            raise NotCheckedError(f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there')
+            raise NotCheckedError(
+                f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there'
+            )
         moved = self.couple(coupling)
         self._closed(moved, 0.0, own.rotation if pin else own.translation, number)
         self.ties.movers.append(moved)
@@ -241,8 +243,8 @@ class _Builder:
         index = self.mechanism.index
         (p, at_p), (c, at_c) = self.place(index[spring.on], spring.anchor), self.place(index[spring.link], spring.point)
         number = self.couple(Coupling(Kind.DISTANCE, p, c, at_p, at_c))
-        figures = (float(value) for value in (spring.damping, spring.preload))
-        self.ties.gives.append(Give(number, float(spring.stiffness), float(spring.length), None, *figures))
+        damping, preload = float(spring.damping), float(spring.preload)
+        self.ties.gives.append(Give(number, float(spring.stiffness), float(spring.length), None, damping, preload))
 
     def _torsion(self, spring: TorsionSpring) -> None:
         index = self.mechanism.index
@@ -250,10 +252,14 @@ class _Builder:
         number = self.couple(Coupling(Kind.TURN, parent, child))
         rest, wraps = float(spring.angle), True
         for k, drive in enumerate(self.mechanism.drives):
-            if isinstance(drive, PinDrive) and drive.at == spring.at and {drive.link, drive.on} == {spring.link, spring.on}:
+            if (
+                isinstance(drive, PinDrive)
+                and drive.at == spring.at
+                and {drive.link, drive.on} == {spring.link, spring.on}
+            ):
                 rest, wraps = rest + self.ties.winding[k] * (1 if drive.link == spring.link else -1), False
-        figures = (float(value) for value in (spring.damping, spring.preload))
-        self.ties.gives.append(Give(number, float(spring.stiffness), rest, None, *figures, wraps))
+        damping, preload = float(spring.damping), float(spring.preload)
+        self.ties.gives.append(Give(number, float(spring.stiffness), rest, None, damping, preload, wraps))
 
 
 def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:
@@ -278,10 +284,14 @@ def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance])
     names: Sequence[str] = [*(name for name, _, _ in _pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
     for name in joints:
         if names.count(name) != 1:
-            raise NotCheckedError(f'joint "{name}" gives way or does not fit: it is {names.count(name)} joints, expected one')
+            raise NotCheckedError(
+                f'joint "{name}" gives way or does not fit: it is {names.count(name)} joints, expected one'
+            )
 
 
 def _sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
     """-1 where the mechanism's tree of joints has parent and child the other way: gaps and turns are counted there."""
     found = (joint for joint in mechanism.structure.joints if joint.name == name)
-    return next((1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}))
+    return next(
+        1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}
+    )

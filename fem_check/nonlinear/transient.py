@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from itertools import pairwise
+
 import numpy as np
 
 from elastic import JointCompliance, Section
@@ -13,7 +15,6 @@ from fem_check.nonlinear.rigid_places import DriveLaw
 from fem_check.nonlinear.solution import Instants, NonlinearSolution, solution_of
 from fem_check.nonlinear.system import load_factors, system_of
 from rigid import Mechanism, Reals
-
 
 
 def nonlinear_transient(
@@ -77,7 +78,7 @@ def nonlinear_transient(
     marcher = Marcher(system, 1.0 - dissipation)
     marcher.start(float(times[0]), step, begin)
     kept = [marcher.copy()]
-    for number, (last, now) in enumerate(zip(times, times[1:], strict=False), 1):
+    for number, (last, now) in enumerate(pairwise(times), 1):
         count = max(1, int(np.ceil((now - last) / step * (1 - 1e-12))))
         for k in range(count):
             marcher.advance(last + (now - last) * (k + 1) / count, (now - last) / count)
