@@ -73,8 +73,7 @@ def element_stiffness(section: Section, length: float, first: float, last: float
     flexibility[1, 1] = (bend * x**2).sum() + shear.sum()
     flexibility[1, 2] = flexibility[2, 1] = -(bend * x).sum()
     flexibility[2, 2] = bend.sum()
-    stiffness: Reals = np.linalg.inv(flexibility)
-    return stiffness
+    return np.asarray(np.linalg.inv(flexibility), float)
 
 
 @dataclass(frozen=True, eq=False)

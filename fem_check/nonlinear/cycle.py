@@ -154,8 +154,8 @@ class Collocation:
         unit, energy = self.unit, self.energy
         lacking = np.concatenate([total[:, self.system.free] * unit / energy, state.open / self.gap], axis=1)
         both = unit[:, None] * unit / energy
-        scaled = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
-        return lacking, Tangents(*scaled, tangents.rows * unit / self.gap[:, None]), state, total
+        K, C, M = (both * matrix for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
+        return lacking, Tangents(K, C, M, tangents.rows * unit / self.gap[:, None]), state, total
 
     def _newton_step(self, tangents: Tangents, lacking: Reals, tolerance: float) -> Reals:
         shape, free = lacking.shape, len(self.unit)

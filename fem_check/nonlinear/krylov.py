@@ -48,7 +48,7 @@ def flexible_gmres(
             image = image - parts @ basis[: k + 1]
             table[: k + 1, k] += parts
         table[k + 1, k] = np.linalg.norm(image)
-        weights = np.linalg.lstsq(table[: k + 2, : k + 1], wanted[: k + 2])[0]
+        weights = np.asarray(np.linalg.lstsq(table[: k + 2, : k + 1], wanted[: k + 2])[0], float)
         left = np.linalg.norm(table[: k + 2, : k + 1] @ weights - wanted[: k + 2])
         if left <= tolerance * size or table[k + 1, k] <= 1e-14 * size:
             break

@@ -56,7 +56,7 @@ class Marcher:
         places = np.arange(POINTS) - (POINTS - 1) / 2
         fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
         slope = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / (step / 2)
-        times: Reals = time + step / 2 * np.arange(POINTS)
+        times = time + step / 2 * np.arange(POINTS, dtype=float)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))
         self.system.prescribe(q, self.system.drives(times))
         v = slope @ q

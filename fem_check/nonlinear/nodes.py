@@ -12,7 +12,7 @@ import numpy as np
 
 from elastic import Section, Taper
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
-from fem_check.nonlinear.node_masses import Masses
+from fem_check.nonlinear.node_masses import Masses, gathering_weights
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 
 STIFF = 1e6
@@ -147,23 +147,16 @@ class _Builder:
             stiffness = element_stiffness(section, abs(way), first, last)
             pair = self.along[k][j : j + 2]
             self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
-        self._spread_mass(k, beam, self.sections[k], h, axis)
+        self._spread_mass(k, beam, self.sections[k], h)
 
-    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float, axis: complex) -> None:
+    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float) -> None:
         """Masses of all elements of a beam at its nodes: see `fem_check.nonlinear.node_masses`."""
         xi = np.linspace(0.0, 1.0, self.count + 1)
         line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-        slope = Powers(xi, np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
-        change = float(beam.mass_per_length) * slope / (h * self.count)
-        weight = np.full(self.count + 1, h)
-        weight[[0, -1]] /= 2
-        masses, firsts = weight * line, np.zeros(self.count + 1)
-        masses[0] += h**2 * change[0] / 12
-        masses[-1] -= h**2 * change[-1] / 12
-        firsts[0], firsts[-1] = h**2 * line[0] / 12, -(h**2) * line[-1] / 12
-        turned = weight * line * _squared_gyration(section, xi)
-        for node, mass, first, inertia in zip(self.along[k], masses, firsts, turned, strict=True):
-            self.add(node, float(mass), axis * first / mass if mass else 0.0, float(inertia))
+        masses = h * gathering_weights(self.count) * line
+        turned = masses * _squared_gyration(section, xi)
+        for node, mass, inertia in zip(self.along[k], masses, turned, strict=True):
+            self.add(node, float(mass), 0.0, float(inertia))
 
     def built(self) -> Nodes:
         """All of it."""

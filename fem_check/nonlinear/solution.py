@@ -9,6 +9,7 @@ import numpy as np
 
 from elastic import Section
 from fem_check.nonlinear.couplings import Kind
+from fem_check.nonlinear.end_shares import inertia_shares, line_shares
 from fem_check.nonlinear.loads import line_loads
 from fem_check.nonlinear.system import State, System
 from fem_check.nonlinear.ties import JointSource
@@ -164,38 +165,27 @@ def _fields(system: System, k: int, xi: Reals, found: Instants) -> Reals:
 
 
 def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Instants) -> Reals:
-    """N, V and M at the nodes, from forces on the ends of the elements and loads between, (3, positions, nodes).
-
-    What inertia on an element does to its ends is that of the rule by which masses are gathered, what a line load does
-    that of cubic shape functions.
-    """
+    """N, V and M at the nodes, shape (3, positions, nodes): see `fem_check.nonlinear.end_shares`."""
     beam, along = system.mechanism.beams[k][1], list(system.nodes.along[k])
     count = len(along) - 1
     pieces = slice(system.nodes.first[k], system.nodes.first[k] + count)
     ends = found.state.elements.force[:, pieces]
     h = system.nodes.elements.length[pieces][0]
     direction = axis * np.exp(1j * found.q[:, system.of_node[along, 2]])
-    acceleration = _complex(found.a[:, system.of_node[along]])
     line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-    felt = line * (complex(system.mechanism.gravity) - acceleration)
+    felt = line * (complex(system.mechanism.gravity) - _complex(found.a[:, system.of_node[along]]))
     laid = line_loads(system.mechanism, k, xi, direction, found.time)
-    before = -_complex(ends[..., :2]) + _shares(felt, h, 5 / 12, 1 / 12)[0] + _shares(laid, h, 7 / 20, 3 / 20)[0]
-    after = _complex(ends[..., 3:5]) - _shares(felt, h, 5 / 12, 1 / 12)[1] - _shares(laid, h, 7 / 20, 3 / 20)[1]
-    levers = zip(_shares(felt, h**2, 1 / 12, 0.0), _shares(laid, h**2, 1 / 20, 1 / 30), strict=True)
-    near, far = (one + other for one, other in levers)
-    force, moment = np.zeros_like(felt), np.zeros(felt.shape)
-    force[:, :-1], moment[:, :-1] = before, (np.conj(direction[:, :-1]) * near).imag - ends[..., 2]
-    force[:, 1:] += after
-    moment[:, 1:] += (np.conj(direction[:, 1:]) * far).imag + ends[..., 5]
-    force[:, 1:-1] /= 2
-    moment[:, 1:-1] /= 2
+    (push, lever), (laid_push, laid_lever) = inertia_shares(count), line_shares(count)
+    force, arm = h * (felt @ push.T + laid @ laid_push.T), h**2 * (felt @ lever.T + laid @ laid_lever.T)
+    first = np.arange(count // 2 + 1) if count > 1 else np.arange(1)
+    last = np.arange(len(first), count + 1)
+    moment = (np.conj(direction) * arm).imag
+    force[:, first] -= _complex(ends[:, first, :2])
+    moment[:, first] -= ends[:, first, 2]
+    force[:, last] = _complex(ends[:, last - 1, 3:5]) - force[:, last]
+    moment[:, last] += ends[:, last - 1, 5]
     seen = np.conj(direction) * force
     return np.stack([seen.real, -seen.imag, moment])
-
-
-def _shares(load: Any, size: float, near: float, far: float) -> tuple[Any, Any]:
-    """What the starts and the ends of all elements take of a load that is linear between the nodes."""
-    return size * (near * load[:, :-1] + far * load[:, 1:]), size * (far * load[:, :-1] + near * load[:, 1:])
 
 
 def _joint_force(system: System, source: JointSource, found: Instants) -> JointForce:
