@@ -177,11 +177,11 @@ def test_slow_motion_bends_as_linear_theory_says():
     sections = [Section(210e9 * 6e-5, 37.8)] * 3  # no inertia of the sections, which the closed form leaves out
     found = nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 2 * math.pi, 48)
     linear = deflection(motion(mechanism, 2 * np.pi * np.arange(48) / 48, 1.0), sections)
-    for field in ("w", "phi", "N", "V", "M"):
+    for field, near in (("w", 2e-4), ("phi", 5e-4), ("N", 2e-5), ("V", 2e-5), ("M", 2e-5)):
         exact = sample(linear, field, found.xi)
         scale = np.abs(exact).max(axis=(1, 2), keepdims=True)
-        assert np.abs((getattr(found, field) - exact) / scale).max() < 2e-4, field
-    assert np.abs(found.u - sample(linear, "u", found.xi)).max() < 2e-4 * np.abs(found.u).max()
+        assert np.abs((getattr(found, field) - exact) / scale).max() < near, field
+    assert np.abs(found.u - sample(linear, "u", found.xi)).max() < 1e-3 * np.abs(found.u).max()
 
 
 def require_reference(found, near_u, near_w):
@@ -203,7 +203,7 @@ def test_steel_four_bar_vibrating():
 
 @pytest.mark.slow
 def test_steel_four_bar_vibrating_finely():
-    require_reference(steady_four_bar(60.0, 12, 144), 5e-4, 1e-4)
+    require_reference(steady_four_bar(60.0, 12, 144), 4e-4, 6e-5)
 
 
 def test_drive_work_is_what_damping_takes():

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -87,9 +88,8 @@ class Marcher:
         """In balance with the loads and given accelerations."""
         found = []
         for k, time in enumerate(times):
-            now = slice(k, k + 1)
-            here = self.balanced(q[now], lambda place, k=k: (place, v[k : k + 1], a[k : k + 1]), 0.0, 0.0, time)[0]
-            found.append(here)
+            rates = partial(_with, v[k : k + 1], a[k : k + 1])
+            found.append(self.balanced(q[k : k + 1], rates, 0.0, 0.0, time)[0])
         return np.concatenate(found)
 
     def advance(self, time: float, h: float) -> None:
@@ -149,6 +149,10 @@ class Marcher:
                 known = None
             before = largest
         raise DoesNotCloseError(f"no balance found at {time:.6g} s: Newton's method last changed {before:.1e}")
+
+
+def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals, Reals]:
+    return place, rate, acceleration
 
 
 def _factored(matrix: Reals) -> Any:

@@ -1,9 +1,13 @@
 """Inertia of nodes: mass, first moment and moment of inertia of what turns with each.
 
-The mass of a beam is gathered at its nodes by Gregory's rule, which is the trapezoidal one with its ends corrected by
-differences: 3/8, 7/6, 23/24, 1, 1, ... times what is between two nodes (Davis and Rabinowitz, Methods of Numerical
-Integration, 2nd ed., Academic Press 1984, section 2.9). Together with exact stiffness it is of the fourth order, as a
-consistent mass is, keeps mass, centre and moment of inertia of a uniform beam, and couples no nodes.
+The mass of a beam is gathered at its nodes by the trapezoidal rule with its end correction (Euler and Maclaurin),
+
+    integral of f over an element = h (f_1 + f_2)/2 + h^2 (f_1' - f_2')/12,  f = m (virtual displacement)(acceleration),
+
+in which w' is the rotation: the corrections are first moments about the nodes, which cancel where two elements meet.
+With exact stiffness this is of the fourth order, as a consistent mass is, but couples no nodes. The mass at the end of
+a beam so has an arm of h/6, and no less than the moment of inertia that goes with it; a second difference of masses next
+to the end takes that away again: mass, centre and moment of inertia of a uniform beam are what they are.
 """
 
 from __future__ import annotations
@@ -58,18 +62,42 @@ def mass_state(masses: Masses, q: Reals, v: Reals, a: Reals, gravity: complex) -
     return MassState(force, stiffness, damping, mass, energy)
 
 
+def gathered(line: Reals, slope: tuple[float, float], length: float) -> tuple[Reals, Reals, Reals]:
+    """Mass, first moment along the beam and moment of inertia at the nodes of a beam.
+
+    Parameters
+    ----------
+    line
+        Mass per length at the nodes [kg/m].
+    slope
+        Of the mass per length at both ends [kg/m^2].
+    length
+        Of an element [m].
+    """
+    weights, h = gathering_weights(len(line) - 1), length
+    mass, first, inertia = h * weights * line, np.zeros_like(line), np.zeros_like(line)
+    mass[0] += h**2 / 12 * slope[0]
+    mass[-1] -= h**2 / 12 * slope[1]
+    first[0], first[-1] = h**2 / 12 * line[0], -(h**2) / 12 * line[-1]
+    inertia[0], inertia[-1] = h**3 / 72 * line[0], h**3 / 72 * line[-1]
+    return mass, first, inertia
+
+
 def gathering_weights(count: int) -> Reals:
-    """Weights of an integral over a beam of so many equal elements at its nodes, in lengths of an element.
+    """Weights of the masses on a beam of so many equal elements, in lengths of an element.
 
     Examples
     --------
-    >>> float(gathering_weights(8) @ np.arange(9) ** 2)  # 8^3/3
-    170.66666666666666
+    Mass and moment of inertia about the start, l and l^3/3, with arms and moments of inertia at the ends:
+
+    >>> weights = gathering_weights(8)
+    >>> float(weights.sum().round(12)), float((weights @ np.arange(9) ** 2 - 16 / 12 + 2 / 72).round(9))
+    (8.0, 170.666666667)
     """
-    few = {1: [1 / 2, 1 / 2], 2: [1 / 3, 4 / 3, 1 / 3], 3: [3 / 8, 9 / 8, 9 / 8, 3 / 8]}
-    if count in few:
-        return np.array(few[count])
     weights = np.ones(count + 1)
-    for number, change in enumerate((-5 / 8, 1 / 6, -1 / 24)):
-        weights[[number, -1 - number]] += change
+    weights[[0, -1]] /= 2
+    if count > 1:
+        for number, change in enumerate((-1 / 144, 2 / 144, -1 / 144)):
+            weights[number] += change
+            weights[-1 - number] += change
     return weights

@@ -12,7 +12,7 @@ import numpy as np
 
 from elastic import Section, Taper
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
-from fem_check.nonlinear.node_masses import Masses, gathering_weights
+from fem_check.nonlinear.node_masses import Masses, gathered
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
 
 STIFF = 1e6
@@ -147,16 +147,19 @@ class _Builder:
             stiffness = element_stiffness(section, abs(way), first, last)
             pair = self.along[k][j : j + 2]
             self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
-        self._spread_mass(k, beam, self.sections[k], h)
+        self._spread_mass(k, beam, self.sections[k], h, axis)
 
-    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float) -> None:
+    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float, axis: complex) -> None:
         """Masses of all elements of a beam at its nodes: see `fem_check.nonlinear.node_masses`."""
         xi = np.linspace(0.0, 1.0, self.count + 1)
-        line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-        masses = h * gathering_weights(self.count) * line
-        turned = masses * _squared_gyration(section, xi)
-        for node, mass, inertia in zip(self.along[k], masses, turned, strict=True):
-            self.add(node, float(mass), 0.0, float(inertia))
+        line = np.asarray(float(beam.mass_per_length) * Powers(xi, beam.mass_taper), float)
+        slope = Powers(xi[[0, -1]], np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
+        ends = float(beam.mass_per_length) * slope / (h * self.count)
+        masses, firsts, inertias = gathered(line, (float(ends[0]), float(ends[1])), h)
+        inertias += masses * _squared_gyration(section, xi)
+        for node, mass, first, inertia in zip(self.along[k], masses, firsts, inertias, strict=True):
+            own = self.mass[node]
+            own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
 
     def built(self) -> Nodes:
         """All of it."""
