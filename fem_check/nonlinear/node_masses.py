@@ -6,8 +6,8 @@ The mass of a beam is gathered at its nodes by the trapezoidal rule with its end
 
 in which w' is the rotation: the corrections are first moments about the nodes, which cancel where two elements meet.
 With exact stiffness this is of the fourth order, as a consistent mass is, but couples no nodes. The mass at the end of
-a beam so has an arm of h/6, and no less than the moment of inertia that goes with it; a second difference of masses next
-to the end takes that away again: mass, centre and moment of inertia of a uniform beam are what they are.
+a beam so has an arm of h/6, and no less than the moment of inertia that goes with it; a second difference of masses
+next to the end takes that away again: mass, centre and moment of inertia of a uniform beam are what they are.
 """
 
 from __future__ import annotations
