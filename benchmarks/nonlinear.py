@@ -4,7 +4,8 @@ A soft arm that is swung by a right angle from rest, and the steel four-bar over
 velocities of rigid links. Both codes take steps of the same length; their beams have shear, inertia of the section and
 damping. exudyn's elements are of the second order, so that it gets more of them. Figures are the deflection of the last
 beam's far end (arm) or of the coupler's middle from the rigid place, and its greatest difference over the instants.
-Then the periodic motion of the four-bar at three speeds, which exudyn does not ask for at once.
+Then the periodic motion of the four-bar at three speeds, which exudyn does not ask for at once. Times are those of the
+processor.
 
     python benchmarks/nonlinear.py
 """
@@ -14,6 +15,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import measuring  # noqa: F401  before numpy: one core
@@ -70,93 +72,112 @@ def cases() -> tuple[Case, Case]:
 
 def own(case: Case, elements: int, instants: int) -> tuple[Any, float]:
     """w at the watched place, and seconds."""
-    start = time.perf_counter()
+    start = time.process_time()
     times = np.linspace(0.0, case.duration, instants + 1)
     sections = [case.section] * len(case.mechanism.beams)
     found = nonlinear_transient(case.mechanism, sections, [case.law], times, case.step, elements, None, case.beta)
     beam, xi = case.watched
-    return found.w[beam, :, round(xi * elements)], time.perf_counter() - start
+    return found.w[beam, :, round(xi * elements)], time.process_time() - start
 
 
 def of_exudyn(case: Case, elements: int, instants: int) -> tuple[Any, float]:
     """The same by exudyn: rigid-body nodes along every beam, pins at shared points, the first angle prescribed."""
     import exudyn as exu
-    from exudyn import itemInterface as ii
 
-    system = exu.SystemContainer()
-    mbs = system.AddSystem()
-    ground = mbs.AddObject(ii.ObjectGround())
-    begun = motion(case.mechanism, [0.0], [float(case.law(0.0)[1])])
-    pins: dict[str, Any] = {}
-    rows = []
-    for number, beam in case.mechanism.beams:
-        link = case.mechanism.links[number]
-        start, end = complex(link.points[beam.start]), complex(link.points[beam.end])
-        z, e, speed = (complex(np.ravel(value[number])[0]) for value in (begun.origin, begun.direction, begun.velocity))
-        omega = float(np.ravel(begun.angular_velocity[number])[0])
-        way, nodes = end - start, []
-        for xi in np.linspace(0, 1, elements + 1):
-            arm = e * (start + xi * way)
-            moving = speed + 1j * omega * arm
-            place = z + arm
-            nodes.append(mbs.AddNode(ii.NodeRigidBody2D(
-                referenceCoordinates=[place.real, place.imag, float(np.angle(e * way))],
-                initialVelocities=[moving.real, moving.imag, omega],
-            )))  # fmt: skip
-        own = case.section
-        m, h, rotary = float(beam.mass_per_length), abs(way) / elements, float(own.inertia) / float(own.area)
-        for one, other in zip(nodes, nodes[1:], strict=False):
-            mbs.AddObject(ii.ObjectBeamGeometricallyExact2D(
-                nodeNumbers=[one, other], length=h, massPerLength=m, crossSectionInertia=m * rotary,
-                bendingStiffness=own.EI, axialStiffness=own.EA, shearStiffness=own.kGA,
-                bendingDamping=case.beta * own.EI, axialDamping=case.beta * own.EA, shearDamping=case.beta * own.kGA,
-                includeReferenceRotations=False,
-            ))  # fmt: skip
-        for point, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
-            marker = mbs.AddMarker(ii.MarkerNodePosition(nodeNumber=node))
-            if point in case.mechanism.links[0].points:
-                fixed = complex(case.mechanism.links[0].points[point])
-                pins[point] = mbs.AddMarker(ii.MarkerBodyPosition(
-                    bodyNumber=ground, localPosition=[fixed.real, fixed.imag, 0]))  # fmt: skip
-            if point in pins:
-                mbs.AddObject(ii.ObjectJointRevolute2D(markerNumbers=[pins[point], marker]))
-            pins.setdefault(point, marker)
-        rows.append(nodes)
-    angle = mbs.AddMarker(ii.MarkerNodeCoordinate(nodeNumber=rows[0][0], coordinate=2))
-    still = mbs.AddNode(ii.NodePointGround())
-    base = mbs.AddMarker(ii.MarkerNodeCoordinate(nodeNumber=still, coordinate=0))
-    mbs.AddObject(ii.ObjectConnectorCoordinate(
-        markerNumbers=[base, angle],
-        offsetUserFunction=lambda mbs, t, item, offset: float(case.law(t)[0]),
-    ))  # fmt: skip
-    beam, xi = case.watched
-    sensor = mbs.AddSensor(ii.SensorNode(
-        nodeNumber=rows[beam][round(xi * elements)], storeInternal=True, outputVariableType=exu.OutputVariableType.Position
-    ))  # fmt: skip
-    mbs.Assemble()
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    sensor = assemble(case, mbs, elements)
     settings = exu.SimulationSettings()
     settings.timeIntegration.numberOfSteps = round(case.duration / case.step)
     settings.timeIntegration.endTime = case.duration
     settings.timeIntegration.generalizedAlpha.spectralRadius = 0.8
-    settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = True
     settings.timeIntegration.newton.relativeTolerance = 1e-7
     settings.timeIntegration.newton.absoluteTolerance = 1e-9
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = case.duration / instants
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     settings.timeIntegration.verboseMode = 0
-    start = time.perf_counter()
+    start = time.process_time()
     mbs.SolveDynamic(settings)
-    taken = time.perf_counter() - start
+    taken = time.process_time() - start
     table = mbs.GetSensorStoredData(sensor)
     place = table[:, 1] + 1j * table[:, 2]
     course = motion(case.mechanism, case.law(np.linspace(0.0, case.duration, instants + 1))[0])
-    number, own_beam = case.mechanism.beams[beam]
-    link = case.mechanism.links[number]
-    start_, end_ = (complex(link.points[name]) for name in (own_beam.start, own_beam.end))
-    rigid = course.origin[number] + course.direction[number] * (start_ + xi * (end_ - start_))
-    axis = course.direction[number] * (end_ - start_) / abs(end_ - start_)
+    number, beam = case.mechanism.beams[case.watched[0]]
+    first, last = (complex(case.mechanism.links[number].points[name]) for name in (beam.start, beam.end))
+    rigid = course.origin[number] + course.direction[number] * (first + case.watched[1] * (last - first))
+    axis = course.direction[number] * (last - first) / abs(last - first)
     return (np.conj(axis) * (place - rigid)).imag, taken
+
+
+def assemble(case: Case, mbs: Any, elements: int) -> Any:
+    """Nodes, beams, pins and drive of a case in exudyn; the number of the sensor of the watched place."""
+    import exudyn as exu
+    import exudyn.itemInterface
+
+    items = exu.itemInterface
+
+    ground = mbs.AddObject(items.ObjectGround())
+    fixed = case.mechanism.links[0].points
+    pins = {
+        point: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[z.real, z.imag, 0]))
+        for point, z in ((point, complex(place)) for point, place in fixed.items())
+    }
+    rows = [add_beam(case, mbs, number, elements) for number in range(len(case.mechanism.beams))]
+    for (_, beam), nodes in zip(case.mechanism.beams, rows, strict=True):
+        for point, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
+            marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
+            if point in pins:
+                mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[pins[point], marker]))
+            pins.setdefault(point, marker)
+    angle = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rows[0][0], coordinate=2))
+    still = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
+    drive = items.ObjectConnectorCoordinate(
+        markerNumbers=[still, angle], offsetUserFunction=lambda mbs, t, item, offset: float(case.law(t)[0])
+    )
+    mbs.AddObject(drive)
+    watched = rows[case.watched[0]][round(case.watched[1] * elements)]
+    kind = exu.OutputVariableType.Position
+    sensor = mbs.AddSensor(items.SensorNode(nodeNumber=watched, storeInternal=True, outputVariableType=kind))
+    mbs.Assemble()
+    return sensor
+
+
+def add_beam(case: Case, mbs: Any, number: int, elements: int) -> list[Any]:
+    """Nodes of a beam, at the places and velocities of its rigid link, and the elements between them."""
+    import exudyn.itemInterface
+
+    items = exudyn.itemInterface
+
+    at, beam = case.mechanism.beams[number]
+    start, end = (complex(case.mechanism.links[at].points[name]) for name in (beam.start, beam.end))
+    begun = motion(case.mechanism, [0.0], [float(case.law(0.0)[1])])
+    z, e, speed = (complex(value[at, 0]) for value in (begun.origin, begun.direction, begun.velocity))
+    omega, own, nodes = float(begun.angular_velocity[at, 0]), case.section, []
+    for xi in np.linspace(0, 1, elements + 1):
+        arm = e * (start + xi * (end - start))
+        place, moving, angle = z + arm, speed + 1j * omega * arm, float(np.angle(e * (end - start)))
+        node = items.NodeRigidBody2D(
+            referenceCoordinates=[place.real, place.imag, angle], initialVelocities=[moving.real, moving.imag, omega]
+        )
+        nodes.append(mbs.AddNode(node))
+    mass = float(beam.mass_per_length)
+    for pair in pairwise(nodes):
+        element = items.ObjectBeamGeometricallyExact2D(
+            nodeNumbers=list(pair),
+            length=abs(end - start) / elements,
+            massPerLength=mass,
+            crossSectionInertia=mass * float(own.inertia) / float(own.area),
+            bendingStiffness=own.EI,
+            axialStiffness=own.EA,
+            shearStiffness=own.kGA,
+            bendingDamping=case.beta * own.EI,
+            axialDamping=case.beta * own.EA,
+            shearDamping=case.beta * own.kGA,
+            includeReferenceRotations=False,
+        )
+        mbs.AddObject(element)
+    return nodes
 
 
 def main() -> None:
@@ -167,31 +188,25 @@ def main() -> None:
         finer, _ = own(case, 16, instants)
         size = np.abs(finer).max()
         print(f"{case.name}: greatest |w| {size:.6g} m")
-        print(
-            f"  nonlinear check, 8 elements:  {taken:6.2f} s, 16 elements differ by {np.abs(mine - finer).max() / size:.1e}"
-        )
+        change = np.abs(mine - finer).max() / size
+        print(f"  nonlinear check, 8 elements: {taken:6.2f} s, to 16 elements {change:.1e}")
         try:
             coarse, _ = of_exudyn(case, 16, instants)
-            fine, seconds = of_exudyn(case, 32, instants)
+            fine, taken = of_exudyn(case, 32, instants)
         except ImportError:
             print("  exudyn is not installed")
             continue
-        best = fine + (fine - coarse) / 3
-        print(
-            f"  exudyn, 32 elements:          {seconds:6.2f} s, 16 and 32 differ by {np.abs(fine - coarse).max() / size:.1e}"
-        )
-        print(f"  difference, exudyn extrapolated from 16 and 32: {np.abs(finer - best).max() / size:.1e}")
+        change, best = np.abs(fine - coarse).max() / size, fine + (fine - coarse) / 3
+        print(f"  exudyn, 32 elements:         {taken:6.2f} s, from 16 elements {change:.1e}")
+        print(f"  difference, exudyn extrapolated: {np.abs(finer - best).max() / size:.1e}")
     case = cases()[1]
     for speed in (30.0, 60.0, 100.0):
         for positions in (128, 256):
-            start = time.perf_counter()
-            found = nonlinear_steady_state(case.mechanism, [case.section] * 3, [ConstantSpeed(0.0, speed)],
-                                           2 * math.pi / speed, positions, 8, damping=case.beta)  # fmt: skip
-            taken = time.perf_counter() - start
-            peak = np.abs(found.chord).max()
-            print(
-                f"periodic, {speed:.0f} rad/s, {positions} positions, 8 elements: {taken:.2f} s, chord {peak * 1e3:.5f} mm"
-            )
+            start, law = time.process_time(), ConstantSpeed(0.0, speed)
+            sections, period = [case.section] * 3, 2 * math.pi / speed
+            found = nonlinear_steady_state(case.mechanism, sections, [law], period, positions, damping=case.beta)
+            taken, peak = time.process_time() - start, np.abs(found.chord).max() * 1e3
+            print(f"periodic, {speed:.0f} rad/s, {positions} positions: {taken:.2f} s, chord deflection {peak:.5f} mm")
 
 
 if __name__ == "__main__":
