@@ -184,6 +184,15 @@ def test_slow_motion_bends_as_linear_theory_says():
     assert np.abs(found.u - sample(linear, "u", found.xi)).max() < 1e-3 * np.abs(found.u).max()
 
 
+def test_a_tapered_mass_pulls_as_its_integral():
+    """speed^2 times the integral of m x at the axis; four elements see the taper's slope at the ends."""
+    link = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", 2.0, (1.0, -0.6)),))
+    turning = Mechanism((GROUND, link), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0})
+    found = nonlinear_steady_state(turning, [Section(1e8, 1e4)], [ConstantSpeed(0.0, 2.0)], math.pi, 8, 4)
+    assert found.N[0, :, 0] == pytest.approx(4 * 2 * (1 / 2 - 0.6 / 3), rel=2e-3)
+    assert found.joints[0].force == pytest.approx(-4 * 2 * 0.3 * np.exp(2j * found.time), rel=2e-3)
+
+
 def require_reference(found, near_u, near_w):
     """Differences of u and w from the independent corotational code are within shares of their maxima."""
     stride, skip = found.w.shape[1] // 24, found.elements // 6
