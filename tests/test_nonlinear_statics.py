@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from elastic import JointCompliance, Section, Taper
+from elastic import JointCompliance, Section, Taper, deflection, sample
 from fem_check import DoesNotCloseError, NotCheckedError, nonlinear_equilibrium
 from rigid import (
     Beam,
@@ -23,6 +23,7 @@ from rigid import (
     Spring,
     TorsionSpring,
     law_of_time,
+    motion,
 )
 
 RAMP = law_of_time(lambda time: time)
@@ -171,6 +172,35 @@ def test_soft_joints():
     assert soft.joints[0].force[-1] == pytest.approx(-3e-3j, rel=1e-5)
     ajar = nonlinear_equilibrium(arm, [stiff], [still], [0.0, 1.0], joints={"O": JointCompliance(gap=0.1 - 0.2j)})
     assert [ajar.u[0, -1, 0], ajar.w[0, -1, 0]] == pytest.approx([0.1, -0.2])
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        {"guide": JointCompliance(turn=1e-4)},
+        {"guide": JointCompliance(rotation=1e-5)},
+        {"A": JointCompliance(gap=2e-5 - 1e-5j)},
+        {"A": JointCompliance(translation=1e-6)},
+    ],
+    ids=["turn", "soft guide", "gap", "soft pin"],
+)
+def test_joints_that_do_not_fit_move_links_as_linear_theory_says(joints):
+    """The signs and sizes of gaps, turns and compliances, against the closed form."""
+    links = (
+        GROUND,
+        Link("crank", {"O": 0, "A": 1.0}, (Beam("O", "A"),)),
+        Link("rod", {"A": 0, "B": 2.0}, (Beam("A", "B"),)),
+        Link("ram", {"B": 0, "C": 0.5}, (Beam("B", "C"),)),
+    )
+    slider = Slider("guide", "ram", "ground", "B", 0.2j, 1.0)
+    drawing = {"O": 0, "A": 0.6 + 0.8j, "B": 2.5 + 0.2j, "C": 3.0 + 0.2j}
+    loads = PointLoad("ram", "C", -1.0 + 0.5j), PointLoad("rod", "B", 0.5)
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (slider,), loads=loads)
+    sections = [Section(1e6, 1e4)] * 3
+    found = nonlinear_equilibrium(mechanism, sections, [lambda t: (0.9 + 0 * t,)], [0.0, 1.0], 2, joints)
+    linear = deflection(motion(mechanism, [0.9]), sections, joints)
+    for field, size in (("u", 2e-8), ("w", 2e-8), ("phi", 2e-8), ("N", 1e-3), ("V", 1e-3), ("M", 1e-3)):
+        assert getattr(found, field)[:, -1] == pytest.approx(sample(linear, field, found.xi)[:, 0], abs=size)
 
 
 def everything():
