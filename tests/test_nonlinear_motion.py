@@ -242,6 +242,20 @@ def test_without_damping_energy_stays():
     assert lost[0] / lost[1] > 2.0
 
 
+def test_a_quasi_static_start_stays_steady():
+    """A bar stretched by its turning, u = m w^2 l^3/3EA at its end, does not begin to swing; from rigid links it does."""
+    section, law = Section(1e5, 1e3, area=1e-2, inertia=1e-6), ConstantSpeed(0.2, 10.0)
+    times = np.linspace(0.0, 0.02, 11)
+    ends = {
+        begin: nonlinear_transient(arm(), [section], [law], times, 1e-3, 4, begin=begin).u[0, :, -1]
+        for begin in ("rigid", "quasi-static")
+    }
+    assert ends["quasi-static"] == pytest.approx(2 * 100 / 3e5, rel=2e-2)
+    assert np.ptp(ends["quasi-static"]) < 3e-3 * 2 * 100 / 3e5
+    assert ends["rigid"][0] == pytest.approx(0.0, abs=1e-12)
+    assert ends["rigid"].max() > 1.5 * 2 * 100 / 3e5
+
+
 def started(elements, step, dissipation=0.2):
     """A soft arm turned by a quarter in 0.5 s from rest, a load growing on it."""
     load = PointLoad("arm", "A", 3.0j, law=law_of_time(lambda t: t**4))

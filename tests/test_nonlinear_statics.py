@@ -174,6 +174,25 @@ def test_soft_joints():
     assert [ajar.u[0, -1, 0], ajar.w[0, -1, 0]] == pytest.approx([0.1, -0.2])
 
 
+@pytest.mark.parametrize("turning", [False, True])
+def test_loads_on_a_rigid_link(turning):
+    """Moments of forces and lines of force on points off the node, in the ground's axes or the link's."""
+    link = Link("arm", {"O": 0, "P": 0.5 + 0.2j, "A": 1.0 - 0.3j}, (Beam("P", "A"),))
+    loads = PointLoad("arm", "A", 1.0 + 2.0j, 0.3, turning), LineLoad("arm", 0, 1.0 - 1.0j, 2.0 + 3.0j, turning)
+    mechanism = Mechanism((GROUND, link), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0, "P": 0.7}, loads=loads)
+    found = nonlinear_equilibrium(mechanism, [Section()], [lambda t: (0.9 + 0 * t,)], [0.0, 1.0])
+    place, way = np.exp(0.9j) * (1.0 - 0.3j), np.exp(0.9j) * (0.5 - 0.5j)
+    force = (1 + 2j) * (np.exp(0.9j) if turning else 1.0)
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    xi, share = (nodes + 1) / 2, weights / 2 * abs(way)
+    line = (1 - 1j + xi * (1 + 4j)) * (way / abs(way) if turning else 1.0)
+    at = np.exp(0.9j) * (0.5 + 0.2j) + xi * way
+    moment = 0.3 + (np.conj(place) * force).imag + (share * (np.conj(at) * line).imag).sum()
+    assert found.efforts[0, -1] == pytest.approx(-moment, rel=1e-9)
+    assert found.joints[0].force[-1] == pytest.approx(-force - (share * line).sum(), rel=1e-9)
+    assert np.isnan(found.M).all()
+
+
 @pytest.mark.parametrize(
     "joints",
     [
