@@ -243,7 +243,7 @@ def test_without_damping_energy_stays():
 
 
 def test_a_quasi_static_start_stays_steady():
-    """A bar stretched by its turning, u = m w^2 l^3/3EA at its end, does not begin to swing; from rigid links it does."""
+    """A bar stretched by its turning, u = m w^2 l^3/3EA at its end, does not begin to swing; a rigid one does."""
     section, law = Section(1e5, 1e3, area=1e-2, inertia=1e-6), ConstantSpeed(0.2, 10.0)
     times = np.linspace(0.0, 0.02, 11)
     ends = {
