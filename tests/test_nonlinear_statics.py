@@ -311,6 +311,8 @@ def test_what_is_not_known_is_refused_by_name():
         held(arm, Section(1.0, 1.0), 2)
 
     class Magnet:
+        points = ()
+
         def forces(self, motion):
             return ()
 
