@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
-from elastic.assessment import Caution, PathDeviation, cautions, euler_ratio, path_deviation, period_of, slenderness
+from elastic.assessment import (
+    Exceedance,
+    PathDeviation,
+    euler_ratio,
+    exceedances,
+    path_deviation,
+    period_of,
+    slenderness,
+)
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
@@ -93,12 +101,12 @@ class Results:
         return run.duration if math.isnan(period) and once else period
 
     @cached_property
-    def cautions(self) -> list[Caution]:
+    def exceedances(self) -> list[Exceedance]:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
-        return cautions(self.counted_deflection, self.frequencies, period)
+        return exceedances(self.counted_deflection, self.frequencies, period)
 
     @cached_property
     def efforts(self) -> Reals:

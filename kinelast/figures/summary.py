@@ -15,7 +15,7 @@ from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from kinelast.figures.strength import strength_figures, vibration_figures
-from kinelast.figures.trust import caution_figures, findings, left_out
+from kinelast.figures.trust import exceedance_figures, findings, left_out
 
 
 def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         },
         "vibration": vibration_figures(results),
         "check": check_summary(results),
-        "cautions": caution_figures(results),
+        "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": [asdict(finding) for finding in findings(results)],
         "not_computed": left_out(results),
