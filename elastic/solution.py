@@ -16,7 +16,7 @@ from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.clamped_links import carry
-from elastic.links.compatibility import JointGaps, compatible_forces, joint_gaps, problem_of, require_joints
+from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of, require_joints
 from rigid import (
     SINGULAR,
     JointForces,
@@ -60,7 +60,9 @@ class Deflection:
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.
     gaps
-        By how much the links, bent but not carried, leave every joint open, and the blocks that slide on beams.
+        By how much the links, bent but not carried, leave every joint open.
+    blocks
+        Of sliders on the beams.
     compliance
         Of the beams.
     unmarked
@@ -77,16 +79,12 @@ class Deflection:
     shift: Any
     angle: Reals
     gaps: JointGaps
+    blocks: tuple[Block, ...]
     compliance: Compliance
     unmarked: Deflection | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Blocks of sliders on the beams."""
-        return self.gaps.blocks
 
     @cached_property
     def division(self) -> Division:
@@ -212,14 +210,14 @@ def deflection(
         _require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         states = self_stresses(motion.closures)
         forces = balancing_forces(motion)
-        gaps = joint_gaps(problem, forces)
+        response, gaps = bent_links(problem, forces)
         if states:
             forces = compatible_forces(problem, forces, gaps, states)
-            gaps = joint_gaps(problem, forces)
+            response, gaps = bent_links(problem, forces)
         shifts, turning = displacements(motion.closures, gaps.displacement, gaps.rotation, [0.0] * len(mechanism.links))
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([np.imag(value) for value in turning], motion.columns, float)
-        carry(problem.configuration, gaps.response, shift, angle)
+        carry(problem.configuration, response, shift, angle)
     solved = Deflection(
         motion=motion,
         sections=sections,
@@ -227,10 +225,11 @@ def deflection(
         forces=forces,
         length=problem.configuration.length,
         q=problem.loads.q,
-        amplitudes=gaps.response.amplitudes,
+        amplitudes=response.amplitudes,
         shift=shift,
         angle=angle,
         gaps=gaps,
+        blocks=response.blocks,
         compliance=problem.compliance,
     )
     if not motion.suspect or not solved.lost.any():

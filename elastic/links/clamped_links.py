@@ -25,10 +25,13 @@ class LinkResponse:
         Of the fields of every beam clamped at its start.
     nodes
         Displacements of every node of a link clamped at its root.
+    blocks
+        Sliders' blocks among the loads.
     """
 
     amplitudes: Amplitudes
     nodes: NodeDisplacements
+    blocks: tuple[Block, ...]
 
 
 def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
@@ -42,7 +45,7 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
         more = block.beyond(length, compliance)
         for end, field in zip(ends, ("u", "w", "phi"), strict=True):
             end[block.beam] += at(more[field], 1.0 - block.xi)
-    return LinkResponse(amplitudes, _node_displacements(configuration, *ends))
+    return LinkResponse(amplitudes, _node_displacements(configuration, *ends), loads.blocks)
 
 
 def _before_block(N: Any, V: Any, M: Any, length: Any, block: Block) -> None:

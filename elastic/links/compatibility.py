@@ -31,21 +31,15 @@ STILL = (0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class JointGaps:
-    """What the links do under given joint forces, each clamped at the root of its beams.
+    """By how much links that are bent, but not carried, leave their joints open.
 
     Attributes
     ----------
-    response
-        Section forces and displacements of the links.
-    blocks
-        Sliders' blocks on beams.
     displacement, rotation
         Per joint, what bringing it together takes: displacement of the child's point from the parent's [m], complex,
         and rotation [rad].
     """
 
-    response: LinkResponse
-    blocks: tuple[Block, ...]
     displacement: list[Any]
     rotation: list[Any]
 
@@ -58,14 +52,13 @@ def problem_of(motion: Motion, sections: tuple[Section, ...], joints: Mapping[st
     return Problem(motion, configuration, compliance, joints, loads)
 
 
-def joint_gaps(problem: Problem, forces: JointForces) -> JointGaps:
-    """Gaps that the links, bent by the loads and given joint forces, leave at the joints."""
+def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
+    """Links under the loads and given joint forces, each clamped at its root, and the gaps they leave at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
-    response = link_response(
-        problem.configuration, problem.compliance, replace(problem.loads, nodes=nodes, blocks=blocks)
-    )
+    loads = LinkLoads(nodes, problem.loads.q, blocks)
+    response = link_response(problem.configuration, problem.compliance, loads)
     displacement: list[Any] = []
     rotation: list[Any] = []
     on_rails = dict(zip(trees.rails, blocks, strict=True))
@@ -73,7 +66,7 @@ def joint_gaps(problem: Problem, forces: JointForces) -> JointGaps:
         child = response.nodes.get((joint.child, joint.child_point or ""), STILL)
         parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
         if number in on_rails:
-            under = _under_block(problem, response, on_rails[number], blocks)
+            under = _under_block(problem, response, on_rails[number])
             child, parent = (child, under) if joint.sense > 0 else (under, parent)
         gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
         if joint.name in problem.joints:
@@ -83,15 +76,15 @@ def joint_gaps(problem: Problem, forces: JointForces) -> JointGaps:
         along, turned = follower_displacement(place, response.nodes)
         displacement.append(plus(gap, along))
         rotation.append(plus(turn, turned))
-    return JointGaps(response, blocks, displacement, rotation)
+    return response, JointGaps(displacement, rotation)
 
 
-def _under_block(problem: Problem, response: LinkResponse, block: Block, blocks: Sequence[Block]) -> tuple[Any, Any]:
+def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tuple[Any, Any]:
     """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
-    for other in blocks:
+    for other in response.blocks:
         if other.beam == k:
             way = np.maximum(block.xi - other.xi, 0.0)
             more = other.beyond(configuration.length, problem.compliance)
@@ -127,7 +120,7 @@ def compatible_forces(
         The self-stresses.
     """
     unloaded = problem.unloaded
-    alone = [joint_gaps(unloaded, state) for state in states]
+    alone = [bent_links(unloaded, state)[1] for state in states]
     work = np.array([[_work(state, other) for other in alone] for state in states])
     missing = np.array([_work(state, gaps) for state in states])
     flexibility, right = np.moveaxis(work, (0, 1), (-2, -1)), np.moveaxis(missing, 0, -1)
