@@ -17,22 +17,13 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.clamped_links import carry
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of, require_joints
-from rigid import (
-    SINGULAR,
-    JointForces,
-    Mechanism,
-    MechanismError,
-    Motion,
-    Reals,
-    amplified,
-    balancing_forces,
-    displacements,
-    force_condition,
-    hopeless,
-    repeated,
-    self_stresses,
-    stacked,
-)
+from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals, structure
+from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import repeated, stacked
+from rigid.plane import ZERO
+from rigid.statics import balancing_forces, force_condition
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,13 +125,14 @@ class Deflection:
         """
         if self.unmarked is not None:
             return self.unmarked.condition
-        largest: list[Any] = []
         with np.errstate(all="ignore"):
             found = force_condition(self.motion, self.forces)
             if self.sections:
-                still = [0.0] * len(self.motion.mechanism.links)
-                displacements(self.motion.closures, self.gaps.displacement, self.gaps.rotation, still, largest)
-                turned = reduce(np.maximum, largest, 0.0)
+                closures = self.motion.closures
+                still = [ZERO] * len(self.motion.mechanism.links)
+                *_, openings = displacements(closures, self.gaps.displacement, self.gaps.rotation, still)
+                bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
+                turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
                 found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
         found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
@@ -149,10 +141,10 @@ class Deflection:
     @cached_property
     def lost(self) -> Any:
         """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
-        singular = ~(self.motion.condition <= SINGULAR)
+        singular = np.logical_not(self.motion.condition <= SINGULAR)
         if not self.motion.suspect:
             return singular
-        return singular | hopeless(self.motion, self.condition)
+        return singular | ill_conditioned(self.motion, self.condition)
 
 
 def deflection(
@@ -214,9 +206,10 @@ def deflection(
         if states:
             forces = compatible_forces(problem, forces, gaps, states)
             response, gaps = bent_links(problem, forces)
-        shifts, turning = displacements(motion.closures, gaps.displacement, gaps.rotation, [0.0] * len(mechanism.links))
+        still = [ZERO] * len(mechanism.links)
+        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still)
         shift = stacked(shifts, motion.columns, complex)
-        angle = stacked([np.imag(value) for value in turning], motion.columns, float)
+        angle = stacked([value.imag for value in turning], motion.columns, float)
         carry(problem.configuration, response, shift, angle)
     solved = Deflection(
         motion=motion,
@@ -263,7 +256,7 @@ def _require_prismatic_rails(mechanism: Mechanism, links: BeamTrees, sections: t
     for place, beam in links.rails.items():
         if sections[beam].taper is not None:
             owner = mechanism.links[mechanism.beams[beam][0]].name
-            name = mechanism.structure.joints[place].name
+            name = structure(mechanism).joints[place].name
             raise MechanismError(
                 f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
             )

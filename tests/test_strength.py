@@ -44,8 +44,9 @@ from elastic.assessment import (
     slenderness,
     stress_range,
 )
-from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, beam_loads, motion, reactions
+from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion, reactions
 from rigid.constants import mass_moments
+from rigid.loads import beam_loads
 
 E = 210e9
 

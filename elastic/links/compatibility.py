@@ -20,13 +20,14 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.clamped_links import LinkResponse
 from elastic.links.configuration import LinkLoads, Problem, configuration_of
 from elastic.links.free_body import node_loads, with_joint_forces
-from elastic.links.gearing import follower_displacement
+from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
-from rigid import JointForces, Motion, beam_loads, dot, minus, plus
+from rigid import JointForces, Motion
+from rigid.loads import beam_loads
+from rigid.plane import dot
 
 UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
-STILL = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,15 +68,15 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
         parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
         if number in on_rails:
             under = _under_block(problem, response, on_rails[number])
-            child, parent = (child, under) if joint.sense > 0 else (under, parent)
-        gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
+            child, parent = (child, under) if joint.owner == joint.parent else (under, parent)
+        gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
         along, turned = follower_displacement(place, response.nodes)
-        displacement.append(plus(gap, along))
-        rotation.append(plus(turn, turned))
+        displacement.append(gap + along)
+        rotation.append(turn + turned)
     return response, JointGaps(displacement, rotation)
 
 
