@@ -14,16 +14,21 @@ from elastic.beams.compliance import Compliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import BeamTrees
 from elastic.links.clamped_links import carry
-from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of, require_joints
-from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals, structure
+from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
+from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
+from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
 from rigid.displacements import displacements
 from rigid.forces import self_stresses
 from rigid.kinematics import repeated, stacked
 from rigid.plane import ZERO
 from rigid.statics import balancing_forces, force_condition
+
+
+def _polynomials(field: str) -> cached_property[Reals]:
+    """A field of a deflection on the pieces of its beams, made when it is asked for."""
+    return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.length, self.compliance))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,6 +42,10 @@ class Deflection:
 
     Attributes
     ----------
+    N, V, M
+        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
+    u, w, phi
+        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
     motion, sections, joints
         What was asked; one section per beam, and the joints that give way.
     forces
@@ -82,39 +91,8 @@ class Deflection:
         """The pieces of the beams."""
         return division_of(self.sections, self.blocks, self.motion.columns)
 
-    @cached_property
-    def N(self) -> Reals:
-        """Axial force [N], tension positive: N' = -q_x."""
-        return self._on_pieces("N")
-
-    @cached_property
-    def V(self) -> Reals:
-        """Shear force [N]: V' = q_y."""
-        return self._on_pieces("V")
-
-    @cached_property
-    def M(self) -> Reals:
-        """Bending moment [N m]: M' = V."""
-        return self._on_pieces("M")
-
-    @cached_property
-    def u(self) -> Reals:
-        """Displacement along the beam from the rigid position [m]."""
-        return self._on_pieces("u")
-
-    @cached_property
-    def w(self) -> Reals:
-        """Displacement across the beam from the rigid position [m]."""
-        return self._on_pieces("w")
-
-    @cached_property
-    def phi(self) -> Reals:
-        """Rotation of the section from the rigid position [rad]."""
-        return self._on_pieces("phi")
-
-    def _on_pieces(self, field: str) -> Reals:
-        values: Reals = on_pieces(field, self.amplitudes, self.division, self.length, self.compliance)
-        return values
+    N, V, M = _polynomials("N"), _polynomials("V"), _polynomials("M")
+    u, w, phi = _polynomials("u"), _polynomials("w"), _polynomials("phi")
 
     @cached_property
     def condition(self) -> Reals:
@@ -194,12 +172,11 @@ def deflection(
         columns = np.broadcast_shapes(motion.columns, designs)
         motion = motion if columns == motion.columns else repeated(motion, columns)
     joints = joints or {}
-    if joints:
-        require_joints(motion, joints)
+    require_joints(motion, joints)
     with np.errstate(invalid="ignore"):
         problem = problem_of(motion, sections, joints)
-        _require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
-        _require_prismatic_rails(mechanism, problem.configuration.trees, sections)
+        require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
+        require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         states = self_stresses(motion.closures)
         forces = balancing_forces(motion)
         response, gaps = bent_links(problem, forces)
@@ -249,25 +226,3 @@ def _greatest(values: Any) -> Any:
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
-
-
-def _require_prismatic_rails(mechanism: Mechanism, links: BeamTrees, sections: tuple[Section, ...]) -> None:
-    """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
-    for place, beam in links.rails.items():
-        if sections[beam].taper is not None:
-            owner = mechanism.links[mechanism.beams[beam][0]].name
-            name = structure(mechanism).joints[place].name
-            raise MechanismError(
-                f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
-            )
-
-
-def _require_soft_rings(mechanism: Mechanism, beams: BeamTrees, compliance: Compliance) -> None:
-    """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
-    for cut in beams.cuts:
-        numbers = [branch.number for branch in beams.trees[cut.link]]
-        if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
-            name = mechanism.links[cut.link].name
-            raise MechanismError(
-                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
-            )

@@ -95,16 +95,6 @@ def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tupl
     return before + 1j * turned * arm + configuration.beam[k] * (u + 1j * w), turned + phi
 
 
-def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
-    """Raise where a joint that gives way is none of the mechanism's."""
-    names = [joint.name for joint in motion.structure.joints]
-    for name in joints:
-        if names.count(name) == 0:
-            raise ValueError(f'there is no joint "{name}" to be soft')
-        if names.count(name) > 1:
-            raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
-
-
 def compatible_forces(
     problem: Problem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
 ) -> JointForces:
