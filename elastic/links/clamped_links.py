@@ -13,6 +13,7 @@ from elastic.beams.elastic_line import Amplitudes, elastic_line, section_forces
 from elastic.links.beam_trees import root_of
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements
 from elastic.links.free_body import end_loads
+from rigid.plane import ZERO
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) 
     ends.real, ends.imag = u, w
     ends *= configuration.beam
     for link, tree in configuration.trees.trees.items():
-        nodes[link, root_of(tree)] = (0.0, 0.0)
+        nodes[link, root_of(tree)] = (ZERO, ZERO)
         for branch in tree:
             move, turn = ends[branch.number], phi[branch.number]
             if branch is tree[0] and branch.forward:
@@ -100,6 +101,6 @@ def carry(configuration: Configuration, found: LinkResponse, shift: Any, angle: 
                 continue
             move, more = found.nodes[link, start]
             own[k] += configuration.back[k] * (move + 1j * angle[link] * (configuration.link[link] * local))
-            amplitudes.phi[0, k] += more
+            amplitudes.phi[0, k] = amplitudes.phi[0, k] + more
     amplitudes.u[0], amplitudes.w[0] = own.real, own.imag
     amplitudes.w[1] += configuration.length * amplitudes.phi[0]
