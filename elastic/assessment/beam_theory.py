@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import Section, Taper
-from elastic.deflection import Deflection
-from elastic.deflection import deflection as solve
 from elastic.sampling import sample
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
 from rigid import Reals
 
 POISSON = 0.3  # of metals, where none is known
