@@ -177,6 +177,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         frames=options.frames,
         picture=options.format,
         mesh=options.mesh,
+        stills=options.stills,
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,

@@ -24,6 +24,7 @@ class Request:
     frames: int | None = None
     picture: str = "mp4"
     mesh: bool = False
+    stills: bool = False
     positions: int | None = None
     refine: bool = False
     reachable: bool = False

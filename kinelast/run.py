@@ -151,11 +151,15 @@ def _write(
     progress: Progress,
 ) -> None:
     """All files of a scene."""
-    from kinelast.page.report import report_html
+    from kinelast.page.report import report_page
     from kinelast.tables import write_fields, write_positions
 
     name = results.scene.name
-    (part / "report.html").write_text(report_html(results, found, figures), encoding="utf-8")
+    (part / "report.html").write_bytes(report_page(results, found, figures, _line(figures)))
+    if request.stills:
+        from kinelast.stills.write import write_stills
+
+        write_stills(part / "stills", results, found)
     write_positions(part / "positions.csv", results)
     if request.fields:
         write_fields(part / "fields.npz", results, request.stations)
@@ -180,8 +184,9 @@ def _write(
 
 
 def _differs(figures: dict[str, Any]) -> bool:
-    check = figures.get("check")
-    return check is not None and not check["passed"]
+    """Whether the check failed or a limit of the scene is not kept."""
+    check, limits = figures.get("check"), figures.get("acceptance", {})
+    return (check is not None and not check["passed"]) or limits.get("passed") is False
 
 
 def _or_nan(value: float | None) -> float:
@@ -192,12 +197,23 @@ def _safe(factor: float | None) -> str:
     return "" if factor is None else f", safety {factor:.3g}"
 
 
+def _failed(row: dict[str, Any]) -> str:
+    """A limit that is not kept, in a few words."""
+    from kinelast.page.numbers import quantity
+
+    found, limit = row["found"], row["limit"]
+    if found["value"] is None:
+        return f"{row['kind']} cannot be judged"
+    return f"{row['kind']} {quantity(abs(found['value']), found['unit'])}, allowed {quantity(limit['value'], limit['unit'])}"
+
+
 def _line(figures: dict[str, Any]) -> str:
     """The gist of a scene in one line."""
     from kinelast.figures.trust import GOOD, verdict
     from kinelast.page.numbers import coordinate, number, quantity
 
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
+    failed = [row for row in figures["acceptance"]["limits"] if not row["passed"]]
     largest = figures["largest_deflection"]
     if largest:
         place = quantity(largest["along"]["value"], "m", 3)
@@ -220,6 +236,10 @@ def _line(figures: dict[str, Any]) -> str:
         size = number(_or_nan(figures["check"]["largest"]), 2)
         nothing = figures["check"]["passed"] and not (figures["links"] and figures["check"]["compared"])
         words.append("check has nothing to compare" if nothing else f"check {result} ({size})")
+    if failed:
+        words.insert(0, f"NOT ACCEPTABLE: {', '.join(_failed(row) for row in failed)}")
+    elif figures["acceptance"]["passed"]:
+        words.insert(0, "acceptable")
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
         words.append(f"{level}: {', '.join(reasons)}")

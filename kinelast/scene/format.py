@@ -19,6 +19,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.limits import LimitsTable
 from kinelast.scene.quantities import (
     Acceleration,
     Area,
@@ -125,13 +126,14 @@ class LinkTable(Table, frozen=True, kw_only=True):
 
 
 class RunTable(Table, frozen=True, kw_only=True):
-    """Which positions are computed, gravity, and the theory of beams."""
+    """Which positions are computed, gravity, the theory of beams, and the output."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
     theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
+    output: str = ""
 
 
 class SceneTable(Table, frozen=True, kw_only=True):
@@ -153,6 +155,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
     loads: list[LoadTable] = field(default_factory=list)
     gears: list[GearTable] = field(default_factory=list)
     springs: list[SpringTable] = field(default_factory=list)
+    limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
 
 
