@@ -119,7 +119,7 @@ def _closed(stance: Stance, soft: Compliance, nodes: Nodes, q: Any, moving: tupl
     The flexibilities are found in the links' own axes, where they do not change with the position.
     """
     cuts = stance.frame.cuts
-    still = (1,) * len(stance.columns)
+    still = (*stance.columns[:-1], 1)
     own = replace(stance, link=np.ones((len(stance.link), *still)), beam=stance.unit, columns=still)
     none = np.zeros((len(q), len(stance.length), *still), complex)
     columns = []

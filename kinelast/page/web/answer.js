@@ -4,7 +4,7 @@ const TRUST_WORDS = { good: "These figures can be relied on.", caution: "These f
 const CHORD = "the straight line through the link's own displaced ends: what is left is bending alone";
 
 function answerSection() {
-  const part = section("answer", "The answer", acceptance(), trustLine(), h("div", { class: "tiles" }, tiles()), contributions());
+  const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), h("div", { class: "tiles" }, tiles()), contributions());
   part.classList.add("answer");
 }
 
@@ -89,11 +89,11 @@ function contributions() {
   const whole = Math.abs(output.value), rows = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value));
   const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
   return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft("At the instant where it is largest: what every link's own giving way adds; together they are the whole. A negative part makes up for others."),
-    h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))));
+    h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value * output.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))));
 }
 
 function trustSection() {
-  section("trust", "Can it be trusted?", soft("What the theory leaves out, sized for this scene. Whether the machine is good enough is another question, answered on top."),
+  section("trust", "Trust", "Can it be trusted?", soft("What the theory leaves out, sized for this scene. Whether the machine is good enough is another question, answered on top."),
     h("ul", { class: "trust" }, summary.trust.map((finding) => h("li", {}, h("span", { class: `level ${finding.level}` }, finding.level), h("p", {}, h("b", {}, `${finding.heading}. `), finding.text)))),
     h("p", { class: "soft" }, jargon("Condition number", "by how much round-off grows at a position: 1 at best; about 15 minus its power of ten digits are left"), " tells how near a position is to a singular one, where the mechanism jams or loses its way. "),
     h("h3", {}, "What was not computed"), h("p", {}, `${summary.not_computed.join("; ")}. The drives hold their coordinates exactly.`));

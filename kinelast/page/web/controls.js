@@ -23,7 +23,7 @@ function mechanismSection() {
   }
   const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true });
   holder.append(tip);
-  const part = section("mechanism", "The mechanism, moving",
+  const part = section("mechanism", "Mechanism", "The mechanism, moving",
     soft("Drag the slider or any link; hover for values, click a link to see its fields below. Keys: space plays, ← and → step."),
     h("div", { class: "bar" }, button, speed, slider, words),
     holder, exaggeration(), diagramChoice(),

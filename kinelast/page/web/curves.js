@@ -10,7 +10,7 @@ const beamStyle = (() => {
 
 function curvesSection() {
   const grid = h("div", { class: "charts" });
-  section("curves", "Over the cycle", soft("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
+  section("curves", "Curves", "Over the cycle", soft("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
   for (const field of ["w", "chord", "mises_stress", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises_stress" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), ...beamStyle[beam]));
@@ -63,7 +63,7 @@ function kinematicsSection() {
   const pick = h("select", { id: "kinematics-of", onchange: () => draw() },
     h("optgroup", { label: "points" }, movingPoints.map(({ point }, k) => h("option", { value: `point ${k}` }, point))),
     h("optgroup", { label: "links" }, model.links.map((link, k) => (k ? h("option", { value: `link ${k}` }, link.name) : null))));
-  section("kinematics", "Kinematics", h("div", { class: "bar" }, h("label", { for: "kinematics-of" }, "Of"), pick), grid);
+  section("kinematics", "Kinematics", "Kinematics", h("div", { class: "bar" }, h("label", { for: "kinematics-of" }, "Of"), pick), grid);
   const draw = () => {
     shown.forEach((made) => made.remove());
     const [kind, number] = pick.value.split(" "), at = Number(number), before = charts.length;
@@ -101,7 +101,7 @@ function beamSection() {
   if (!model.beams.length) return;
   beamPanel.grid = h("div", { class: "charts" });
   beamPanel.pick = h("select", { id: "beam", onchange: (event) => chooseBeam(Number(event.target.value)) }, model.beams.map(({ label }, k) => h("option", { value: k }, label)));
-  section("link", "One link, along it and over the cycle", soft("Of the fields that are chosen above: on the left along the link at the instant shown, on the right the largest along it over the cycle."),
+  section("link", "One link", "One link, along it and over the cycle", soft("Of the fields that are chosen above: on the left along the link at the instant shown, on the right the largest along it over the cycle."),
     h("div", { class: "bar" }, h("label", { for: "beam" }, "Link"), beamPanel.pick), beamPanel.grid);
   const labels = model.beams.map(({ label }) => label);
   chooseBeam(Math.max(0, labels.indexOf((summary.largest_chord ?? summary.largest_deflection)?.label)));

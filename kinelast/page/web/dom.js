@@ -19,8 +19,8 @@ function download(name, type, content) {
 }
 const fileName = (words) => `${summary.scene.name}_${words.toLowerCase().replace(/[^a-z0-9]+/g, "_")}`;
 
-function section(id, heading, ...children) {
-  $("contents").append(h("li", {}, h("a", { href: `#${id}` }, heading)));
+function section(id, short, heading, ...children) {
+  $("contents").append(h("li", {}, h("a", { href: `#${id}` }, short)));
   const part = h("section", { id, "aria-labelledby": `${id}-heading` }, h("h2", { id: `${id}-heading` }, heading), children);
   $("main").append(part);
   return part;

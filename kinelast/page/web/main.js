@@ -31,6 +31,7 @@ async function start() {
   const script = document.createElement("script");
   script.textContent = await inflated("uplot");
   document.head.append(script);
+  $("gist").remove();
   theme();
   aboutRun();
   answerSection();

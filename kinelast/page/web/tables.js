@@ -7,7 +7,7 @@ function table(rows, columns, caption) {
     const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
     const largest = known.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     const [factor, unit] = scaleOf(largest, column.unit ?? "1");
-    const cell = column.words ?? ((each) => number(valueOf(column, each) * factor, column.digits ?? 4));
+    const cell = column.words ?? ((each) => (column.none && !isFinite(valueOf(column, each)) ? column.none : number(valueOf(column, each) * factor, column.digits ?? 4)));
     return { ...column, unitShown: unitWords(unit), cell };
   });
   const body = h("tbody");
