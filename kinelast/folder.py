@@ -89,7 +89,9 @@ def add_to(folder: Path, texts: dict[str, str], summary: dict[str, Any]) -> None
 
 def write_json(path: Path, data: Any) -> None:
     """Indented, strict JSON."""
-    path.write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+    import msgspec
+
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(data), indent=1) + b"\n")
 
 
 def _summary_in(folder: Path) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
@@ -46,10 +47,17 @@ def _add_vector(columns: dict[str, Any], name: str, values: Any) -> None:
 def write_positions(path: Path, results: Results) -> None:
     """One row a position, all digits; a cell is empty where there is no number."""
     columns = position_columns(results)
-    rows = np.array(list(columns.values())).T.tolist()
-    with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join(columns) + "\n")
-        file.writelines(",".join("" if value != value else repr(value) for value in row) + "\n" for row in rows)  # noqa: PLR0124
+    table = np.array(list(columns.values())).T
+    head = ",".join(columns) + "\n"
+    path.write_bytes(head.encode() + _lines(table))
+
+
+def _lines(table: Reals) -> bytes:
+    """Rows of numbers as lines: shortest digits that give them back; nothing for nan."""
+    if np.isinf(table).any():  # for which JSON has no word
+        rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
+        return ("\n".join(rows) + "\n").encode()
+    return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
 
 
 def write_fields(path: Path, results: Results, stations: int) -> None:

@@ -15,9 +15,11 @@ const corners = (() => {
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) reach(placeOf(link, localOf(link, point), i));
   if (!isFinite(low[0])) return [[-0.5, -0.5], [0.5, 0.5]];
   if (low[0] === high[0] && low[1] === high[1]) return [plus(low, [-0.5, -0.5]), plus(high, [0.5, 0.5])];
-  return [low, high];
+  // Room for diagrams, and for what is displaced out of the way.
+  const room = (model.beams.length ? DIAGRAM_SHARE : 0.02) * Math.max(high[0] - low[0], high[1] - low[1]);
+  return [plus(low, [-room, -room]), plus(high, [room, room])];
 })();
-const extent = Math.max(corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]);
+const extent = Math.max(corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]) / (1 + 2 * (model.beams.length ? DIAGRAM_SHARE : 0.02));
 
 // The largest displacement of any point or beam, and the round factor that makes it well seen.
 function roundDown(value) {
@@ -59,7 +61,7 @@ function drawMechanism(holder, tip) {
   function layOut() {
     width = Math.max(280, holder.clientWidth);
     const [low, high] = corners, wide = high[0] - low[0], tall = high[1] - low[1];
-    const room = Math.min(90, 0.13 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
+    const room = Math.min(60, 0.09 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
     scale = Math.min((width - 2 * room) / Math.max(wide, 1e-12), (most - 2 * room) / Math.max(tall, 1e-12));
     height = Math.max(220, scale * tall + 2 * room);
     left = width / 2 - (scale * (low[0] + high[0])) / 2;
@@ -84,23 +86,39 @@ function drawMechanism(holder, tip) {
     for (const [point, place] of Object.entries(model.links[GROUND].points)) parts.ground.append(support(place, point));
     parts.beams = model.beams.map((beam, k) => ({
       rigid: parts.rigid.appendChild(s("path")),
-      line: parts.links.appendChild(s("path", { class: "link", stroke: linkColour(beam.link), "data-beam": k })),
+      line: parts.links.appendChild(s("path", { class: "link", style: `stroke:${linkColour(beam.link)};fill:none`, "data-beam": k })),
     }));
     parts.bare = bareLinks.map((k) => {
       const shape = model.outlines[model.links[k].name] ? "outline" : "plate";
-      return { k, rigid: parts.rigid.appendChild(s("path")), line: parts.links.appendChild(s("path", { class: `link ${shape}`, stroke: linkColour(k), fill: linkColour(k), "data-link": k })) };
+      return { k, rigid: parts.rigid.appendChild(s("path")), line: parts.links.appendChild(s("path", { class: `link ${shape}`, style: `stroke:${linkColour(k)};fill:${linkColour(k)}`, "data-link": k })) };
     });
     parts.sliders = model.sliders.map((slider) => ({
       slider,
       rail: parts.ground.appendChild(s("path", { class: "rail" })),
-      block: parts.joints.appendChild(s("rect", { class: "block", width: 3.4 * unit, height: 2.1 * unit, x: -1.7 * unit, y: -1.05 * unit, stroke: linkColour(slider.link), "data-link": slider.link })),
+      block: parts.joints.appendChild(s("rect", { class: "block", width: 3.4 * unit, height: 2.1 * unit, x: -1.7 * unit, y: -1.05 * unit, style: `stroke:${linkColour(slider.link)}`, "data-link": slider.link })),
     }));
+    for (const { slider, rail } of parts.sliders) if (slider.on === GROUND) drawRails(slider, rail);
     parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.joint ? "pin" : "spot", r: pin.joint ? 0.55 * unit : 0.32 * unit })) }));
     parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
     parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, each.point)) }));
-    parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", fill: linkColour(k) }, link.name)) : null }));
+    parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, link.name)) : null }));
     parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path", { class: "force" })) }));
     parts.curves = [...view.fields].map((field) => model.beams.map(() => parts.diagrams.appendChild(s("path", { class: `diagram f-${field}` }))));
+  }
+
+  // The hatched rails of the ground, as long as the block's way.
+  function drawRails(slider, rail) {
+    const [dx, dy] = slider.direction, u = unit, slides = [];
+    for (let i = 0; i < N; i++) {
+      const [x, y] = placeOf(slider.link, localOf(slider.link, slider.point), i);
+      if (isFinite(x + y)) slides.push((x - slider.origin[0]) * dx + (y - slider.origin[1]) * dy);
+    }
+    const low = slides.reduce((a, b) => Math.min(a, b), Infinity), high = slides.reduce((a, b) => Math.max(a, b), -Infinity);
+    if (!(high >= low)) return;
+    const [x, y] = at(plus(slider.origin, scaled((low + high) / 2, slider.direction))), half = (scale * (high - low)) / 2 + 3 * u;
+    const strokes = Math.max(3, Math.round((2 * half) / (2 * u))), hatch = (side) => `M${-half} ${side * 1.35 * u}h${2 * half}` + Array.from({ length: strokes }, (_, k) => `M${-half + ((k + 0.6) * 2 * half) / strokes} ${side * 1.35 * u}l${-0.6 * u} ${side * 0.7 * u}`).join("");
+    rail.setAttribute("d", hatch(1) + hatch(-1));
+    rail.setAttribute("transform", `translate(${x} ${y}) rotate(${(-Math.atan2(dy, dx) * 180) / Math.PI})`);
   }
 
   const closed = () => {
@@ -121,8 +139,8 @@ function drawMechanism(holder, tip) {
 
   function support(place, point) {
     const used = model.links.some((link, k) => k > GROUND && point in link.points);
-    if (!used) return s("g");
     const [x, y] = at(place), u = unit;
+    if (!used) return s("circle", { class: "spot", cx: x, cy: y, r: 0.32 * u });
     const strokes = [-2, -1, 0, 1, 2].map((k) => `M${x + k * 0.8 * u} ${y + 2 * u}l${-0.6 * u} ${0.75 * u}`).join("");
     return s("g", { class: "support" }, s("path", { d: `M${x} ${y}l${-1.3 * u} ${2 * u}h${2.6 * u}z` }), s("path", { d: `M${x - 2.1 * u} ${y + 2 * u}h${4.2 * u}${strokes}` }));
   }
@@ -172,10 +190,9 @@ function drawMechanism(holder, tip) {
     const turned = (-Math.atan2(way[1], way[0]) * 180) / Math.PI, u = unit;
     if (!isFinite(x + y)) return;
     block.setAttribute("transform", `translate(${x} ${y}) rotate(${turned})`);
-    const [cx, cy] = slider.on === GROUND ? at(placeOf(slider.link, localOf(slider.link, slider.point), Math.floor(N / 2))) : [x, y];
-    const hatch = (side) => `M${-5 * u} ${side * 1.35 * u}h${10 * u}` + [-4, -2, 0, 2, 4].map((k) => `M${k * u} ${side * 1.35 * u}l${-0.6 * u} ${side * 0.7 * u}`).join("");
-    rail.setAttribute("d", slider.on === GROUND ? hatch(1) + hatch(-1) : `M${-6 * u} 0h${12 * u}`);
-    rail.setAttribute("transform", `translate(${cx || 0} ${cy || 0}) rotate(${turned})`);
+    if (slider.on === GROUND) return;
+    rail.setAttribute("d", `M${-6 * u} 0h${12 * u}`);
+    rail.setAttribute("transform", `translate(${x} ${y}) rotate(${turned})`);
   }
 
   function drawDrive({ drive, mark }, i) {
