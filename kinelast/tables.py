@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import csv
 import zipfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
 from kinelast.figures.results import UNITS, Results, drive_words, joint_words
+from kinelast.figures.trust import verdict
+from kinelast.folder import RequestError, held
+from kinelast.scene.error import plain
 from rigid import Reals
+
+if TYPE_CHECKING:
+    from kinelast.run import Outcome
 
 
 def position_columns(results: Results) -> dict[str, Reals]:
@@ -75,6 +83,49 @@ def write_fields(path: Path, results: Results, stations: int) -> None:
         for field in FIELDS:
             for label, values in zip(labels, sample(results.deflection, field, xi), strict=True):
                 _put(archive, f"{label}/{field}", values)
+
+
+HEAD = ("scene", "state", "status", "largest_deflection [m]", "beam", "largest_stress [Pa]", "stressed_beam",
+        "safety [1]", "condition [1]", "grade", "check", "message")  # fmt: skip
+
+
+def summary_row(outcome: Outcome, name: str) -> list[str]:
+    """A scene's row of summary.csv; a cell is empty where there is no figure."""
+    figures: Mapping[str, Any] = outcome.figures
+    deflection, stress = figures.get("largest_deflection") or {}, figures.get("largest_stress") or {}
+    safety = figures["strength"][stress["label"]]["safety_factor"]["value"] if stress else None
+    condition = figures["run"]["largest_condition"]["value"] if figures else None
+    check = (figures.get("check") or {"passed": None})["passed"]
+    grade = verdict(figures["trust"])[0] if figures else ""
+    passed = "" if check is None else "agrees" if check else "differs"
+    cells = [name, outcome.state, outcome.status, deflection.get("value"), deflection.get("label"), stress.get("value"),
+             stress.get("label"), safety, condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
+    return ["" if cell is None else plain(str(cell), 300) for cell in cells]
+
+
+def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> None:
+    """A row a scene into OUT/summary.csv, instead of older rows of these scenes, beside those of others still there.
+
+    Raises
+    ------
+    RequestError
+        A summary.csv of somebody else is there.
+    OSError
+        It cannot be written.
+    """
+    path = out / "summary.csv"
+    with held(path) as hidden:
+        known: dict[str, Sequence[str]] = {}
+        if path.exists():
+            with path.open(encoding="utf-8", newline="") as file:
+                head, *before = list(csv.reader(file)) or [[]]
+            if tuple(head) != HEAD:
+                raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
+            known = {row[0]: row for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
+        part = out / f"{hidden}.part"
+        with part.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([HEAD, *{**known, **rows}.values()])
+        part.replace(path)
 
 
 def _put(archive: zipfile.ZipFile, name: str, values: Any) -> None:

@@ -95,10 +95,13 @@ class Results:
 
     @cached_property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some of the positions; None where no link has beams."""
+        """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:
             return None
-        return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        try:
+            return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
+            return Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
 
     @cached_property
     def period(self) -> float:

@@ -179,7 +179,7 @@ def check_summary(results: Results) -> dict[str, Any] | None:
     shares = [[_share(value) for value in row] for row in comparison.relative.T]
     worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
     return {
-        "passed": comparison.passed,
+        "passed": None if comparison.passed and not (labels and comparison.compared) else comparison.passed,
         "tolerance": comparison.tolerance,
         "elements": comparison.elements,
         "compared": comparison.compared,

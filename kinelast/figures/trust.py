@@ -16,8 +16,9 @@ from elastic import LIMITS
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
-from kinelast.page.numbers import number
+from kinelast.page.numbers import number, quantity
 
+INPUTS = "Inputs"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
@@ -27,6 +28,8 @@ HEADINGS = {
     "yield": "Strength",
     "vibration": "Quasi-static answer",
 }
+LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
+FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
 SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "E": (1e6, 2e12, "Pa", '"210 GPa"'),
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
@@ -96,7 +99,8 @@ def _positions(results: Results) -> Finding:
 
 
 def _inputs(results: Results) -> Iterator[Finding]:
-    """What no solid has: most likely a number without its unit."""
+    """What no solid and no mechanism has: most likely a number without its unit."""
+    yield from _sizes(results)
     for name, stuff in results.scene.materials.items():
         for (what, (least, most, unit, example)), value in zip(
             SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
@@ -104,7 +108,27 @@ def _inputs(results: Results) -> Iterator[Finding]:
             if value is not None and not least <= value <= most:
                 told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
                 hint = f"a bare number is in {unit}, other units are told as in {example}"
-                yield Finding(POOR, "Inputs", f"The {told}: {hint}.")
+                yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
+
+
+def _sizes(results: Results) -> Iterator[Finding]:
+    """Links and speeds that hardly a machine has."""
+    sizes = {
+        link.name: max(
+            abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
+        )
+        for link in results.mechanism.links
+    }
+    name = max(sizes, key=lambda each: sizes[each])
+    if sizes[name] > LONG:
+        hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
+        yield Finding(POOR, INPUTS, f"The link {name} is {quantity(sizes[name], 'm')} long, is that meant? {hint}.")
+    elif 0 < sizes[name] < SHORT:
+        yield Finding(POOR, INPUTS, f"No link is longer than {quantity(sizes[name], 'm')}, is that meant?")
+    speed = fastest_drive(results)
+    if speed > FAST:
+        text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
+        yield Finding(POOR, INPUTS, f"{text}.")
 
 
 def _check(results: Results) -> list[Finding]:

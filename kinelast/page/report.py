@@ -11,9 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from kinelast.figures.results import Peak, Results
+from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
@@ -40,9 +39,9 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     return filled(
         "report.html",
         {
-            "title": escape(words["title"]).encode(),
-            "source": escape(words["source"].strip()).encode(),
-            "gist": escape(gist).encode(),
+            "title": _text(words["title"]),
+            "source": _text(words["source"].strip()),
+            "gist": _text(gist),
             "scene": as_data(scene),
             "numbers": b64encode(store.bytes()),
             "style": _style(),
@@ -64,7 +63,12 @@ def filled(shell: str, parts: dict[str, bytes]) -> bytes:
 
 def as_data(value: Any) -> bytes:
     """JSON that may stand in a page: no text of it can end the element that holds it."""
-    return msgspec.json.encode(value).replace(b"<", b"\\u003c")
+    return json_bytes(value).replace(b"<", b"\\u003c")
+
+
+def _text(words: str) -> bytes:
+    """Words as text of a page, never as markup."""
+    return escape(words).encode("utf-8", "replace")
 
 
 @cache

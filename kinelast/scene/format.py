@@ -10,6 +10,7 @@ from kinelast.scene.format_motion import (
     DriveTable,
     GearTable,
     JointTable,
+    LengthUnit,
     LoadTable,
     Name,
     Place,
@@ -141,6 +142,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
 
     title: str = ""
     source: str = ""
+    units: LengthUnit = "m"
     structure_only: bool = False
     materials: dict[Name, MaterialTable] = field(default_factory=dict)
     sections: dict[Name, SectionTable] = field(default_factory=dict)
@@ -159,8 +161,10 @@ class SceneTable(Table, frozen=True, kw_only=True):
     run: RunTable = field(default_factory=RunTable)
 
 
-def read_quantity(kind: type, value: Any) -> Any:
-    """A quantity from what stands in a file; msgspec's `dec_hook`."""
-    if issubclass(kind, Quantity | Direction | Sizes):
+def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
+    """A quantity from what stands in a file; msgspec's `dec_hook`. `per_length`: metres to a bare length."""
+    if issubclass(kind, Direction):
         return kind.read(value)
+    if issubclass(kind, Quantity | Sizes):
+        return kind.read(value, per_length)
     raise NotImplementedError(kind)

@@ -248,12 +248,12 @@ class Sizes(tuple[float, float]):
     expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
 
     @classmethod
-    def read(cls, value: object) -> Self:
+    def read(cls, value: object, per_length: float = 1.0) -> Self:
         """From a number, a string, or a list of two; ValueError says what was expected."""
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        sizes = cls(float(Size.read(end)) for end in ends)
+        sizes = cls(float(Size.read(end, per_length)) for end in ends)
         if max(sizes) > STEEPEST * min(sizes):
             raise ValueError(f"expected {cls.expected}, not {STEEPEST:g} times apart, got {shown(value)}")
         return sizes

@@ -23,7 +23,7 @@ from kinelast.scene.parts import Parts, build_parts
 from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
-from kinelast.scene.text import file_text, of_file, toml_tables
+from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
 
 __all__ = [
@@ -44,6 +44,7 @@ __all__ = [
 ]
 
 STILL = 1e-9
+SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -54,8 +55,12 @@ def read_scene(path: str | Path) -> Scene:
     SceneError
         The file cannot be read or holds a mistake.
     """
-    path = Path(path)
-    return scene_from_text(file_text(path), path.stem, str(path))
+    return scene_from_bytes(file_bytes(Path(path)), path)
+
+
+def scene_from_bytes(content: bytes, path: str | Path) -> Scene:
+    """The scene in the bytes of a TOML file; raises as `read_scene`."""
+    return scene_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
@@ -148,6 +153,8 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     else:
         problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
         raise fault("run", "duration", problem)
+    if not SHORTEST <= run.duration <= LONGEST:
+        raise fault("run", "duration", f"expected a run of {SHORTEST:g} to {LONGEST:g} s, got {run.duration:.6g} s")
     for number, law in enumerate(laws, 1):
         lasts = isinstance(law, SegmentedLaw | TableLaw) and run.duration > law.duration * (1 + 1e-12)
         if isinstance(law, SegmentedLaw | TableLaw) and lasts and abs(law.final_speed) > STILL:

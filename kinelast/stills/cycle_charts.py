@@ -131,7 +131,7 @@ def _places(results: Results) -> list[tuple[int, int]]:
 def legend(chart: Chart) -> list[tuple[str, str, str]]:
     """Names, colours and dashes of the curves."""
     return [
-        (curve.name, COLOURS[curve.colour], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
+        (curve.name, COLOURS[curve.colour % len(COLOURS)], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
         for curve in chart.curves
     ]
 

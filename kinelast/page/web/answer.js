@@ -77,7 +77,7 @@ function tiles() {
     const ratio = vibration.drive_to_lowest.value;
     shown.push(tile("Lowest natural frequency", `${number(lowest.value / (2 * Math.PI))} Hz`, [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "), { at: lowest }));
   }
-  const nothing = check?.passed && !(summary.links.length && check.compared);
+  const nothing = check && check.passed === null;
   shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : `largest difference ${number(check.largest, 2)} of the maximum`, { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
   return shown;
 }
