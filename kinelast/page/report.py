@@ -44,9 +44,8 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
             "gist": _text(gist),
             "scene": as_data(scene),
             "numbers": b64encode(store.bytes()),
-            "style": _style(),
-            "script": _script(SCRIPTS),
             "uplot": _chart_library(),
+            **shared_parts(SCRIPTS),
         },
     )
 
@@ -81,9 +80,9 @@ def _script(names: tuple[str, ...]) -> bytes:
     return b"\n".join((WEB / f"{name}.js").read_bytes() for name in names)
 
 
-def index_parts(names: tuple[str, ...]) -> dict[str, bytes]:
-    """Style and script of another page made of the same pieces."""
-    return {"style": _style(), "script": _script(names)}
+def shared_parts(scripts: tuple[str, ...]) -> dict[str, bytes]:
+    """Style and script of a page made of these files."""
+    return {"style": _style(), "script": _script(scripts)}
 
 
 @cache

@@ -122,7 +122,7 @@ function showBeam() {
   for (const field of view.fields.size ? view.fields : [FIRST_FIELD]) {
     const { name, unit: own, value } = FIELDS[field], colour = beamStyle[beam][0];
     let most = 0;
-    for (let i = 0; i < N; i++) for (let k = 0; counted(i) && k <= 8; k++) most = Math.max(most, Math.abs(value(beam, i, k / 8)) || 0);
+    for (let i = 0; i < N; i++) for (let k = 0; counted(i) && k <= fine; k += 2) most = Math.max(most, Math.abs(value(beam, i, k / fine)) || 0);
     chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${start} to ${end} [${unit}]`, live: true, largest: most });
     const over = (i) => {
       let found = 0;

@@ -1,4 +1,5 @@
 // Elements made of data: text is always text, never markup.
+const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
 function put(element, attributes, children) {

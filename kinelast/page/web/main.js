@@ -54,7 +54,7 @@ async function start() {
 }
 
 // What a test or a curious reader asks of the page.
-window.kinelast = { summary, model, fields: FIELDS, value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi), placeOf, localOf, velocityOf, accelerationOf, displacementOf, turnOf, row, vector, showPosition, instant };
+window.kinelast = { summary, model, number, quantity, fields: FIELDS, value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi), placeOf, localOf, velocityOf, accelerationOf, displacementOf, turnOf, row, vector, showPosition, instant };
 start().catch((error) => {
   $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));
   throw error;

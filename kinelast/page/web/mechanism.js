@@ -285,8 +285,9 @@ function drawMechanism(holder, tip) {
     const link = found?.link ?? (owner === null ? null : Number(owner));
     if (link === null) return;
     const world = [(x - left) / scale, (top - y) / scale], i = instant.position, [ox, oy] = placeOf(link, [0, 0], i), [dx, dy] = vector("direction", link - 1, i);
-    const arm = [world[0] - ox, world[1] - oy];
-    grabbed = { link, beam: found?.beam ?? null, local: times(arm, [dx, -dy]), x: event.clientX, y: event.clientY, moved: false };
+    const local = times([world[0] - ox, world[1] - oy], [dx, -dy]);
+    const place = found ? (k) => drawnOnBeam(found.beam, found.xi, k, view.factor) : (k) => placeOf(link, local, k);
+    grabbed = { place, beam: found?.beam ?? null, x: event.clientX, y: event.clientY, moved: false };
     stop();
     svg.setPointerCapture(event.pointerId);
     event.preventDefault();
@@ -302,7 +303,7 @@ function drawMechanism(holder, tip) {
     for (let step = -far; step <= far; step++) {
       const i = closed() ? (((instant.position + step) % N) + N) % N : instant.position + step;
       if (i < 0 || i >= N) continue;
-      const [px, py] = placeOf(grabbed.link, grabbed.local, i), distance = Math.hypot(px - world[0], py - world[1]) + (1e-4 * extent * Math.abs(step)) / N;
+      const [px, py] = grabbed.place(i), distance = Math.hypot(px - world[0], py - world[1]) + (1e-4 * extent * Math.abs(step)) / N;
       if (distance < nearest) { nearest = distance; best = i; }
     }
     showPosition(best);

@@ -1,5 +1,4 @@
 // What the page holds: the figures as JSON, the polynomials as numbers, and their values anywhere.
-const $ = (id) => document.getElementById(id);
 const read = (id) => JSON.parse($(id).textContent);
 
 function bytesOf(id) {
