@@ -269,6 +269,77 @@ def test_words_of_a_scene_are_data(driver, tmp_path):
     assert errors(page) == []
 
 
+ARM = """
+[points]
+O = [0, 0]
+A = [0.2, 0]
+[sections.bar]
+shape = "rigidities"
+EA = 1e7
+EI = 40.0
+mass_per_length = 0.5
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+[[drives]]
+link = "arm"
+speed = 6.283185307179586
+[[loads]]
+link = "arm"
+point = "A"
+force = [3.0, 4.0]
+"""
+
+
+def page_of(driver, folder, text, *options):
+    """The page of a scene in a text."""
+    (folder / "one.toml").write_text(text)
+    assert main([str(folder / "one.toml"), *options, "--quiet", "-o", str(folder / "out")]) in (0, 1)
+    return Page(driver, folder / "out" / "one" / "report.html")
+
+
+def test_it_shows_what_was_put_in(driver, tmp_path):
+    page = page_of(driver, tmp_path, ARM + "[run]\npositions = 1\ngravity = [0, -9.81]\n")
+    text = page.run("return document.body.innerText")
+    for words in ("= 60 rpm", "\u22129.81 m/s² in y", "5 N towards 53.13°", "point load on arm, A", "Euler-Bernoulli",
+                  "1 position from", "No stresses: the sections do not tell their dimensions", "not made"):  # fmt: skip
+        assert words in text
+    assert errors(page) == []
+
+
+def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
+    block = "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n[run]\npositions = 5\n"
+    page = page_of(driver, tmp_path, block, "--check", "--refine")
+    text = page.run("return document.body.innerText")
+    assert "nothing to compare" in text
+    assert "agrees" not in text
+    assert "are not searched between them" in text
+    place = "return document.querySelector('.block').getAttribute('transform')"
+    page.run("kinelast.showPosition(0)")
+    before = page.run(place)
+    page.run("kinelast.showPosition(3)")
+    assert page.run(place) != before
+    assert errors(page) == []
+
+
+def test_curves_break_where_positions_were_left_out(driver, tmp_path):
+    """A slider-crank whose rod is too short to reach past some angles of its crank."""
+    scene = shipped_scenes()["offset_slider_crank"].read_text().replace('length = "180 mm"', 'length = "55 mm"').replace("B = [0.209, 0.02]", "B = [0.08, 0.02]")
+    page = page_of(driver, tmp_path, scene, "--reachable", "--positions", "72")
+    out = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["run"]["left_out"]
+    assert out > 0
+    script = """
+        const done = arguments[0], make = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };
+        document.querySelector('button[aria-label="Drive moment as CSV"]').click();"""
+    rows = driver.execute_async_script(script).strip().splitlines()[1:]
+    assert len(rows) == page.run("return kinelast.model.positions") + sum(row.endswith(",") for row in rows)
+    assert sum(row.endswith(",") for row in rows) in (1, 2)
+    assert errors(page) == []
+
+
 @pytest.mark.parametrize("width", [400, 800, 1280, 2000])
 def test_it_fits_every_width(width, driver, reports):
     page = Page(driver, reports / "quick_return" / "report.html", width)

@@ -4,22 +4,27 @@ const CHART_HEIGHT = 210, MOST_CURVES = 10;
 const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3]];
 const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
 
-// The positions in the order of the axis, with an empty place where some were left out.
+// The positions in the order of the axis, null where some were left out between two.
 const order = (() => {
-  const every = Array.from({ length: N }, (_, i) => i);
-  if (axis.falling) every.reverse();
-  return every;
+  const every = Array.from({ length: N }, (_, i) => i), time = row("time");
+  const steps = every.slice(1).map((i) => time[i] - time[i - 1]), usual = [...steps].sort((a, b) => a - b)[steps.length >> 1];
+  const apart = (i) => model.left_out > 0 && i > 0 && steps[i - 1] > 1.5 * usual;
+  const found = every.flatMap((i) => (apart(i) ? [null, i] : [i]));
+  return axis.falling ? found.reverse() : found;
 })();
+const orderOf = new Map(order.map((i, k) => [i, k]));
+const abscissae = order.map((i, k) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
+const shownAt = (i) => i !== null && counted(i);
 
 // Curves: {name, values: i -> number, colour, dash}; values are in SI, drawn with a prefix that suits the greatest.
 function chart(holder, heading, unit, curves, options = {}) {
-  const xs = options.xs ?? order.map((i) => axis.values[i]), xLabel = options.xLabel ?? axis.label;
+  const xs = options.xs ?? abscissae, xLabel = options.xLabel ?? axis.label;
   const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
   const figure = h("figure", { class: "chart", "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}` });
   const canvas = h("div", { class: "plot" }), legend = h("div", { class: "legend" });
   figure.append(h("figcaption", {}, h("h3", {}, heading), h("span", { class: "downloads" }, ["PNG", "SVG", "CSV"].map((kind) => h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)))), legend, canvas);
   holder.append(figure);
-  const read = () => curves.map((curve) => (made.cycle ? order.map((i) => (counted(i) ? curve.values(i) : NaN)) : xs.map((x, k) => curve.values(k))));
+  const read = () => curves.map((curve) => (made.cycle ? order.map((i) => (shownAt(i) ? curve.values(i) : NaN)) : xs.map((x, k) => curve.values(k))));
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
   const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) ? value * factor : null)));
   const marks = curves.map((curve, k) => {
@@ -45,7 +50,7 @@ function chart(holder, heading, unit, curves, options = {}) {
       made.plot.setData([xs, ...clean(made.rows, made.factor)], false);
       return made.tell(null);
     }
-    const index = axis.falling ? N - 1 - i : i;
+    const index = orderOf.get(i);
     at.style.transform = `translateX(${made.plot.valToPos(xs[index], "x")}px)`;
     made.tell(index);
   };
@@ -66,7 +71,7 @@ function chart(holder, heading, unit, curves, options = {}) {
       axes: [{ ...axes, ...steps, size: 42, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
       series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      hooks: { setCursor: [() => made.tell(made.cycle ? (axis.falling ? N - 1 - instant.position : instant.position) : null)] },
+      hooks: { setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
     }, [xs, ...clean(made.rows, made.factor)], canvas);
     const canvasElement = canvas.querySelector("canvas");
     canvasElement.setAttribute("aria-hidden", "true");
@@ -74,7 +79,7 @@ function chart(holder, heading, unit, curves, options = {}) {
       made.plot.over.append(at);
       let pressed = 0;
       made.plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
-      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null) showPosition(order[made.plot.cursor.idx]); });
+      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) showPosition(order[made.plot.cursor.idx]); });
     }
     made.follow(instant.position);
   };
@@ -124,7 +129,7 @@ const SAVES = {
 // No more curves than can be told apart: the largest.
 function largest(curves) {
   if (curves.length <= MOST_CURVES) return curves;
-  const sizes = curves.map((curve) => order.reduce((most, i) => Math.max(most, counted(i) ? Math.abs(curve.values(i)) || 0 : 0), 0));
+  const sizes = curves.map((curve) => order.reduce((most, i) => Math.max(most, shownAt(i) ? Math.abs(curve.values(i)) || 0 : 0), 0));
   const kept = new Set(sizes.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]).slice(0, MOST_CURVES));
   return curves.filter((_, k) => kept.has(k));
 }
