@@ -59,4 +59,8 @@ class Page:
             message = json.loads(entry["message"])["message"]
             if message["method"] == "Network.requestWillBeSent":
                 asked.append(message["params"]["request"]["url"])
-        return [url for url in asked if not url.startswith(("data:", "blob:", "about:", "chrome")) and Path(url).suffix != ".html"]
+        return [
+            url
+            for url in asked
+            if not url.startswith(("data:", "blob:", "about:", "chrome")) and Path(url).suffix != ".html"
+        ]

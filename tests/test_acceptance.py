@@ -76,8 +76,10 @@ def test_a_failed_limit_counts_again_when_resumed(tmp_path, capsys):
 
 
 def with_output(words, limits=""):
-    return STEEL.replace("[run]\n", f'[run]\noutput = "{words}"\n') + limits if "[run]" in STEEL else (
-        f'{STEEL}\n[run]\noutput = "{words}"\n{limits}'
+    return (
+        STEEL.replace("[run]\n", f'[run]\noutput = "{words}"\n') + limits
+        if "[run]" in STEEL
+        else (f'{STEEL}\n[run]\noutput = "{words}"\n{limits}')
     )
 
 
@@ -153,7 +155,9 @@ def test_shares_of_a_frame_with_rings_add_up():
 
 def test_strain_goes_to_the_others():
     """A coupler that is warm: the shares of stiffness do not hold what warmth adds."""
-    text = STEEL.replace("density = ", "expansion = 12e-6\ndensity = ", 1).replace("[links.coupler]\n", "[links.coupler]\ntemperature = 40\n")
+    text = STEEL.replace("density = ", "expansion = 12e-6\ndensity = ", 1).replace(
+        "[links.coupler]\n", "[links.coupler]\ntemperature = 40\n"
+    )
     assert text.count("temperature") == 1
     scene = scene_from_text(text)
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))

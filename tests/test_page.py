@@ -12,9 +12,9 @@ from browser import Page, started
 from elastic import displacement_of, sample
 from elastic.assessment.strength import stress
 from kinelast.command import main
+from kinelast.folder import Request
 from kinelast.page.numbers import number, quantity
 from kinelast.run import computed
-from kinelast.folder import Request
 from kinelast.scene.reading import read_scene
 from kinelast.scene.shipped import shipped_scenes
 from rigid import acceleration_of, position_of, velocity_of
@@ -79,8 +79,10 @@ MOTION = {
     "displacementOf": lambda results, link, point: displacement_of(results.deflection, link, point),
 }
 OF_POINT = """
-    const [count, link, point] = arguments, place = "FUNCTION" === "displacementOf" ? point : kinelast.localOf(link, point);
+    const [count, link, point] = arguments, place = "FUNCTION" === "displacementOf" ? point :
+        kinelast.localOf(link, point);
     return Array.from({length: count}, (_, i) => kinelast.FUNCTION(link, place, i));"""
+
 
 def page_field(page, field, beams, count):
     """Values in the page, shape (beams, positions, stations)."""
@@ -110,30 +112,47 @@ def test_the_figures_are_those_of_the_summary(steel, reports):
     for finding in summary["trust"]:
         assert finding["text"] in text
     for label, row in summary["strength"].items():
-        cells = steel.run("return Array.from(document.querySelectorAll('#strength tbody tr'), (row) => Array.from(row.cells, (cell) => cell.innerText))")
+        cells = steel.run(
+            "return Array.from(document.querySelectorAll('#strength tbody tr'), "
+            "(row) => Array.from(row.cells, (cell) => cell.innerText))"
+        )
         own = next(cells for cells in cells if cells[0].startswith(label))
         assert own[1] == number(row["safety_factor"]["value"], 3)
     for share in summary["output"]["shares"]:
         assert number(100 * share["value"] / summary["output"]["value"], 3) in text
 
 
-@pytest.mark.parametrize("value", [0.0, 1.0, -13.126, 0.00115849, 2.2e-6, 999.96, 12345.0, 12.6e6, 1e7, 3.2e-15, 0.0001, 5e-324])
+@pytest.mark.parametrize(
+    "value", [0.0, 1.0, -13.126, 0.00115849, 2.2e-6, 999.96, 12345.0, 12.6e6, 1e7, 3.2e-15, 0.0001, 5e-324]
+)
 def test_numbers_are_written_as_python_writes_them(value, steel):
-    assert steel.run("return [4, 3, 2].map((digits) => kinelast.number(arguments[0], digits))", value) == [number(value, digits) for digits in (4, 3, 2)]
-    assert steel.run("return ['m', 'N', '1'].map((unit) => kinelast.quantity(arguments[0], unit))", value) == [quantity(value, unit) for unit in ("m", "N", "1")]
+    assert steel.run("return [4, 3, 2].map((digits) => kinelast.number(arguments[0], digits))", value) == [
+        number(value, digits) for digits in (4, 3, 2)
+    ]
+    assert steel.run("return ['m', 'N', '1'].map((unit) => kinelast.quantity(arguments[0], unit))", value) == [
+        quantity(value, unit) for unit in ("m", "N", "1")
+    ]
 
 
 def lines(page):
-    return page.run("return Array.from(document.querySelectorAll('.mechanism .link'), (path) => path.getAttribute('d'))")
+    return page.run(
+        "return Array.from(document.querySelectorAll('.mechanism .link'), (path) => path.getAttribute('d'))"
+    )
 
 
 def test_the_slider_the_keys_and_play_move_the_picture(steel):
     steel.run("kinelast.showPosition(0)")
     first = lines(steel)
-    steel.run("const slider = document.getElementById('position'); slider.value = 90; slider.dispatchEvent(new Event('input'))")
+    steel.run(
+        "const slider = document.getElementById('position'); slider.value = 90; "
+        "slider.dispatchEvent(new Event('input'))"
+    )
     assert lines(steel) != first
     assert "crank 90°" in steel.run("return document.getElementById('instant').innerText")
-    steel.run("document.querySelector('.mechanism').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}))")
+    steel.run(
+        "document.querySelector('.mechanism').dispatchEvent(new KeyboardEvent('keydown', "
+        "{key: 'ArrowRight', bubbles: true}))"
+    )
     assert steel.run("return kinelast.instant.position") == 91
     steel.run("document.getElementById('play').click()")
     deadline = time.monotonic() + 5
@@ -148,11 +167,15 @@ def test_the_crank_is_dragged(steel):
     """Taken at its end and pulled a quarter turn round its pin, in steps."""
     from selenium.webdriver import ActionChains
 
-    steel.run("kinelast.showPosition(0); document.getElementById('exaggeration').parentNode.querySelectorAll('button')[1].click()")
+    steel.run(
+        "kinelast.showPosition(0); "
+        "document.getElementById('exaggeration').parentNode.querySelectorAll('button')[1].click()"
+    )
     steel.run("document.getElementById('stage').scrollIntoView({behavior: 'instant'})")
     assert steel.run("return document.querySelector('.tip').hidden")
     spot = """
-        const [k] = arguments, pins = document.querySelectorAll('.mechanism .pin'), box = document.querySelector('.mechanism').getBoundingClientRect();
+        const [k] = arguments, pins = document.querySelectorAll('.mechanism .pin'),
+            box = document.querySelector('.mechanism').getBoundingClientRect();
         const [x, y] = ['cx', 'cy'].map((name) => Number(pins[k].getAttribute(name)));
         return [Math.round(box.left + x), Math.round(box.top + y)]"""
     names = steel.run("return Array.from(document.querySelectorAll('.mechanism .pin')).length")
@@ -164,10 +187,14 @@ def test_the_crank_is_dragged(steel):
     reach = np.hypot(end[0] - pivot[0], end[1] - pivot[1])
     action = ActionChains(steel.driver, duration=20)
     near = 0.8
-    action.w3c_actions.pointer_action.move_to_location(round(pivot[0] + near * (end[0] - pivot[0])), round(pivot[1] + near * (end[1] - pivot[1])))
+    action.w3c_actions.pointer_action.move_to_location(
+        round(pivot[0] + near * (end[0] - pivot[0])), round(pivot[1] + near * (end[1] - pivot[1]))
+    )
     action.w3c_actions.pointer_action.pointer_down()
     for angle in np.radians(np.linspace(10, 90, 9)):
-        action.w3c_actions.pointer_action.move_to_location(round(pivot[0] + near * reach * np.cos(angle)), round(pivot[1] - near * reach * np.sin(angle)))
+        action.w3c_actions.pointer_action.move_to_location(
+            round(pivot[0] + near * reach * np.cos(angle)), round(pivot[1] - near * reach * np.sin(angle))
+        )
     action.w3c_actions.pointer_action.pointer_up()
     action.perform()
     degrees = np.degrees(steel.run("return kinelast.row('drive')[kinelast.instant.position]"))
@@ -179,7 +206,12 @@ def test_hovering_tells_values_and_a_click_chooses_the_link(steel):
     from selenium.webdriver import ActionChains
 
     steel.run("kinelast.showPosition(100); document.getElementById('stage').scrollIntoView({behavior: 'instant'})")
-    x, y = steel.run("const path = document.querySelectorAll('.mechanism .link')[1], at = path.getPointAtLength(path.getTotalLength() / 2), box = document.querySelector('.mechanism').getBoundingClientRect(); return [Math.round(box.left + at.x), Math.round(box.top + at.y)]")
+    x, y = steel.run(
+        "const path = document.querySelectorAll('.mechanism .link')[1], "
+        "at = path.getPointAtLength(path.getTotalLength() / 2), "
+        "box = document.querySelector('.mechanism').getBoundingClientRect(); "
+        "return [Math.round(box.left + at.x), Math.round(box.top + at.y)]"
+    )
     action = ActionChains(steel.driver, duration=20)
     action.w3c_actions.pointer_action.move_to_location(x, y)
     action.perform()
@@ -198,7 +230,10 @@ def test_diagrams_overlay_and_tables_sort(steel):
     steel.run("document.querySelector('.diagrams input[value=\"N\"]').click()")
     assert steel.run("return document.querySelectorAll('.mechanism .diagram').length") == before + 3
     steel.run("document.querySelector('.diagrams input[value=\"N\"]').click()")
-    names = "return Array.from(document.querySelectorAll('#forces table')[0].tBodies[0].rows, (row) => Number(row.cells[2].innerText))"
+    names = (
+        "return Array.from(document.querySelectorAll('#forces table')[0].tBodies[0].rows, "
+        "(row) => Number(row.cells[2].innerText))"
+    )
     steel.run("document.querySelectorAll('#forces thead button')[2].click()")
     assert steel.run(names) == sorted(steel.run(names), reverse=True)
     steel.run("document.querySelectorAll('#forces thead button')[2].click()")
@@ -212,7 +247,8 @@ def test_curves_are_handed_out(steel):
         const done = arguments[arguments.length - 1], kind = arguments[0], blobs = [], make = URL.createObjectURL;
         URL.createObjectURL = (blob) => { blobs.push(blob); return make.call(URL, blob); };
         document.querySelector(`button[aria-label="Drive moment as ${kind}"]`).click();
-        const wait = () => blobs.length ? blobs[0].text().then((text) => { URL.createObjectURL = make; done([blobs[0].type, blobs[0].size, text]); }) : setTimeout(wait, 20);
+        const wait = () => blobs.length ? blobs[0].text().then((text) => { URL.createObjectURL = make;
+            done([blobs[0].type, blobs[0].size, text]); }) : setTimeout(wait, 20);
         wait();"""
     kind, _, text = steel.driver.execute_async_script(script, "CSV")
     rows = text.strip().splitlines()
@@ -310,7 +346,25 @@ def test_it_shows_what_was_put_in(driver, tmp_path):
 
 
 def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
-    block = "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n[run]\npositions = 5\n"
+    block = """[points]
+O = [0, -0.1]
+A = [0, 0]
+[links.ground]
+points = ['O']
+[links.block]
+points = ['A']
+rigid = true
+mass = 2.0
+[sliders.guide]
+link = 'block'
+through = 'A'
+direction = [1, 0]
+[[drives]]
+slider = 'guide'
+law = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]
+[run]
+positions = 5
+"""
     page = page_of(driver, tmp_path, block, "--check", "--refine")
     text = page.run("return document.body.innerText")
     assert "nothing to compare" in text
@@ -326,7 +380,12 @@ def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
 
 def test_curves_break_where_positions_were_left_out(driver, tmp_path):
     """A slider-crank whose rod is too short to reach past some angles of its crank."""
-    scene = shipped_scenes()["offset_slider_crank"].read_text().replace('length = "180 mm"', 'length = "55 mm"').replace("B = [0.209, 0.02]", "B = [0.08, 0.02]")
+    scene = (
+        shipped_scenes()["offset_slider_crank"]
+        .read_text()
+        .replace('length = "180 mm"', 'length = "55 mm"')
+        .replace("B = [0.209, 0.02]", "B = [0.08, 0.02]")
+    )
     page = page_of(driver, tmp_path, scene, "--reachable", "--positions", "72")
     out = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["run"]["left_out"]
     assert out > 0
@@ -344,13 +403,21 @@ def test_curves_break_where_positions_were_left_out(driver, tmp_path):
 def test_it_fits_every_width(width, driver, reports):
     page = Page(driver, reports / "quick_return" / "report.html", width)
     assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
-    assert page.run("return Array.from(document.querySelectorAll('.chart'), (each) => each.getBoundingClientRect().right).every((right) => right <= window.innerWidth)")
+    assert page.run(
+        "return Array.from(document.querySelectorAll('.chart'), "
+        "(each) => each.getBoundingClientRect().right).every((right) => right <= window.innerWidth)"
+    )
     assert errors(page) == []
 
 
 def test_it_is_dark_where_the_reader_likes_that(driver, reports):
     path = reports / "steel_four_bar" / "report.html"
-    grounds = [Page(driver, path, media={"prefers-color-scheme": wish}).run("return getComputedStyle(document.body).backgroundColor") for wish in ("light", "dark")]
+    grounds = [
+        Page(driver, path, media={"prefers-color-scheme": wish}).run(
+            "return getComputedStyle(document.body).backgroundColor"
+        )
+        for wish in ("light", "dark")
+    ]
     assert grounds[0] == "rgb(255, 255, 255)"
     assert max(map(int, re.findall(r"\d+", grounds[1]))) < 60
 
@@ -367,14 +434,18 @@ def test_paper_has_no_blank_page(driver, reports):
     assert all(len(page.extract_text().strip()) > 40 for page in pages)
 
 
-@pytest.mark.parametrize(("name", "wish"), [("steel_four_bar", "light"), ("steel_four_bar", "dark"), ("andrews_driven", "light")])
+@pytest.mark.parametrize(
+    ("name", "wish"), [("steel_four_bar", "light"), ("steel_four_bar", "dark"), ("andrews_driven", "light")]
+)
 def test_it_is_accessible(name, wish, driver, reports):
     """By axe-core's rules, of which the script comes with axe-selenium-python."""
     axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
     page = Page(driver, reports / name / "report.html", media={"prefers-color-scheme": wish})
     page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
     found = driver.execute_async_script("const done = arguments[arguments.length - 1]; axe.run().then(done)")
-    told = [(rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found["violations"]]
+    told = [
+        (rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found["violations"]
+    ]
     assert told == []
 
 
@@ -387,12 +458,24 @@ def test_the_table_of_a_batch(driver, tmp_path):
     names = "return Array.from(document.querySelectorAll('tbody tr'), (row) => row.cells[0].innerText)"
     assert sorted(page.run(names)) == ["quick_return", "steel_four_bar", "wrong"]
     heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText)")
-    page.run("document.querySelectorAll('thead button')[arguments[0]].click()", next(k for k, head in enumerate(heads) if head.startswith("largest deflection")))
-    sizes = {name: abs(json.loads((tmp_path / "out" / name / "summary.json").read_text())["largest_deflection"]["value"]) for name in ("quick_return", "steel_four_bar")}
+    page.run(
+        "document.querySelectorAll('thead button')[arguments[0]].click()",
+        next(k for k, head in enumerate(heads) if head.startswith("largest deflection")),
+    )
+    sizes = {
+        name: abs(json.loads((tmp_path / "out" / name / "summary.json").read_text())["largest_deflection"]["value"])
+        for name in ("quick_return", "steel_four_bar")
+    }
     assert page.run(names) == [*sorted(sizes, key=lambda name: -sizes[name]), "wrong"]
-    page.run("const box = document.getElementById('filter'); box.value = 'failed'; box.dispatchEvent(new Event('input'))")
+    page.run(
+        "const box = document.getElementById('filter'); box.value = 'failed'; box.dispatchEvent(new Event('input'))"
+    )
     assert page.run(names) == ["wrong"]
     assert "missing" in page.run("return document.querySelector('tbody').innerText")
-    links = page.run("const box = document.getElementById('filter'); box.value = ''; box.dispatchEvent(new Event('input')); return Array.from(document.querySelectorAll('tbody a'), (a) => a.getAttribute('href'))")
+    links = page.run(
+        "const box = document.getElementById('filter'); box.value = ''; "
+        "box.dispatchEvent(new Event('input')); "
+        "return Array.from(document.querySelectorAll('tbody a'), (a) => a.getAttribute('href'))"
+    )
     assert sorted(links) == ["quick_return/report.html", "steel_four_bar/report.html"]
     assert all((tmp_path / "out" / link).is_file() for link in links)

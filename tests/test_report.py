@@ -19,12 +19,12 @@ from kinelast.figures.refinement import refined_peaks
 from kinelast.figures.results import Results, peaks
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
-from kinelast.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
-from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
-from kinelast.stills.drawing import mechanism_drawing
 from kinelast.page.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
 from kinelast.scene.shipped import shipped_scenes
+from kinelast.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
+from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.stills.drawing import mechanism_drawing
 
 VOID = {"meta", "img", "br", "link"}
 ARM = {
@@ -84,7 +84,9 @@ def test_the_page_is_whole_and_stands_alone(name, reports):
     reader.feed(page)
     assert reader.open == []
     assert reader.addresses == ["data:,"]  # an empty icon: without it a browser asks for one
-    assert not re.search(r"(?i)https?://(?!www\.w3\.org/2000/svg\")|@import|\burl\((?!#)|<iframe|src=", page.replace("URL", ""))
+    assert not re.search(
+        r"(?i)https?://(?!www\.w3\.org/2000/svg\")|@import|\burl\((?!#)|<iframe|src=", page.replace("URL", "")
+    )
     assert len(set(reader.names)) == len(reader.names)
 
 
@@ -99,7 +101,9 @@ def data_of(folder):
 def test_the_page_holds_the_figures_of_the_summary(name, reports):
     summary = json.loads((reports[name] / "summary.json").read_text())
     written_later = {"files", "failed"}
-    assert data_of(reports[name])["summary"] == {key: value for key, value in summary.items() if key not in written_later}
+    assert data_of(reports[name])["summary"] == {
+        key: value for key, value in summary.items() if key not in written_later
+    }
 
 
 def test_the_lines_of_the_documentation_run(capsys):

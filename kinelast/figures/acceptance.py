@@ -59,20 +59,24 @@ def _found(results: Results, figures: Figures, kind: str, link: str) -> dict[str
 
 def _of_beams(results: Results, figures: Figures, kind: str, link: str) -> Iterator[dict[str, Any]]:
     for label in _labels(results, link):
-        row = _safety(figures, label) if kind == "safety" else figures["peaks"][label]["w" if kind == "deflection" else kind]
+        row = (
+            _safety(figures, label)
+            if kind == "safety"
+            else figures["peaks"][label]["w" if kind == "deflection" else kind]
+        )
         yield {**row, "label": label}
 
 
 def _safety(figures: Figures, label: str) -> dict[str, Any]:
     """The safety factor of a beam, where and when it is least."""
     row: dict[str, Any] = figures["strength"][label]["safety_factor"]
-    place = {key: value for key, value in figures["peaks"][label]["mises_stress"].items() if key not in ("value", "unit")}
+    place = {
+        key: value for key, value in figures["peaks"][label]["mises_stress"].items() if key not in ("value", "unit")
+    }
     return {**place, **row}
 
 
 def _labels(results: Results, link: str) -> list[str]:
     """Beams of a link, or of all."""
     beams, links = results.mechanism.beams, results.mechanism.links
-    return [
-        label for label, (at, _) in zip(results.scene.labels, beams, strict=True) if link in ("", links[at].name)
-    ]
+    return [label for label, (at, _) in zip(results.scene.labels, beams, strict=True) if link in ("", links[at].name)]

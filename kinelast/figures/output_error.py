@@ -42,8 +42,9 @@ def output_figure(
 ) -> dict[str, Any] | None:
     """Error of what the machine is there for: as the scene names it, or as far as that can be told from its form.
 
-    `guessed` where it is told from the form. Of the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground,
-    or else turns on it, without being driven. What nothing displaces is not what the machine is there for.
+    `guessed` where it is told from the form. Of the traced points, which belong to one link alone, the one that strays
+    most; else of what slides on the ground, or else turns on it, without being driven. What nothing displaces is not
+    what the machine is there for.
     """
     named = results.scene.output
     if named is not None and named.point:

@@ -30,8 +30,8 @@ def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[
     """
     if output is None or not output["value"] or not results.mechanism.beams:
         return []
-    links = list(dict.fromkeys(at for (at, _), section in zip(results.mechanism.beams, results.scene.sections, strict=True)
-                               if np.isfinite(section.EI)))  # fmt: skip
+    pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
+    links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
     if not links:
         return []
     bent = _stiffened(results, links, output["time"]["value"])

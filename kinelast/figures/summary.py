@@ -123,7 +123,10 @@ def _making(results: Results, number: int) -> dict[str, str | None]:
     sizes = ", ".join(
         f"{name} {' to '.join(quantity(size, 'm') for size in ends)}" for name, ends in made.sizes.items()
     )
-    return {"section": ", ".join(filter(None, (f"{made.section}: {made.shape}", sizes))), "material": made.material or None}
+    return {
+        "section": ", ".join(filter(None, (f"{made.section}: {made.shape}", sizes))),
+        "material": made.material or None,
+    }
 
 
 def _beam_mass(beam: Beam, length: float) -> float:

@@ -68,7 +68,7 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
     step = -(-count * each // BUDGET)
     if step <= 1:
         return np.arange(count)
-    times = [peak.time for peaks in found.values() for peak in peaks if peak.time == peak.time and not peak.refined]  # noqa: PLR0124
+    times = [peak.time for peaks in found.values() for peak in peaks if peak.time == peak.time and not peak.refined]
     return np.unique(np.concatenate([np.arange(0, count, step), np.searchsorted(results.motion.time, times)]))
 
 

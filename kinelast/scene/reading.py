@@ -14,8 +14,8 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
-from kinelast.scene.links import Body
 from kinelast.scene.limits import build_limits, build_output
+from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene

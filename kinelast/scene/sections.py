@@ -161,7 +161,11 @@ def making(scene: SceneTable, link: str, number: int) -> Making:
     beam = given if isinstance(given, BeamTable) else BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
     section: Any = scene.sections[name]
-    keys = {Rectangle: ("depth", "width"), Circle: ("diameter",), Tube: ("outer", "inner")}.get(type(section), ())
-    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in keys}
+    dimensions: dict[Any, tuple[str, ...]] = {
+        Rectangle: ("depth", "width"),
+        Circle: ("diameter",),
+        Tube: ("outer", "inner"),
+    }
+    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in dimensions.get(type(section), ())}
     shape = section.__struct_config__.tag
     return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")

@@ -10,9 +10,9 @@ import numpy as np
 
 from elastic import sample
 from kinelast.figures.results import UNITS, Results, drive_words, joint_words
-from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 from kinelast.page.numbers import quantity, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
+from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 from rigid import PinDrive
 
 NAMES = {
