@@ -20,6 +20,7 @@ from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, write_json
 from kinelast.line import gist, questions
 from kinelast.scene.error import plain
+from kinelast.scene.motion import require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
@@ -150,7 +151,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
 
-    results = long_results(scene, time, on_chunk, require_on_beams)
+    results = long_results(scene, time, on_chunk, _require_chunk)
     if fields:
         fields.close()
     comparison = _checked(scene, results.shown.deflection, request, progress)
@@ -220,6 +221,23 @@ def _checked(scene: Scene, bent: Deflection, request: Request, progress: Progres
     return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
 
 
+def _require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where a motion goes where the mechanism does not reach."""
+    try:
+        require_reached(scene, course)
+    except SceneError as error:
+        advice = "; --reachable leaves out what cannot be reached" if reachable(course).any() else ""
+        raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
+
+
+def _require_chunk(scene: Scene, bent: Deflection) -> None:
+    """Raise where a part of a long run cannot be: what of all of it cannot, is told of fewer positions."""
+    if not reachable(bent.motion).all():
+        _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
+        _require_reached(scene, bent.motion)
+    require_on_beams(scene, bent)
+
+
 def require_on_beams(scene: Scene, bent: Deflection) -> None:
     """Raise where a block leaves the elastic beam that it slides on."""
     known = np.isfinite(bent.motion.origin).all(axis=0)
@@ -240,12 +258,7 @@ def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
     if good.all():
         return course, 0
     if not request.reachable:
-        try:
-            scene_motion(scene, request.positions)
-        except SceneError as error:
-            advice = "; --reachable leaves out what cannot be reached"
-            problem = error.problem + (advice if good.any() else "")
-            raise SceneError(error.file, error.table, error.key, problem) from None
+        _require_reached(scene, course)
     if not good.any():
         raise RequestError("no position can be reached")
     return scene_motion_at(scene, course.time[good]), int((~good).sum())

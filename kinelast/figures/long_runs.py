@@ -15,7 +15,7 @@ import numpy as np
 from elastic import Deflection, angle_error, deflection, stress
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
-from kinelast.scene.motion import require_reached, require_tables, scene_motion_in_chunks, scene_motion_near
+from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
 from rigid import Motion, Posture, Reals, TorsionSpring, reachable
 
 LONG = 100_000  # positions times beams, and one more: some 200 MB
@@ -74,7 +74,6 @@ def long_results(
 def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:
     first = 0
     for course in scene_motion_in_chunks(scene, time):
-        require_reached(scene, course)
         require_tables(scene, course)
         bent = deflection(course, scene.sections, joints=scene.joints)
         require(scene, bent)
