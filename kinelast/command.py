@@ -248,9 +248,13 @@ def _outcomes(
         return
     from kinelast.run import try_scene
 
+    def tell(sentence: str) -> None:
+        if not options.quiet:
+            say(sentence, sys.stderr)
+
     for number, task in enumerate(tasks):
         report(task.name, number, len(tasks))
-        yield try_scene(task, request, options.resume, report)
+        yield try_scene(task, request, options.resume, report, tell)
 
 
 def _cores() -> int:

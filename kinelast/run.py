@@ -5,27 +5,35 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from elastic import Deflection, deflection
+from kinelast import tables
+from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, write_json
 from kinelast.line import gist, questions
 from kinelast.scene.error import plain
-from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at
+from kinelast.scene.motion import require_reached
+from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.text import file_bytes
+from kinelast.weight import require_room
 from rigid import MechanismError, Motion, reachable
+
+if TYPE_CHECKING:
+    from fem_check import Comparison
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # letters
 Progress = Callable[[str, int, int], None]
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,10 @@ def _nothing(stage: str, done: int, total: int) -> None:
     pass
 
 
+def _unheard(sentence: str) -> None:
+    pass
+
+
 def require_pictures(request: Request) -> None:
     """Raise where pictures are asked for that there are none of, or that cannot be drawn on this machine."""
     if not request.animate:
@@ -71,7 +83,9 @@ def require_pictures(request: Request) -> None:
         raise RequestError(f"--animate: {error}") from None
 
 
-def try_scene(task: Task, request: Request, resume: bool = False, progress: Progress = _nothing) -> Outcome:
+def try_scene(
+    task: Task, request: Request, resume: bool = False, progress: Progress = _nothing, tell: Tell = _unheard
+) -> Outcome:
     """Compute a scene and write its folder; whatever goes wrong becomes the outcome.
 
     Parameters
@@ -80,11 +94,13 @@ def try_scene(task: Task, request: Request, resume: bool = False, progress: Prog
         Leave a folder as it is that came from the same file and request.
     progress
         Called with what is being done, and how much of it is done and to be done.
+    tell
+        Called with a sentence on how much a large request takes, before it starts.
     """
     name = task.name
     try:
         with np.errstate(all="ignore"):  # what is no number is told as none
-            return _scene(task, request, resume, progress)
+            return _scene(task, request, resume, progress, tell)
     except (SceneError, MechanismError, RequestError) as error:
         return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
     except OSError as error:
@@ -97,14 +113,60 @@ def try_scene(task: Task, request: Request, resume: bool = False, progress: Prog
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
-def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
+def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
     content = file_bytes(task.path)
     made, folder = made_from(content, request), task.folder
     if resume and (before := finished(folder, made)):
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
     scene = scene_from_bytes(content, task.path)
-    results = computed(scene, request, progress)
+    positions = request.positions or scene.run.positions
+    long = is_long(scene, positions)
+    if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
+        tell(heavy)
+    if long:
+        with complete(folder) as part:
+            figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
+    else:
+        results = computed(scene, request, progress)
+        with complete(folder) as part:
+            write_tables(part, results, request)
+            figures = _finish(part, results, made, request, progress)
+    return _told(task, figures)
+
+
+def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
+    """The results of a long run, whose tables are written on the way."""
+    time = scene_times(scene, request.positions)
+    count = len(time)
+    if request.reachable:
+        time = reached_times(scene, time)
+        if not len(time):
+            raise RequestError("no position can be reached")
+    fields = tables.FieldFile(part / "fields.npz", len(time), request.stations) if request.fields else None
+
+    def on_chunk(results: Results, first: int) -> None:
+        tables.write_positions(part / "positions.csv", results, more=first > 0)
+        if fields:
+            fields.add(results)
+        progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
+
+    results = long_results(scene, time, on_chunk, _require_chunk)
+    if fields:
+        fields.close()
+    comparison = _checked(scene, results.shown.deflection, request, progress)
+    return replace(results, comparison=comparison, left_out=count - len(time))
+
+
+def write_tables(part: Path, results: Results, request: Request) -> None:
+    """What is known of every position."""
+    tables.write_positions(part / "positions.csv", results)
+    if request.fields:
+        tables.write_fields(part / "fields.npz", results, request.stations)
+
+
+def _finish(part: Path, results: Results, made: dict[str, Any], request: Request, progress: Progress) -> dict[str, Any]:
+    """The figures of a scene whose tables are written, and all other files."""
     from kinelast.figures.refinement import refined_peaks
     from kinelast.figures.summary import summary
 
@@ -112,11 +174,15 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.refine:
         found = refined_peaks(results, found)
     figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
-    with complete(folder) as part:
-        figures["failed"] = _write(part, results, found, figures, request, progress)
-        figures["files"] = sizes(part)
-        write_json(part / "summary.json", figures)
-    return _told(task, figures)
+    if figures["check"]:
+        write_json(part / "check.json", figures["check"])
+    failed = figures["failed"] = {}
+    for name, draw in _drawings(part, results.shown, found, figures, request, progress):
+        with _kept_apart(name, failed):
+            draw()
+    figures["files"] = sizes(part)
+    write_json(part / "summary.json", figures)
+    return figures
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
@@ -142,13 +208,34 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
     course, left_out = _course(scene, request)
     bent = deflection(course, scene.sections, joints=scene.joints)
     require_on_beams(scene, bent)
+    return Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+
+
+def _checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
+    """The comparison with finite elements, where it is asked for."""
     if request.check is None:
-        return Results(scene, bent, left_out=left_out)
+        return None
     from fem_check import compare, solve
 
     progress(f"{scene.name}: finite elements", 0, 1)
-    checked = solve(course, scene.sections, request.check, scene.joints)
-    return Results(scene, bent, compare(bent, checked), left_out)
+    return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
+
+
+def _require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where a motion goes where the mechanism does not reach."""
+    try:
+        require_reached(scene, course)
+    except SceneError as error:
+        advice = "; --reachable leaves out what cannot be reached" if reachable(course).any() else ""
+        raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
+
+
+def _require_chunk(scene: Scene, bent: Deflection) -> None:
+    """Raise where a part of a long run cannot be: what of all of it cannot, is told of fewer positions."""
+    if not reachable(bent.motion).all():
+        _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
+        _require_reached(scene, bent.motion)
+    require_on_beams(scene, bent)
 
 
 def require_on_beams(scene: Scene, bent: Deflection) -> None:
@@ -171,38 +258,10 @@ def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
     if good.all():
         return course, 0
     if not request.reachable:
-        try:
-            scene_motion(scene, request.positions)
-        except SceneError as error:
-            advice = "; --reachable leaves out what cannot be reached"
-            problem = error.problem + (advice if good.any() else "")
-            raise SceneError(error.file, error.table, error.key, problem) from None
+        _require_reached(scene, course)
     if not good.any():
         raise RequestError("no position can be reached")
     return scene_motion_at(scene, course.time[good]), int((~good).sum())
-
-
-def _write(
-    part: Path,
-    results: Results,
-    found: dict[str, list[Peak]],
-    figures: dict[str, Any],
-    request: Request,
-    progress: Progress,
-) -> dict[str, str]:
-    """All files of a scene but its summary, figures first; what the program failed on, by name."""
-    from kinelast.tables import write_fields, write_positions
-
-    write_positions(part / "positions.csv", results)
-    if request.fields:
-        write_fields(part / "fields.npz", results, request.stations)
-    if figures["check"]:
-        write_json(part / "check.json", figures["check"])
-    failed: dict[str, str] = {}
-    for name, draw in _drawings(part, results, found, figures, request, progress):
-        with _kept_apart(name, failed):
-            draw()
-    return failed
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ from kinelast.scene.error import plain
 from rigid import Reals
 
 if TYPE_CHECKING:
-    from kinelast.run import Outcome
+    from kinelast.run import Outcome  # which imports this file
 
 
 def position_columns(results: Results) -> dict[str, Reals]:
@@ -52,12 +53,12 @@ def _add_vector(columns: dict[str, Any], name: str, values: Any) -> None:
     columns[name.format("x")], columns[name.format("y")] = np.real(values), np.imag(values)
 
 
-def write_positions(path: Path, results: Results) -> None:
-    """One row a position, all digits; a cell is empty where there is no number."""
+def write_positions(path: Path, results: Results, more: bool = False) -> None:
+    """One row a position, all digits; a cell is empty where there is no number. `more`: rows after others."""
     columns = position_columns(results)
-    table = np.array(list(columns.values())).T
-    head = ",".join(columns) + "\n"
-    path.write_bytes(head.encode() + _lines(table))
+    head = b"" if more else (",".join(columns) + "\n").encode()
+    with path.open("ab" if more else "wb") as file:
+        file.write(head + _lines(np.array(list(columns.values())).T))
 
 
 def _lines(table: Reals) -> bytes:
@@ -68,21 +69,52 @@ def _lines(table: Reals) -> bytes:
     return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
 
 
-def write_fields(path: Path, results: Results, stations: int) -> None:
-    """All fields at equally spaced stations, in numpy's npz format, field by field so that memory stays small.
+class FieldFile:
+    """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
 
     Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
-    (positions, stations).
+    (positions, stations). They grow in files of their own beside the one that they make in the end.
     """
-    xi = np.linspace(0.0, 1.0, stations)
-    labels = results.scene.labels
-    with zipfile.ZipFile(path, "w") as archive:
-        _put(archive, "t", results.motion.time)
+
+    def __init__(self, path: Path, positions: int, stations: int) -> None:
+        self._path, self._shape = path, (positions, stations)
+        self._xi = np.linspace(0.0, 1.0, stations)
+        self._parts: dict[str, Path] = {}
+
+    def add(self, results: Results) -> None:
+        """The fields at the next positions."""
+        labels = results.scene.labels
+        self._append("t", results.motion.time, self._shape[:1])
         for label, length in zip(labels, results.deflection.length, strict=True):
-            _put(archive, f"{label}/x", xi * length.item())
+            if f"{label}/x" not in self._parts:
+                self._append(f"{label}/x", self._xi * length.item(), self._shape[1:])
         for field in FIELDS:
-            for label, values in zip(labels, sample(results.deflection, field, xi), strict=True):
-                _put(archive, f"{label}/{field}", values)
+            for label, values in zip(labels, sample(results.deflection, field, self._xi), strict=True):
+                self._append(f"{label}/{field}", values, self._shape)
+
+    def close(self) -> None:
+        """Make one file of all."""
+        with zipfile.ZipFile(self._path, "w") as archive:
+            for name, part in self._parts.items():
+                with part.open("rb") as source, archive.open(f"{name}.npy", "w", force_zip64=True) as target:
+                    shutil.copyfileobj(source, target, 1 << 20)
+                part.unlink()
+
+    def _append(self, name: str, values: Any, shape: tuple[int, ...]) -> None:
+        new = name not in self._parts
+        part = self._parts.setdefault(name, self._path.with_name(f"{self._path.name}.{len(self._parts)}"))
+        with part.open("ab") as file:
+            if new:
+                header = {"descr": "<f8", "fortran_order": False, "shape": shape}
+                np.lib.format.write_array_header_1_0(file, header)
+            file.write(np.ascontiguousarray(values, "<f8").tobytes())
+
+
+def write_fields(path: Path, results: Results, stations: int) -> None:
+    """The fields of a run at hand, as a `FieldFile`."""
+    file = FieldFile(path, len(results.motion.time), stations)
+    file.add(results)
+    file.close()
 
 
 HEAD = ("scene", "state", "status", "accepted", "largest_deflection [m]", "beam", "largest_chord [m]", "bent_beam",
@@ -151,8 +183,3 @@ def write_index(out: Path, rows: Sequence[Sequence[str]]) -> None:
         part = out / f"{hidden}.part"
         part.write_bytes(index_page(out, HEAD, rows))
         part.replace(path)
-
-
-def _put(archive: zipfile.ZipFile, name: str, values: Any) -> None:
-    with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-        np.lib.format.write_array(file, np.ascontiguousarray(values))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from kinelast.folder import recovered
 from kinelast.run import BUG, Outcome, Task, try_scene
 from kinelast.stopping import without_interrupts
+from kinelast.terminal import say
 
 if TYPE_CHECKING:
     from kinelast.folder import Request
@@ -120,7 +122,7 @@ def _work(line: Connection, request: Request, resume: bool) -> None:
             task = line.recv()
         except EOFError:
             return
-        line.send(try_scene(task, request, resume))
+        line.send(try_scene(task, request, resume, tell=lambda sentence: say(sentence, sys.stderr)))
 
 
 def _die_with_parent() -> None:

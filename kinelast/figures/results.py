@@ -12,6 +12,7 @@ import numpy as np
 
 from elastic import (
     FIELDS,
+    LIMITS,
     Caution,
     Deflection,
     Extreme,
@@ -25,6 +26,7 @@ from elastic import (
     period_of,
     slenderness,
     stress_extremes,
+    stress_range,
 )
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
@@ -42,6 +44,30 @@ NOISE = 1e-12  # share of the scene's forces and displacements below which a fig
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 
 
+STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """What a run of very many positions comes to, where only some of them are at hand.
+
+    Attributes
+    ----------
+    positions, singular, ill
+        How many there are, are singular, and are left out of the largest values.
+    swings
+        Of the normal stress [Pa], as of `elastic.stress_range` at `STATIONS`.
+    shown
+        The same run at fewer, even positions.
+    """
+
+    positions: int
+    singular: int
+    ill: int
+    swings: Any
+    shown: Results
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """A scene, its deflection, and the finite element check where one was asked for.
@@ -50,12 +76,34 @@ class Results:
     ----------
     left_out
         Number of the run's positions that the mechanism does not reach and that were left out on request.
+    whole
+        Where these are but the positions of a long run at which something is largest: what the whole comes to.
     """
 
     scene: Scene
     deflection: Deflection
     comparison: Comparison | None = None
     left_out: int = 0
+    whole: Whole | None = None
+
+    @property
+    def shown(self) -> Results:
+        """The run at even positions."""
+        return self if self.whole is None else self.whole.shown
+
+    @cached_property
+    def counts(self) -> tuple[int, int, int]:
+        """How many positions there are, are singular, and are left out of the largest values."""
+        if self.whole is not None:
+            return self.whole.positions, self.whole.singular, self.whole.ill
+        return len(self.motion.time), int(np.count_nonzero(self.singular)), int(np.count_nonzero(self.ill))
+
+    @cached_property
+    def swings(self) -> Any:
+        """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
+        if self.whole is not None:
+            return self.whole.swings
+        return stress_range(self.counted_deflection, STATIONS) if self.scene.labels else ()
 
     @property
     def motion(self) -> Motion:
@@ -98,6 +146,8 @@ class Results:
         """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:
             return None
+        if self.whole is not None:
+            return self.shown.frequencies
         try:
             return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
         except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
@@ -106,6 +156,8 @@ class Results:
     @cached_property
     def period(self) -> float:
         """Duration of the cycle [s]; nan where the motion is none."""
+        if self.whole is not None:
+            return self.shown.period
         period = period_of(self.motion)
         run = self.scene.run
         once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
@@ -117,7 +169,11 @@ class Results:
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
-        return cautions(self.counted_deflection, self.frequencies, period)
+        if self.whole is None:
+            return cautions(self.counted_deflection, self.frequencies, period)
+        found = cautions(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
+        shown = [caution for caution in self.shown.cautions if caution.kind == "vibration"]
+        return [*found, *(replace(caution, position=None) for caution in shown)]
 
     @cached_property
     def efforts(self) -> Reals:

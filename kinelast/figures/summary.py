@@ -39,9 +39,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
     figures = {
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
         "run": {
-            "positions": len(motion.time),
-            "singular": int(np.count_nonzero(results.singular)),
-            "ill_conditioned": int(np.count_nonzero(results.ill)),
+            **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
             "left_out": results.left_out,
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),

@@ -76,16 +76,15 @@ def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
 
 def _positions(results: Results) -> Finding:
     condition = results.motion.condition
-    singular = int(np.count_nonzero(results.singular))
+    count, singular, ill = results.counts
     heading = "Conditioning of the positions"
-    if singular == len(condition):
+    if singular == count:
         return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
     worst = float(condition[~results.singular].max())
     digits = max(0, int(15 - math.log10(max(worst, 1.0))))
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
     if singular:
-        text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
-    ill = int(np.count_nonzero(results.ill))
+        text += f" {singular} of {count} positions are singular: they have no figures and count in no extreme."
     if ill:
         text += (
             f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"

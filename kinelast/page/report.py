@@ -32,6 +32,7 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     gist
         The answer in one line, for readers without a script.
     """
+    results = results.shown
     kept = kept_positions(results, found)
     store = numbers_of(results, kept)
     scene = {"summary": figures, "model": model_of(results, kept, store), "text": results.scene.text}
@@ -48,11 +49,6 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
             **shared_parts(SCRIPTS),
         },
     )
-
-
-def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> str:
-    """The page of a scene as text; arguments as for `report_page`."""
-    return report_page(results, found, figures, gist).decode()
 
 
 def filled(shell: str, parts: dict[str, bytes]) -> bytes:

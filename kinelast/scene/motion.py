@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,16 @@ from rigid import (
     Mechanism,
     MechanismError,
     Motion,
+    Posture,
     ReachError,
     Reals,
     TableError,
     assembled,
+    columns_of,
     flat_triangles,
     motion,
     motion_during,
+    motion_in_chunks,
     require_reach,
 )
 
@@ -52,31 +57,66 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
     """
     course = scene_motion_at(scene, scene_times(scene, positions))
     if not partial:
-        try:
-            require_reach(course)
-        except ReachError as error:
-            table = "links" if "cannot be assembled" in str(error) else "drives[1]"
-            raise SceneError(scene.path, table, "", str(error)) from None
-    _require_tables(scene, course)
+        require_reached(scene, course)
+    require_tables(scene, course)
     return course
 
 
 def scene_motion_at(scene: Scene, time: Any) -> Motion:
     """The motion of a scene's mechanism at any instants [s], shape (positions,), as far as it reaches them."""
     time = np.asarray(time, float)
-    try:
+    with _of_scene(scene):
         if scene.course is not None:
             return motion_during(scene.course, time)
-        laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
-        coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))
-        return motion(scene.mechanism, coordinates, rates, accelerations, time)
+        return motion(scene.mechanism, *_led(scene, time), time)
+
+
+def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
+    """The same as `scene_motion_at`, so many instants at a time as stay in the cache."""
+    with _of_scene(scene):
+        if scene.course is not None:
+            step = columns_of(scene.mechanism, len(time))
+            yield from (motion_during(scene.course, time[k : k + step]) for k in range(0, len(time), step))
+        else:
+            yield from motion_in_chunks(scene.mechanism, *_led(scene, time), time)
+
+
+def scene_motion_near(scene: Scene, time: Reals, near: Posture) -> Motion:
+    """The same as `scene_motion_at`, at instants apart from one another: on the branch of postures near by."""
+    with _of_scene(scene):
+        if scene.course is not None:
+            return motion_during(scene.course, time)
+        return motion(scene.mechanism, *_led(scene, time), time, near)
+
+
+def _led(scene: Scene, time: Reals) -> tuple[Any, Any, Any]:
+    """Coordinates, rates and accelerations of the drives by their laws, each of shape (drives, positions)."""
+    laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
+    coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))
+    return coordinates, rates, accelerations
+
+
+@contextmanager
+def _of_scene(scene: Scene) -> Iterator[None]:
+    """Turn what the mechanism says into a mistake of its scene."""
+    try:
+        yield
     except MechanismError as error:
         raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", str(error)) from None
     except TableError as error:
         raise SceneError(scene.path, "drives", "", str(error)) from None
 
 
-def _require_tables(scene: Scene, course: Motion) -> None:
+def require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where drives ask for positions that cannot be reached: names where and at which joint it stops."""
+    try:
+        require_reach(course)
+    except ReachError as error:
+        table = "links" if "cannot be assembled" in str(error) else "drives[1]"
+        raise SceneError(scene.path, table, "", str(error)) from None
+
+
+def require_tables(scene: Scene, course: Motion) -> None:
     """Raise where a load's table ends before what it is against does."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)
