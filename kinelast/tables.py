@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import UNITS, Results, drive_words, joint_words
+from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import RequestError, held
 from kinelast.scene.error import plain
@@ -31,7 +31,7 @@ def position_columns(results: Results) -> dict[str, Reals]:
         columns[f"{name}.{coordinate} [{unit}]"] = values
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
-            columns[f"{label}.{field}_max [{UNITS[field]}]"] = extreme.value[beam]
+            columns[f"{label}.{field}_max [{FIELDS[field].unit}]"] = extreme.value[beam]
         columns[f"{label}.euler_ratio [1]"] = results.euler_ratio[beam]
     for point, moved in results.displacements.items():
         _add_vector(columns, f"{point}.d{{}} [m]", moved)
@@ -88,7 +88,7 @@ class FieldFile:
         for label, length in zip(labels, results.deflection.length, strict=True):
             if f"{label}/x" not in self._parts:
                 self._append(f"{label}/x", self._xi * length.item(), self._shape[1:])
-        for field in FIELDS:
+        for field in (key for key, each in FIELDS.items() if each.main):
             for label, values in zip(labels, sample(results.deflection, field, self._xi), strict=True):
                 self._append(f"{label}/{field}", values, self._shape)
 

@@ -7,7 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from elastic import RIGID, angle_error, deflection, displacement_of
+from elastic import RIGID, deflection, displacement_of
+from elastic.assessment import angle_error
 from kinelast.command import main
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Results, peaks

@@ -21,7 +21,6 @@ from elastic import (
     JointCompliance,
     Section,
     Taper,
-    cautions,
     circle,
     deflection,
     displacement_of,
@@ -31,6 +30,7 @@ from elastic import (
     section_of,
     tapered,
 )
+from elastic.assessment import cautions
 from rigid import (
     Beam,
     LineLoad,

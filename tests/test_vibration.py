@@ -18,20 +18,9 @@ import scipy.optimize
 from mechanisms import ALL, bar, rigid_sections, steel_four_bar
 from standard_beams import cantilever, propped, still, supported
 
-from elastic import (
-    RIGID,
-    JointCompliance,
-    Section,
-    cautions,
-    deflection,
-    harmonics,
-    natural_frequencies,
-    period_of,
-    quasi_static_error,
-    rectangle,
-    section_of,
-    tapered,
-)
+from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered
+from elastic.assessment import cautions, harmonics, period_of, quasi_static_error
+from elastic.vibration import natural_frequencies
 from rigid import Beam, Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, motion
 
 LENGTH, EI, MASS = 1.7, 23.0, 0.9

@@ -15,10 +15,9 @@ import numpy as np
 from elastic.assessment.buckling import euler_ratio, slenderness
 from elastic.assessment.harmonics import harmonics, quasi_static_error
 from elastic.assessment.over_cycle import EVEN, Peak, over_cycle, period_of
-from elastic.assessment.strength import stress_extremes
-from elastic.deflection import Deflection
-from elastic.deflection import deflection as solve
-from elastic.extremes import extremes
+from elastic.extreme_values import extremes
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
 from rigid import SINGULAR, PinDrive, motion, per_row
 
@@ -147,7 +146,7 @@ def _amplified(ratio: float) -> str:
 def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
     limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
     if np.isfinite(limit).any():
-        share = stress_extremes(deflection, ["mises"])["mises"].value / limit
+        share = extremes(deflection, ["mises"])["mises"].value / limit
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 

@@ -1,4 +1,4 @@
-"""What a beam resists with."""
+"""Rigidities of a beam, how they change along it, and the compliance of joints."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from rigid import Link, Mechanism, MechanismError, PointLoad, cross
 
-LINED_UP = 1e-9
+LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet lie along it
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Cut:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class BeamTrees:
     """Beams of all moving links.
 
     Attributes
@@ -58,8 +58,13 @@ class Frame:
     rails: Mapping[int, int]
 
 
+def root_of(tree: tuple[Branch, ...]) -> str:
+    """The node from which a tree grows."""
+    return tree[0].near
+
+
 @lru_cache(maxsize=64)
-def frame(mechanism: Mechanism) -> Frame:
+def trees_of(mechanism: Mechanism) -> BeamTrees:
     """Trees of beams of a mechanism.
 
     Raises
@@ -78,7 +83,7 @@ def frame(mechanism: Mechanism) -> Frame:
         number += len(link.beams)
     _require_held(mechanism, trees)
     tips = frozenset((at, branch.far) for at, tree in trees.items() for branch in tree)
-    return Frame(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
+    return BeamTrees(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, str]]]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from elastic.links.configuration import NodeDisplacements
 from rigid import JointForces, JointPlace, Motion, dot
 
-Bent = Mapping[tuple[int, str], tuple[Any, Any]]
 STILL = (0.0, 0.0)
 
 
@@ -34,7 +34,7 @@ def gear_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, 
             yield link, slider.point, effort * slider.direction, 0.0
 
 
-def led(place: JointPlace, bent: Bent) -> tuple[Any, Any]:
+def follower_displacement(place: JointPlace, nodes: NodeDisplacements) -> tuple[Any, Any]:
     """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because its driving links bend."""
     gear = place.joint.gear
     if gear is None:
@@ -43,8 +43,8 @@ def led(place: JointPlace, bent: Bent) -> tuple[Any, Any]:
     slider = gear.driver.slider
     if slider is None:
         name = gear.driver.name
-        moved = bent.get((link, name), STILL)[1] - bent.get((on, name), STILL)[1]
+        moved = nodes.get((link, name), STILL)[1] - nodes.get((on, name), STILL)[1]
     else:
-        moved = dot(slider.direction, np.asarray(bent.get((link, slider.point), STILL)[0]))
+        moved = dot(slider.direction, np.asarray(nodes.get((link, slider.point), STILL)[0]))
     moved = place.joint.sense * gear.ratio * moved
     return (0.0, moved) if place.along is None else (moved * place.along, 0.0)

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, angle_error, deflection, displacement_of
+from elastic import Deflection, deflection, displacement_of
+from elastic.assessment import angle_error
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from kinelast.scene.reading import scene_motion_at

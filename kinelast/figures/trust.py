@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import LIMITS
+from elastic.assessment import LIMITS
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
@@ -199,7 +199,7 @@ def _within(results: Results) -> Iterator[Finding]:
 def _judged(results: Results) -> set[str]:
     """Kinds of caution that there are figures for."""
     sections = results.deflection.sections
-    mises = results.extremes["mises_stress"].value
+    mises = results.extremes["mises"].value
     stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
     pairs = zip(results.slenderness, sections, strict=True)
     slender = [np.isfinite(value) and np.isinf(section.kGA) for value, section in pairs]

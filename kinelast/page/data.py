@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.pieces import in_pieces, pieces
+from elastic import FIELDS, coefficients
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from rigid import PinDrive
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
-FOLLOWING = ("V", "phi", "qx", "qy")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
+FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
 
 
 class Numbers:
@@ -43,21 +43,15 @@ class Numbers:
         return b"".join(part.tobytes() for kind in "df" for part in self._parts[kind])
 
 
-def field_coefficients(results: Results) -> tuple[list[int], Any, Any, dict[str, Any]]:
-    """Every field in powers of the way along a piece of a beam, from 0 to 1.
+def field_coefficients(results: Results) -> dict[str, Any]:
+    """Fields in powers of the way along a piece of a beam, from 0 to 1: shape (coefficients, pieces, positions).
 
-    Returns
-    -------
-    The beam of every piece; where it begins and its width in xi (None where every piece is a whole beam); by field the
-    coefficients, shape (coefficients, pieces, positions). Of `FOLLOWING` only those that do not follow by derivation.
+    Of `FOLLOWING` only those that do not follow by derivation.
     """
     bent = results.deflection
-    cut = pieces(bent)
-    whole = cut.start is None
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
-    others = [field for field in FOLLOWING if not whole or (field == "phi" and sheared)]
-    fields = {field: in_pieces(bent, field, cut) for field in (*STORED, *others)}
-    return cut.beam.tolist(), cut.start, cut.width, fields
+    others = [field for field in FOLLOWING if not bent.division.whole or (field == "phi" and sheared)]
+    return {field: coefficients(bent, field) for field in (*STORED, *others)}
 
 
 def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
@@ -98,12 +92,11 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
         store.add(name, np.array([taken(np.asarray(value, float)) for value in values]).reshape(-1, len(kept)))
     store.add("counted", taken(results.counted.astype(float)), "f")
     if results.scene.labels:
-        _, start, width, fields = field_coefficients(results)
-        for field, values in fields.items():
+        for field, values in field_coefficients(results).items():
             store.add(f"field.{field}", taken(values))
-        if start is not None:
-            store.add("piece.start", taken(start))
-            store.add("piece.width", taken(width))
+        if not bent.division.whole:
+            store.add("piece.start", taken(bent.division.start))
+            store.add("piece.width", taken(bent.division.width))
         for field, extreme in results.extremes.items():
             store.add(f"extreme.{field}", taken(extreme.value), "f")
     return store
@@ -111,8 +104,12 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     """What the arrays belong to: links, beams, joints, drives, as plain data."""
-    mechanism = results.mechanism
+    mechanism, bent = results.mechanism, results.deflection
     return {
+        "fields": [
+            {name: getattr(field, name) for name in ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")}
+            for field in FIELDS.values()
+        ],
         "arrays": store.places,
         "positions": len(kept),
         "of": len(results.motion.time),
@@ -123,7 +120,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
         ],
         "outlines": {name: [_pair(corner) for corner in corners] for name, corners in results.scene.outlines.items()},
         "beams": _beams(results),
-        "pieces": _piece_beams(results),
+        "pieces": bent.division.beam.tolist() if results.scene.labels else [],
         "sliders": [
             {
                 "name": slider.name,
@@ -152,12 +149,6 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             for (name, link), (owner, point) in zip(joint_words(results), _joint_points(results), strict=True)
         ],
     }
-
-
-def _piece_beams(results: Results) -> list[int]:
-    """The beam of every piece."""
-    rows: list[int] = pieces(results.deflection).beam.tolist() if results.scene.labels else []
-    return rows
 
 
 def _joint_points(results: Results) -> list[tuple[int, str]]:

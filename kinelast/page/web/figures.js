@@ -5,8 +5,8 @@ function extremesSection() {
   const rows = Object.entries(summary.peaks).map(([label, peaks]) => ({ label, peaks }));
   if (!rows.length) return;
   const columns = (field) => {
-    const { name, symbol, unit, means } = { ...FIELDS[field], ...(field === "normal_stress" ? { name: "normal stress", symbol: "σ", unit: "Pa", means: "the larger of both outermost fibres; tension positive" } : {}) };
-    return { name: symbol === "chord" ? name : `${symbol}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
+    const { name, symbol, unit, means } = FIELDS[field];
+    return { name: field === "chord" ? name : `${symbol}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
   };
   const link = { name: "Link", text: (each) => each.label };
   const place = (field) => ({ name: "where", text: (each) => (each.peaks[field].value ? `${placeWords(each.label, each.peaks[field])}, ${atWords(each.peaks[field])}` : "") });
@@ -14,7 +14,7 @@ function extremesSection() {
   section("extremes", "Extremes", "Largest values over the cycle", soft("Largest magnitude along each link with its sign, exact along it, ", summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run", ". Where: the point or the distance from the link's first point, and the drive's coordinate. Displacements are measured from the rigid position; the ", jargon("chord", CHORD), " is the line through a link's own ends. Click a heading to sort."),
     table(rows, [link, ...pairs(["w", "chord", "u", "phi"])], "Displacements"),
     table(rows, [link, ...pairs(["M", "N", "V"])], "Section forces"),
-    summary.stressed ? table(rows, [link, ...pairs(["mises_stress", "normal_stress", "shear_stress"])], "Stresses") : soft("No stresses: the sections do not tell their dimensions."));
+    summary.stressed ? table(rows, [link, ...pairs(["mises", "normal", "shear"])], "Stresses") : soft("No stresses: the sections do not tell their dimensions."));
 }
 
 function strengthSection() {

@@ -316,7 +316,7 @@ function drawMechanism(holder, tip) {
     if (!found) return leave();
     const [px, py] = at(drawnOnBeam(found.beam, found.xi, instant.position, view.factor));
     parts.dot.setAttribute("cx", px); parts.dot.setAttribute("cy", py); parts.dot.setAttribute("visibility", "visible");
-    const { label, length } = model.beams[found.beam], fields = new Set([...view.fields, "w", "chord", "M", ...(stressed ? ["mises_stress"] : [])]);
+    const { label, length } = model.beams[found.beam], fields = new Set([...view.fields, "w", "chord", "M", ...(stressed ? ["mises"] : [])]);
     tip.replaceChildren(h("b", {}, label), ` ${quantity(found.xi * length, "m", 3)} along it`, h("dl", {}, [...fields].map((field) => [h("dt", {}, FIELDS[field].name), h("dd", {}, quantity(FIELDS[field].value(found.beam, instant.position, found.xi), FIELDS[field].unit))])));
     const box = holder.getBoundingClientRect(), wide = 250;
     tip.style.left = `${Math.max(0, Math.min(event.clientX - box.left + 16, box.width - wide))}px`;

@@ -53,7 +53,7 @@ function polynomial(field, piece, i, t, derivative = 0) {
 }
 
 // Fields that follow from a stored one by derivation: N' = -q_x, M' = V, V' = q_y, w' = phi.
-const DERIVED = { V: ["M", 1, 1], phi: ["w", 1, 1], qx: ["N", 1, -1], qy: ["M", 2, 1] };
+const DERIVED = { V: ["M", 1, 1], phi: ["w", 1, 1], q_x: ["N", 1, -1], q_y: ["M", 2, 1] };
 
 function basic(field, beam, i, xi) {
   const [piece, t] = pieceAt(beam, i, xi);
@@ -79,32 +79,33 @@ function stresses(beam, i, xi) {
 const known = (beam) => model.beams[beam].area !== null && model.beams[beam].inertia !== null && model.beams[beam].fibre !== null;
 const stress = (rule) => (beam, i, xi) => (known(beam) ? rule(stresses(beam, i, xi)) : NaN);
 
-// Every field that a page can draw: name, symbol, unit, what it means, its value on a beam at a position and place.
-const FIELDS = {
-  M: { name: "bending moment", symbol: "M", unit: "N m", means: "the moment by which one half of the link turns the other" },
-  w: { name: "deflection", symbol: "w", unit: "m", means: "displacement across the link, from where a rigid link would be" },
-  chord: {
-    name: "deflection from chord", symbol: "chord", unit: "m",
-    means: "how far the link bows out of the straight line through its own displaced ends: bending alone, without what carries the link about",
-    value: (beam, i, xi) => basic("w", beam, i, xi) - basic("w", beam, i, 0) * (1 - xi) - basic("w", beam, i, 1) * xi,
-  },
-  u: { name: "displacement along", symbol: "u", unit: "m", means: "displacement along the link, from where a rigid link would be" },
-  phi: { name: "slope", symbol: "φ", unit: "rad", means: "by how much the link is turned there from a rigid one" },
-  N: { name: "axial force", symbol: "N", unit: "N", means: "along the link; positive pulls" },
-  V: { name: "shear force", symbol: "V", unit: "N", means: "across the link" },
-  left_stress: { name: "stress, left fibre", symbol: "σ left", unit: "Pa", means: "normal stress of the outermost fibre on the left of the way from the first point to the second", value: stress((s) => s.axial - s.bending) },
-  right_stress: { name: "stress, right fibre", symbol: "σ right", unit: "Pa", means: "normal stress of the outermost fibre on the right", value: stress((s) => s.axial + s.bending) },
-  shear_stress: { name: "shear stress", symbol: "τ", unit: "Pa", means: "the largest shear stress of the section", value: stress((s) => s.shear) },
-  mises_stress: {
-    name: "von Mises stress", symbol: "σv", unit: "Pa", means: "what is compared with the yield stress",
-    value: stress((s) => Math.max(Math.abs(s.axial) + Math.abs(s.bending), Math.sqrt(s.axial * s.axial + 3 * s.shear * s.shear))),
-  },
-  qx: { name: "load along", symbol: "qx", unit: "N/m", means: "inertia, weight and other loads along the link, per length" },
-  qy: { name: "load across", symbol: "qy", unit: "N/m", means: "inertia, weight and other loads across the link, per length" },
+// What a reader may ask of a field besides its name.
+const MEANINGS = {
+  q_x: "inertia, weight and other loads along the link, per length", q_y: "inertia, weight and other loads across the link, per length",
+  N: "along the link; positive pulls", V: "across the link", M: "the moment by which one half of the link turns the other",
+  u: "displacement along the link, from where a rigid link would be", w: "displacement across the link, from where a rigid link would be", phi: "by how much the link is turned there from a rigid one",
+  chord: "how far the link bows out of the straight line through its own displaced ends: bending alone, without what carries the link about",
+  left: "normal stress of the outermost fibre on the left of the way from the first point to the second", right: "normal stress of the outermost fibre on the right", normal: "the larger of both outermost fibres; tension positive",
+  shear: "the largest shear stress of the section", mises: "what is compared with the yield stress", axial: "axial force over area",
 };
-for (const [field, row] of Object.entries(FIELDS)) row.value ??= (beam, i, xi) => basic(field, beam, i, xi);
+const OWN = {
+  chord: (beam, i, xi) => basic("w", beam, i, xi) - basic("w", beam, i, 0) * (1 - xi) - basic("w", beam, i, 1) * xi,
+  axial: stress((s) => s.axial), left: stress((s) => s.axial - s.bending), right: stress((s) => s.axial + s.bending), shear: stress((s) => s.shear),
+};
+
+// Every field of the registry by its key: name, symbol, unit, what it means, its value on a beam at a position and place.
+const FIELDS = Object.fromEntries(model.fields.map((field) => [field.key, { ...field, means: MEANINGS[field.key] }]));
+for (const [key, field] of Object.entries(FIELDS)) {
+  if (field.greatest_of.length) field.value = (beam, i, xi) => {
+    const most = field.greatest_of.map((part) => FIELDS[part].value(beam, i, xi)).reduce((one, other) => (Math.abs(other) > Math.abs(one) ? other : one));
+    return field.signed ? most : Math.abs(most);
+  };
+  else if (field.root_of.length) field.value = (beam, i, xi) => Math.sqrt(field.root_of.reduce((sum, [weight, part]) => sum + weight * FIELDS[part].value(beam, i, xi) ** 2, 0));
+  else field.value = OWN[key] ?? ((beam, i, xi) => basic(key, beam, i, xi));
+}
+const OFFERED = ["M", "w", "chord", "u", "phi", "N", "V", "left", "right", "shear", "mises", "q_x", "q_y"];
 const stressed = model.beams.some((_, beam) => known(beam));
-const fieldsShown = Object.keys(FIELDS).filter((field) => stressed || !field.endsWith("_stress"));
+const fieldsShown = OFFERED.filter((field) => stressed || FIELDS[field].unit !== "Pa");
 const counted = (i) => arrays.counted.values[i] > 0;
 
 // Greatest magnitude of a field over all beams, stations and positions: what a diagram or map is drawn in proportion to.

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 
-from elastic.beams.line import Compliance, compliance, designs_of
+from elastic.beams.blocks import Block
+from elastic.beams.compliance import Compliance, designs_of
+from elastic.beams.division import Division, division_of, on_pieces
+from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import Frame, frame
-from elastic.links.clamped_links import Response, beyond_contact
-from elastic.links.compatibility import brought_together, opening, require_joints
-from elastic.links.free_body import Contact, Stance, node_loads, root_of
+from elastic.links.beam_trees import BeamTrees
+from elastic.links.clamped_links import carry
+from elastic.links.compatibility import JointGaps, compatible_forces, joint_gaps, problem_of, require_joints
 from rigid import (
     SINGULAR,
     JointForces,
@@ -24,9 +26,6 @@ from rigid import (
     Reals,
     amplified,
     balancing_forces,
-    beam_directions,
-    beam_loads,
-    beam_table,
     displacements,
     force_condition,
     hopeless,
@@ -35,16 +34,15 @@ from rigid import (
     stacked,
 )
 
-FIELDS = ("N", "V", "M", "u", "w", "phi")
 
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Deflection:
     """How much every beam bends, turns and stretches, exactly.
 
-    All fields are polynomials in xi = x'/l in the beam's own axes: arrays of shape
-    (coefficients, beams, ..., positions), beams in the order of `Mechanism.beams`, powers from 0 up. For what sliders
-    and tapers add to them use `sample` and `extremes`.
+    N, V, M, u, w, phi are polynomials of the way along every piece of the beams, from 0 to 1 in the beam's own axes:
+    arrays of shape (coefficients, pieces, ..., positions), powers from 0 up, made when they are asked for. Each is the
+    whole field on its piece. Every beam is one piece, in the order of `Mechanism.beams`, unless blocks slide on it or
+    it is tapered: `division` tells which pieces there are. Values at stations: `sample`; the greatest: `extremes`.
 
     Attributes
     ----------
@@ -55,22 +53,18 @@ class Deflection:
     length
         Of the beams [m], shape (beams, 1) or (beams, designs, 1).
     q
-        Distributed load q_x + i q_y [N/m], complex.
-    N, V, M
-        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
-    u, w, phi
-        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
-    shear
-        What shear adds to w of tapered beams; None where there is none.
+        Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
+    amplitudes
+        What the fields are made of.
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.
-    gaps, turns
-        By how much the links, bent but not carried, leave every joint open: displacement [m], complex, and rotation.
-    contacts
-        Blocks that slide on beams: beyond them the fields are more by `beyond`.
-    soft
-        Compliances of the beams.
+    gaps
+        By how much the links, bent but not carried, leave every joint open, and the blocks that slide on beams.
+    compliance
+        Of the beams.
+    unmarked
+        The same before positions were made nan; None where none was.
     """
 
     motion: Motion
@@ -79,19 +73,59 @@ class Deflection:
     forces: JointForces
     length: Reals
     q: Any
-    N: Reals
-    V: Reals
-    M: Reals
-    u: Reals
-    w: Reals
-    phi: Reals
-    shear: Any
+    amplitudes: Amplitudes
     shift: Any
     angle: Reals
-    gaps: Sequence[Any]
-    turns: Sequence[Any]
-    contacts: tuple[Contact, ...]
-    soft: Compliance
+    gaps: JointGaps
+    compliance: Compliance
+    unmarked: Deflection | None = None
+
+    def __repr__(self) -> str:
+        return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Blocks of sliders on the beams."""
+        return self.gaps.blocks
+
+    @cached_property
+    def division(self) -> Division:
+        """The pieces of the beams."""
+        return division_of(self.sections, self.blocks, self.motion.columns)
+
+    @cached_property
+    def N(self) -> Reals:
+        """Axial force [N], tension positive: N' = -q_x."""
+        return self._on_pieces("N")
+
+    @cached_property
+    def V(self) -> Reals:
+        """Shear force [N]: V' = q_y."""
+        return self._on_pieces("V")
+
+    @cached_property
+    def M(self) -> Reals:
+        """Bending moment [N m]: M' = V."""
+        return self._on_pieces("M")
+
+    @cached_property
+    def u(self) -> Reals:
+        """Displacement along the beam from the rigid position [m]."""
+        return self._on_pieces("u")
+
+    @cached_property
+    def w(self) -> Reals:
+        """Displacement across the beam from the rigid position [m]."""
+        return self._on_pieces("w")
+
+    @cached_property
+    def phi(self) -> Reals:
+        """Rotation of the section from the rigid position [rad]."""
+        return self._on_pieces("phi")
+
+    def _on_pieces(self, field: str) -> Reals:
+        values: Reals = on_pieces(field, self.amplitudes, self.division, self.length, self.compliance)
+        return values
 
     @cached_property
     def condition(self) -> Reals:
@@ -100,13 +134,15 @@ class Deflection:
         As `Motion.condition`, and more where joint forces, or the displacements that bring the bent links together, are
         small beside what they are the difference of. Beyond SINGULAR the fields are nan.
         """
-        asked: list[Any] = []
+        if self.unmarked is not None:
+            return self.unmarked.condition
+        largest: list[Any] = []
         with np.errstate(all="ignore"):
             found = force_condition(self.motion, self.forces)
             if self.sections:
                 still = [0.0] * len(self.motion.mechanism.links)
-                displacements(self.motion.closures, self.gaps, self.turns, still, asked)
-                turned = reduce(np.maximum, asked, 0.0)
+                displacements(self.motion.closures, self.gaps.displacement, self.gaps.rotation, still, largest)
+                turned = reduce(np.maximum, largest, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
                 found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
         found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
@@ -119,10 +155,6 @@ class Deflection:
         if not self.motion.suspect:
             return singular
         return singular | hopeless(self.motion, self.condition)
-
-    def beyond(self, contact: Contact, field: str) -> tuple[Any, ...]:
-        """What a field beyond a contact is more than before it, in powers of xi - contact.xi."""
-        return beyond_contact(contact, self.length[contact.beam], self.soft)[field]
 
 
 def deflection(
@@ -171,79 +203,63 @@ def deflection(
     if designs:
         columns = np.broadcast_shapes(motion.columns, designs)
         motion = motion if columns == motion.columns else repeated(motion, columns)
-    table = beam_table(mechanism, len(motion.columns))
-    stance = Stance(
-        frame(mechanism),
-        table.link,
-        motion.direction,
-        beam_directions(motion),
-        table.unit,
-        table.length,
-        motion.columns,
-    )
-    soft = compliance(sections, len(motion.columns))
-    _require_soft_rings(mechanism, stance.frame, soft)
-    _require_prismatic_rails(mechanism, stance.frame, sections)
     joints = joints or {}
     if joints:
         require_joints(motion, joints)
-    q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
+        problem = problem_of(motion, sections, joints)
+        _require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
+        _require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         states = self_stresses(motion.closures)
         forces = balancing_forces(motion)
-        nodes = node_loads(motion, stance.frame)
-        opened = opening(motion, stance, soft, joints, forces, nodes, q)
+        gaps = joint_gaps(problem, forces)
         if states:
-            forces = brought_together(motion, stance, soft, joints, forces, opened, states)
-            opened = opening(motion, stance, soft, joints, forces, nodes, q)
-        shifts, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
+            forces = compatible_forces(problem, forces, gaps, states)
+            gaps = joint_gaps(problem, forces)
+        shifts, turning = displacements(motion.closures, gaps.displacement, gaps.rotation, [0.0] * len(mechanism.links))
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([np.imag(value) for value in turning], motion.columns, float)
-        found = opened.response
-        _carry(stance, found, shift, angle)
-    line = found.line
+        carry(problem.configuration, gaps.response, shift, angle)
     solved = Deflection(
         motion=motion,
         sections=sections,
         joints=joints,
         forces=forces,
-        length=table.length,
-        q=q,
-        N=found.N,
-        V=found.V,
-        M=found.M,
-        u=line.u,
-        w=line.w,
-        phi=line.phi,
-        shear=line.shear,
+        length=problem.configuration.length,
+        q=problem.loads.q,
+        amplitudes=gaps.response.amplitudes,
         shift=shift,
         angle=angle,
-        gaps=opened.gaps,
-        turns=opened.turns,
-        contacts=opened.contacts,
-        soft=soft,
+        gaps=gaps,
+        compliance=problem.compliance,
     )
-    if motion.suspect:
-        _mark(solved)
-    return solved
-
-
-def _mark(solved: Deflection) -> None:
-    """Make nan what is nothing but round-off."""
+    if not motion.suspect or not solved.lost.any():
+        return solved
     lost = solved.lost
-    for values in (solved.N, solved.V, solved.M, solved.u, solved.w, solved.phi, solved.shift, solved.angle):
-        values[..., lost] = np.nan
-    solved.forces.mark(lost)
+    forces.mark(lost)
+    return marked(solved, lost)
+
+
+def marked(deflection: Deflection, lost: Any) -> Deflection:
+    """The same with nan for all fields at some positions, bool, shape (..., positions)."""
+
+    def known(values: Any) -> Any:
+        return None if values is None else np.where(lost, np.nan, values)
+
+    amplitudes = Amplitudes(*(known(values) for values in vars(deflection.amplitudes).values()))
+    shift, angle = known(deflection.shift), known(deflection.angle)
+    unmarked = deflection.unmarked or deflection
+    return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
 
 
 def _greatest(values: Any) -> Any:
-    """Greatest magnitude of a field over the ends and middles of all beams."""
+    """Greatest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
 
 
-def _require_prismatic_rails(mechanism: Mechanism, links: Frame, sections: tuple[Section, ...]) -> None:
+def _require_prismatic_rails(mechanism: Mechanism, links: BeamTrees, sections: tuple[Section, ...]) -> None:
     """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
     for place, beam in links.rails.items():
         if sections[beam].taper is not None:
@@ -254,31 +270,12 @@ def _require_prismatic_rails(mechanism: Mechanism, links: Frame, sections: tuple
             )
 
 
-def _require_soft_rings(mechanism: Mechanism, beams: Frame, soft: Compliance) -> None:
+def _require_soft_rings(mechanism: Mechanism, beams: BeamTrees, compliance: Compliance) -> None:
     """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
     for cut in beams.cuts:
         numbers = [branch.number for branch in beams.trees[cut.link]]
-        if not any(part[numbers].any() for part in (soft.stretch, soft.bend, soft.shear)):
+        if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
             name = mechanism.links[cut.link].name
             raise MechanismError(
                 f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
             )
-
-
-def _carry(stance: Stance, found: Response, shift: Any, angle: Any) -> None:
-    """Add to every beam's fields what carries its start."""
-    line = found.line
-    own = stance.back * shift[stance.rows]
-    line.phi[0] = angle[stance.rows]
-    for at, tree in stance.frame.trees.items():
-        for branch in tree:
-            k = branch.number
-            start = branch.near if branch.forward else branch.far
-            local = stance.frame.points[at, start]
-            if start == root_of(tree) and not np.ndim(local) and local == 0:
-                continue
-            move, more = found.bent[at, start]
-            own[k] += stance.back[k] * (move + 1j * angle[at] * (stance.link[at] * local))
-            line.phi[0, k] += more
-    line.u[0], line.w[0] = own.real, own.imag
-    line.w[1] += stance.length * line.phi[0]
