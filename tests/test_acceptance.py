@@ -192,6 +192,6 @@ def test_lines_of_a_table_give_their_numbers_back():
 def test_stills_are_drawn_when_asked_for(tmp_path):
     assert main(["steel_four_bar", "--stills", "--positions", "24", "--quiet", "-o", str(tmp_path)]) == 0
     stills = sorted((tmp_path / "steel_four_bar" / "stills").iterdir())
-    assert {"mechanism.svg", "maps.svg", "joint_forces.svg"} <= {path.name for path in stills}
+    assert {"mechanism.svg", "maps_1.svg", "joint_forces.svg"} <= {path.name for path in stills}
     for path in stills:
         assert ElementTree.parse(path).getroot().tag == "{http://www.w3.org/2000/svg}svg"

@@ -24,6 +24,6 @@ def write_stills(folder: Path, results: Results, found: dict[str, list[Peak]]) -
     for chart, svg in zip(charts, line_charts(over, charts), strict=True):
         pictures[re.sub(r"[^a-z0-9]+", "_", chart.heading.lower()).strip("_")] = svg
     if results.scene.labels:
-        pictures["maps"] = cycle_maps(results, over)
+        pictures |= {f"maps_{number}": svg for number, svg in enumerate(cycle_maps(results, over), 1)}
     for name, svg in pictures.items():
         (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
