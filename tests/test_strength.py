@@ -1,4 +1,4 @@
-"""Claim: stresses, buckling loads, output errors and cautions are what the textbooks say of beams that have answers.
+"""Claim: stresses, buckling loads, output errors and exceedances are what the textbooks say of beams that have answers.
 
 Gere is Gere, Mechanics of Materials, 6th edition.
 """
@@ -32,9 +32,9 @@ from elastic import (
 from elastic.assessment import (
     LIMITS,
     angle_error,
-    cautions,
     euler_loads,
     euler_ratio,
+    exceedances,
     least_axial_force,
     over_cycle,
     path_deviation,
@@ -373,11 +373,11 @@ class TestAccuracy:
 
 class TestCautions:
     def kinds(self, solved, **more):
-        return {(one.kind, one.severe) for one in cautions(solved, **more)}
+        return {(one.kind, one.severe) for one in exceedances(solved, **more)}
 
     def test_nothing_where_all_is_well(self):
         section = section_of(rectangle(0.01, 0.01), E, yield_stress=300e6)
-        assert cautions(bent(section, PointLoad("beam", "B", -10j))) == []
+        assert exceedances(bent(section, PointLoad("beam", "B", -10j))) == []
 
     @pytest.mark.parametrize(
         ("depth", "expected"), [(0.01, set()), (0.1, {("slenderness", False)}), (0.3, {("slenderness", True)})]
@@ -395,7 +395,7 @@ class TestCautions:
         solved = bent(Section(1e7, 50.0), PointLoad("beam", "B", -1j * load))
         assert self.kinds(solved, kinds=["deflection"]) == expected
         if expected:
-            assert cautions(solved, kinds=["deflection"])[0].figure == pytest.approx(share, rel=1e-12)
+            assert exceedances(solved, kinds=["deflection"])[0].figure == pytest.approx(share, rel=1e-12)
 
     @pytest.mark.parametrize(
         ("share", "expected"), [(0.09, set()), (0.11, {("axial force", False)}), (1.1, {("axial force", True)})]
@@ -417,7 +417,7 @@ class TestCautions:
         case = ALL["arm"]()
         sections = [Section(1e7, 1e9), Section(1e7, 2.0)]
         solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), sections)
-        found = cautions(solved, kinds=["deflection"])
+        found = exceedances(solved, kinds=["deflection"])
         greatest = np.abs(extremes(solved, ["w"])["w"].value[1])
         assert [one.beam for one in found] == [1]
         assert found[0].position == greatest.argmax()
@@ -427,7 +427,7 @@ class TestCautions:
         link = Link("beam", {"A": 0.0, "B": np.array([[0.5], [0.6]])}, (Beam("A", "B"),))
         mechanism = Mechanism((Link("ground", {"A": 0.0}), link), (PinDrive("beam", "A"),), {"A": 0, "B": 0.5})
         with pytest.raises(ValueError, match="expected one design"):
-            cautions(deflection(motion(mechanism, [0.0, 0.1]), [Section(1e6, 1e3)]))
+            exceedances(deflection(motion(mechanism, [0.0, 0.1]), [Section(1e6, 1e3)]))
 
 
 @pytest.mark.parametrize(("linear", "low", "high"), [(0.01, 0.5e-4, 2e-4), (0.1, 5e-3, 2e-2)])

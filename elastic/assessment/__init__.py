@@ -1,23 +1,23 @@
 """What the fields mean for a design: strength, buckling, output error, validity of the theory."""
 
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
-from elastic.assessment.harmonics import Harmonics, harmonics, quasi_static_error
+from elastic.assessment.cycle import Peak, over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
-from elastic.assessment.over_cycle import Peak, over_cycle, period_of, rms
+from elastic.assessment.spectrum import Harmonics, harmonics, quasi_static_error
 from elastic.assessment.strength import safety_factor, stress_range
-from elastic.assessment.validity import LIMITS, Caution, Limit, cautions
+from elastic.assessment.validity import LIMITS, Exceedance, Limit, exceedances
 
 __all__ = [
     "LIMITS",
-    "Caution",
+    "Exceedance",
     "Harmonics",
     "Limit",
     "PathDeviation",
     "Peak",
     "angle_error",
-    "cautions",
     "euler_loads",
     "euler_ratio",
+    "exceedances",
     "harmonics",
     "least_axial_force",
     "over_cycle",

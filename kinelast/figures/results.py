@@ -13,10 +13,10 @@ import numpy as np
 from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
 from elastic.assessment import (
     LIMITS,
-    Caution,
+    Exceedance,
     PathDeviation,
-    cautions,
     euler_ratio,
+    exceedances,
     path_deviation,
     period_of,
     slenderness,
@@ -156,16 +156,16 @@ class Results:
         return run.duration if math.isnan(period) and once else period
 
     @cached_property
-    def cautions(self) -> list[Caution]:
+    def exceedances(self) -> list[Exceedance]:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
         if self.whole is None:
-            return cautions(self.counted_deflection, self.frequencies, period)
-        found = cautions(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
-        shown = [caution for caution in self.shown.cautions if caution.kind == "vibration"]
-        return [*found, *(replace(caution, position=None) for caution in shown)]
+            return exceedances(self.counted_deflection, self.frequencies, period)
+        found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
+        shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
+        return [*found, *(replace(one, position=None) for one in shown)]
 
     @cached_property
     def efforts(self) -> Reals:

@@ -17,7 +17,7 @@ from kinelast.figures.output_error import angle_figures, output_figure, point_fi
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
-from kinelast.figures.trust import caution_figures, findings, left_out, verdict
+from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.page.numbers import quantity
 from rigid import Beam
 
@@ -71,7 +71,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         },
         "vibration": vibration_figures(results),
         "check": check_summary(results),
-        "cautions": caution_figures(results),
+        "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": trust,
         "verdict": {"level": level, "reasons": reasons},

@@ -60,7 +60,7 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [*_inputs(results), _positions(results), *_check(results), *_cautions(results), *_within(results)]
+    found = [*_inputs(results), _positions(results), *_check(results), *_exceedances(results), *_within(results)]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
@@ -150,15 +150,19 @@ def _check(results: Results) -> list[Finding]:
     return [Finding(GOOD if comparison.passed else POOR, heading, text)]
 
 
-def _cautions(results: Results) -> Iterator[Finding]:
+def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [caution for caution in results.cautions if caution.kind == kind]
+        own = [one for one in results.exceedances if one.kind == kind]
         if not own:
             continue
-        worst = (min if LIMITS[kind].beyond < LIMITS[kind].watch else max)(own, key=lambda caution: caution.figure)
+        worst = (min if LIMITS[kind].beyond < LIMITS[kind].watch else max)(
+            own, key=lambda exceedance: exceedance.figure
+        )
         names = [
-            results.scene.labels[caution.beam] for caution in own if caution.beam is not None and caution is not worst
+            results.scene.labels[exceedance.beam]
+            for exceedance in own
+            if exceedance.beam is not None and exceedance is not worst
         ]
         words = (
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
@@ -186,7 +190,7 @@ def _within(results: Results) -> Iterator[Finding]:
     if not results.mechanism.beams or results.singular.all():
         return
     judged = _judged(results)
-    passed = {caution.kind for caution in results.cautions}
+    passed = {exceedance.kind for exceedance in results.exceedances}
     limits = {kind: LIMITS[kind].watch * (1 if kind == "slenderness" else 100) for kind in WITHIN}
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
@@ -217,18 +221,18 @@ def _judged(results: Results) -> set[str]:
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
 
-def caution_figures(results: Results) -> list[dict[str, Any]]:
-    """The cautions as plain data, with the limit that each is past."""
+def exceedance_figures(results: Results) -> list[dict[str, Any]]:
+    """The exceedances as plain data, with the limit that each is past."""
     return [
         {
-            "kind": caution.kind,
-            "label": None if caution.beam is None else results.scene.labels[caution.beam],
-            "figure": caution.figure if math.isfinite(caution.figure) else None,
-            "limit": caution.limit,
-            "severe": caution.severe,
-            **({} if caution.position is None else at_position(results, caution.position)),
+            "kind": exceedance.kind,
+            "label": None if exceedance.beam is None else results.scene.labels[exceedance.beam],
+            "figure": exceedance.figure if math.isfinite(exceedance.figure) else None,
+            "limit": exceedance.limit,
+            "severe": exceedance.severe,
+            **({} if exceedance.position is None else at_position(results, exceedance.position)),
         }
-        for caution in results.cautions
+        for exceedance in results.exceedances
     ]
 
 
