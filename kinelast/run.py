@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import metadata
@@ -20,7 +20,7 @@ from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, write_json
 from kinelast.line import gist, questions
 from kinelast.scene.error import plain
-from kinelast.scene.motion import require_reached
+from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
@@ -124,6 +124,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     scene = scene_from_bytes(content, task.path)
     positions = request.positions or scene.run.positions
     long = is_long(scene, positions)
+    if scene.is_integrated:
+        _integrate(scene, progress)
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
@@ -137,12 +139,23 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     return _told(task, figures)
 
 
+def _integrate(scene: Scene, progress: Progress) -> None:
+    """Find the motion under efforts, which may take long; what stops it is told where the motion is asked for."""
+    stage, end = f"{scene.name}: integrated, in thousandths of {scene.run.duration:g} s", scene.run.duration
+
+    def on_step(time: float) -> None:
+        progress(stage, int(1000 * time / end), 1000)
+
+    with suppress(MechanismError):
+        scene.integrated(on_step)
+
+
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
     """The results of a long run, whose tables are written on the way."""
     time = scene_times(scene, request.positions)
     count = len(time)
     if request.reachable:
-        time = reached_times(scene, time)
+        time = reached_times(scene, reached_by_integration(scene, time))
         if not len(time):
             raise RequestError("no position can be reached")
     fields = tables.FieldFile(part / "fields.npz", len(time), request.stations) if request.fields else None
@@ -255,6 +268,9 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
     """The motion, and how many positions were left out."""
+    time = scene_times(scene, request.positions)
+    if request.reachable and len(reached := reached_by_integration(scene, time)) < len(time):
+        return scene_motion_at(scene, reached), len(time) - len(reached)
     course = scene_motion(scene, request.positions, partial=True)
     good = reachable(course)
     if good.all():

@@ -14,6 +14,8 @@ from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
 from rigid import (
     SINGULAR,
+    Course,
+    ForwardError,
     Mechanism,
     MechanismError,
     Motion,
@@ -66,17 +68,17 @@ def scene_motion_at(scene: Scene, time: Any) -> Motion:
     """The motion of a scene's mechanism at any instants [s], shape (positions,), as far as it reaches them."""
     time = np.asarray(time, float)
     with _of_scene(scene):
-        if scene.course is not None:
-            return motion_during(scene.course, time)
+        if scene.is_integrated:
+            return motion_during(_course_to(scene, time), time)
         return motion(scene.mechanism, *_led(scene, time), time)
 
 
 def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
     """The same as `scene_motion_at`, so many instants at a time as stay in the cache."""
     with _of_scene(scene):
-        if scene.course is not None:
-            step = columns_of(scene.mechanism, len(time))
-            yield from (motion_during(scene.course, time[k : k + step]) for k in range(0, len(time), step))
+        if scene.is_integrated:
+            step, course = columns_of(scene.mechanism, len(time)), _course_to(scene, time)
+            yield from (motion_during(course, time[k : k + step]) for k in range(0, len(time), step))
         else:
             yield from motion_in_chunks(scene.mechanism, *_led(scene, time), time)
 
@@ -84,9 +86,23 @@ def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
 def scene_motion_near(scene: Scene, time: Reals, near: Posture) -> Motion:
     """The same as `scene_motion_at`, at instants apart from one another: on the branch of postures near by."""
     with _of_scene(scene):
-        if scene.course is not None:
-            return motion_during(scene.course, time)
+        if scene.is_integrated:
+            return motion_during(_course_to(scene, time), time)
         return motion(scene.mechanism, *_led(scene, time), time, near)
+
+
+def reached_by_integration(scene: Scene, time: Reals) -> Reals:
+    """Those of some instants that an integrated motion reaches; all where laws tell the motion."""
+    with _of_scene(scene):
+        return time[time <= scene.integrated()[0].time[-1]] if scene.is_integrated else time
+
+
+def _course_to(scene: Scene, time: Reals) -> Course:
+    """The integrated motion; raises what stops it before the last of some instants."""
+    course, stop = scene.integrated()
+    if stop is not None and time.max(initial=0.0) > course.time[-1]:
+        raise stop
+    return course
 
 
 def _led(scene: Scene, time: Reals) -> tuple[Any, Any, Any]:
@@ -102,9 +118,17 @@ def _of_scene(scene: Scene) -> Iterator[None]:
     try:
         yield
     except MechanismError as error:
-        raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", str(error)) from None
+        raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", f"{error}{_advice(error)}") from None
     except TableError as error:
         raise SceneError(scene.path, "drives", "", str(error)) from None
+
+
+def _advice(error: MechanismError) -> str:
+    """What can be done about an integration that stops."""
+    if not isinstance(error, ForwardError) or error.course is None:
+        return ""
+    more = "; steps under [run] allows more" if "steps" in str(error) else ""
+    return f"{more}; --reachable keeps what was reached"
 
 
 def require_reached(scene: Scene, course: Motion) -> None:

@@ -140,9 +140,9 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
-    positions, tolerance = table.run.positions, table.run.tolerance
+    positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)
     if table.run.duration is not None:
-        run = Run(positions, float(table.run.duration), False, tolerance)
+        run = Run(positions, float(table.run.duration), False, *accuracy)
     elif steady:
         run = Run(positions, 2 * pi / abs(steady[0]), True)
     elif rounds:

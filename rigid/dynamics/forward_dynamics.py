@@ -28,7 +28,9 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued."""
+    """A motion that cannot be continued; `course` is that up to there, None where it cannot even begin."""
+
+    course: Course | None = None
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,8 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
+    most_steps: int | None = None,
+    on_step: Callable[[float], None] | None = None,
 ) -> Course:
     """Motion of a mechanism under given efforts from time 0.
 
@@ -95,6 +99,10 @@ def forward(
     tolerance
         Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
         at the end, which a mechanism may magnify.
+    most_steps
+        After which it is given up, as a motion that cannot be continued.
+    on_step
+        Called with the time [s] that is reached after every step.
 
     Raises
     ------
@@ -124,31 +132,60 @@ def forward(
     if not np.isfinite(system(0.0, begin)).all():
         raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
     scale = tolerance * np.concatenate([unit, unit / duration])
-    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
+    most = np.inf if most_steps is None else most_steps
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, most, on_step)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
+def _integrated(
+    system: _System,
+    begin: Reals,
+    duration: float,
+    tolerance: float,
+    scale: Any,
+    most_steps: float,
+    on_step: Callable[[float], None] | None,
+) -> Course:
     """Steps from time 0 to the duration, and where the links are at each."""
-    from scipy.integrate import DOP853, OdeSolution
+    from scipy.integrate import DOP853
 
     tracker = system.tracker
     solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
     tracker.restart()
-    times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
+    times, origins, directions = [0.0], [tracker.origin], [tracker.direction]
+    pieces: list[Any] = []
     while solver.status == "running":
         solver.step()
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            raise ForwardError(_stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker)))
+            stuck = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+            break
+        if len(pieces) >= most_steps:
+            more = f"{duration:g} s would take about {duration / times[-1]:.3g} times as many"
+            why = f"it has taken {most_steps} steps, {more}"
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why)
+            break
         tracker.mark()
         times.append(solver.t)
         pieces.append(solver.dense_output())
         origins.append(tracker.origin)
         directions.append(tracker.direction)
+        if on_step:
+            on_step(solver.t)
+    else:
+        return _course(system, times, pieces, origins, directions, int(solver.nfev))
+    error = ForwardError(stuck)
+    error.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
+    raise error
+
+
+def _course(
+    system: _System, times: list[float], pieces: list[Any], origins: list[Any], directions: list[Any], evaluations: int
+) -> Course:
+    from scipy.integrate import OdeSolution
+
+    tracker = system.tracker
     postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
-    return Course(
-        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
-    )
+    return Course(tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations)
 
 
 def motion_during(course: Course, time: Any) -> Motion:
