@@ -13,6 +13,7 @@ from rigid import PinDrive
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
+REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
 
 class Numbers:
@@ -106,10 +107,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     """What the arrays belong to: links, beams, joints, drives, as plain data."""
     mechanism, bent = results.mechanism, results.deflection
     return {
-        "fields": [
-            {name: getattr(field, name) for name in ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")}
-            for field in FIELDS.values()
-        ],
+        "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
         "arrays": store.places,
         "positions": len(kept),
         "of": len(results.motion.time),
