@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "animation", "tables")
+NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "page", "animation", "tables")
 
 
 def main() -> int:
