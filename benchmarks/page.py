@@ -25,7 +25,9 @@ def scenes(folder: Path) -> list[dict[str, object]]:
         arguments = [name, "--quiet", "-o", str(folder)]
         time = measuring.seconds(lambda arguments=arguments: command(arguments))
         sizes = {file: (folder / name / file).stat().st_size / 1000 for file in ("report.html", "positions.csv")}
-        rows.append({"scene": name, "ms": 1000 * time, "page kB": sizes["report.html"], "table kB": sizes["positions.csv"]})
+        rows.append(
+            {"scene": name, "ms": 1000 * time, "page kB": sizes["report.html"], "table kB": sizes["positions.csv"]}
+        )
     return rows
 
 

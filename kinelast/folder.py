@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,12 @@ class Request:
 
 class RequestError(ValueError):
     """Something is asked for that cannot be given."""
+
+
+@cache
+def version() -> str:
+    """Version of the program, looked up once: that takes a while."""
+    return metadata.version("kinelast")
 
 
 def made_from(content: bytes, request: Request) -> dict[str, Any]:
@@ -140,7 +147,7 @@ def sizes(folder: Path) -> dict[str, int]:
 def finished(folder: Path, made: Mapping[str, Any]) -> dict[str, Any] | None:
     """The summary of a folder that was made from just this by this version and is whole; None of any other."""
     before = _summary_in(folder)
-    if not before or before.get("made_from") != made or before.get("kinelast") != metadata.version("kinelast"):
+    if not before or before.get("made_from") != made or before.get("kinelast") != version():
         return None
     try:
         found = sizes(folder)

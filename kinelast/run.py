@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from elastic import Deflection, deflection
 from kinelast import tables
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.results import Peak, Results, peaks
-from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, write_json
+from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration, require_reached
@@ -188,7 +187,7 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     found = peaks(results)
     if request.refine:
         found = refined_peaks(results, found)
-    figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
+    figures = {"kinelast": version(), **summary(results, found), "made_from": made}
     if figures["check"]:
         write_json(part / "check.json", figures["check"])
     failed = figures["failed"] = {}

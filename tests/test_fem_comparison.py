@@ -206,7 +206,8 @@ def test_mesh_files_of_the_closed_forms_take_any_stations(answers, tmp_path):
     exact, _ = answers
     _, mesh = read(write_vtu_series(exact, tmp_path, "forms", [0.0, 0.3, 1.0]), 2)
     assert mesh.points.shape == (9, 3)
-    np.testing.assert_array_equal(mesh.point_data["M"], sample(exact, "M", [0.0, 0.3, 1.0])[:, 2].ravel())
+    for field in ("M", "q_y", "chord", "shear", "mises"):
+        np.testing.assert_array_equal(mesh.point_data[field], sample(exact, field, [0.0, 0.3, 1.0])[:, 2].ravel())
 
 
 def test_mesh_files_leave_out_positions_without_an_answer(tmp_path):

@@ -13,10 +13,11 @@ from numpy.polynomial.polynomial import polyroots, polyval
 from elastic.beams.section import Section, Taper
 
 DEGREE = 14  # of the polynomials on a piece, more for bending moments beyond the third degree
+HIGHEST = 20  # which it comes to: powers make a value's round-off 6^degree times as large
 ELLIPSE = 16.0  # sum of half axes, the piece's ends as foci, that no pole may lie within: 16^-15 is below round-off
 SHORTEST = 2.0**-40  # of a piece: a rigidity that all but vanishes at a beam's end
 SETTLED = 50.0  # natural logarithm of what Gauss' quadrature leaves: below round-off, poles of high order counted
-LINEAR = Taper()
+PRISMATIC = Taper()
 
 
 def taper_functions(section: Section, stations: Sequence[float] | Any, powers: int) -> tuple[Any, Any, Any, Any]:
@@ -31,7 +32,7 @@ def taper_functions(section: Section, stations: Sequence[float] | Any, powers: i
     Four arrays of shape (powers, stations); xi^(k+1), xi^(k+1), xi^(k+2), xi^(k+1) for a prismatic beam.
     """
     xi = np.asarray(stations, float)
-    taper = section.taper or LINEAR
+    taper = section.taper or PRISMATIC
     k = np.arange(powers)[:, None, None]
     results = []
     for polynomial, twice in ((taper.EA, False), (taper.EI, False), (taper.EI, True), (taper.kGA, False)):
@@ -67,7 +68,7 @@ def piece_ends(section: Section) -> tuple[float, ...]:
     A function whose nearest pole lies on an ellipse with half axes of sum r is interpolated by a polynomial of degree n
     to r^-(n+1) (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
-    taper = section.taper or LINEAR
+    taper = section.taper or PRISMATIC
 
     def cut(low: float, high: float) -> list[float]:
         near = min(_ellipse(polynomial, low, high) for polynomial in (taper.EA, taper.EI, taper.kGA))
@@ -82,7 +83,7 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 @lru_cache(maxsize=256)
 def piece_functions(section: Section, powers: int) -> tuple[Any, Any, Any, Any]:
     """`taper_functions` as polynomials in the way along every piece, each of shape (coefficients, pieces, powers)."""
-    stations = _stations(section, DEGREE + max(0, powers - 4))
+    stations = _stations(section, min(DEGREE + max(0, powers - 4), HIGHEST))
     found = [
         interpolated(values.reshape(powers, *stations.shape).transpose(2, 1, 0))
         for values in taper_functions(section, stations.ravel(), powers)
@@ -93,7 +94,7 @@ def piece_functions(section: Section, powers: int) -> tuple[Any, Any, Any, Any]:
 @lru_cache(maxsize=256)
 def piece_quotient(section: Section, over: str, under: str) -> Any:
     """Quotient of two polynomials of a taper in the way along every piece, shape (coefficients, pieces)."""
-    taper, xi = section.taper or LINEAR, _stations(section, DEGREE)
+    taper, xi = section.taper or PRISMATIC, _stations(section, DEGREE)
     values = polyval(xi, getattr(taper, over) if over else (1.0,)) / polyval(xi, getattr(taper, under))
     return interpolated(values.T)
 

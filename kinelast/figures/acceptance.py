@@ -70,9 +70,7 @@ def _of_beams(results: Results, figures: Figures, kind: str, link: str) -> Itera
 def _safety(figures: Figures, label: str) -> dict[str, Any]:
     """The safety factor of a beam, where and when it is least."""
     row: dict[str, Any] = figures["strength"][label]["safety_factor"]
-    place = {
-        key: value for key, value in figures["peaks"][label]["mises"].items() if key not in ("value", "unit")
-    }
+    place = {key: value for key, value in figures["peaks"][label]["mises"].items() if key not in ("value", "unit")}
     return {**place, **row}
 
 
