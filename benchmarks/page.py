@@ -1,7 +1,7 @@
 """From a scene to its page, summary and table: how long a scene takes in a batch, and how large its files are.
 
-`python benchmarks/page.py` writes page.csv; `python benchmarks/page.py NAME` writes NAME.csv, to put two versions side by
-side: only the command is used.
+`python benchmarks/page.py` writes its results as "page"; `python benchmarks/page.py NAME` under another name, to put
+two versions side by side: only the command is used.
 """
 
 from __future__ import annotations
