@@ -15,7 +15,7 @@ import measuring
 from kinelast.command import main as command
 from kinelast.scene.shipped import shipped_scenes
 
-BATCH = 200
+BATCH = 50
 
 
 def scenes(folder: Path) -> list[dict[str, object]]:

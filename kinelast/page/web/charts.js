@@ -68,7 +68,7 @@ function chart(holder, heading, unit, curves, options = {}) {
     made.plot = new uPlot({
       width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
       scales: { x: { time: false }, y: bound },
-      axes: [{ ...axes, ...steps, size: 42, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
+      axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
       series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
       hooks: { setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },

@@ -6,7 +6,7 @@ function extremesSection() {
   if (!rows.length) return;
   const columns = (field) => {
     const { name, symbol, unit, means } = FIELDS[field];
-    return { name: field === "chord" ? name : `${symbol}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
+    return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
   };
   const link = { name: "Link", text: (each) => each.label };
   const place = (field) => ({ name: "where", text: (each) => (each.peaks[field].value ? `${placeWords(each.label, each.peaks[field])}, ${atWords(each.peaks[field])}` : "") });
