@@ -15,7 +15,8 @@ from elastic.beams.polynomials import added, multiplied, shifted
 from elastic.beams.taper import DEGREE, lowered, piece_quotient
 from elastic.fields import FIELDS, field_named
 from elastic.solution import Deflection
-from rigid import Reals, per_row
+from rigid import Reals
+from rigid.constants import per_row
 
 
 def coefficients(deflection: Deflection, field: str) -> Reals:

@@ -14,25 +14,21 @@ from elastic.beams.compliance import Compliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import BeamTrees
 from elastic.links.clamped_links import carry
-from elastic.links.compatibility import JointGaps, compatible_forces, joint_gaps, problem_of, require_joints
-from rigid import (
-    SINGULAR,
-    JointForces,
-    Mechanism,
-    MechanismError,
-    Motion,
-    Reals,
-    amplified,
-    balancing_forces,
-    displacements,
-    force_condition,
-    hopeless,
-    repeated,
-    self_stresses,
-    stacked,
-)
+from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
+from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
+from rigid import SINGULAR, JointForces, Motion, Reals
+from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import repeated, stacked
+from rigid.plane import ZERO
+from rigid.statics import balancing_forces, force_condition
+
+
+def _polynomials(field: str) -> cached_property[Reals]:
+    """A field of a deflection on the pieces of its beams, made when it is asked for."""
+    return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.length, self.compliance))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,6 +42,10 @@ class Deflection:
 
     Attributes
     ----------
+    N, V, M
+        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
+    u, w, phi
+        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
     motion, sections, joints
         What was asked; one section per beam, and the joints that give way.
     forces
@@ -60,7 +60,9 @@ class Deflection:
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.
     gaps
-        By how much the links, bent but not carried, leave every joint open, and the blocks that slide on beams.
+        By how much the links, bent but not carried, leave every joint open.
+    blocks
+        Of sliders on the beams.
     compliance
         Of the beams.
     unmarked
@@ -77,55 +79,20 @@ class Deflection:
     shift: Any
     angle: Reals
     gaps: JointGaps
+    blocks: tuple[Block, ...]
     compliance: Compliance
     unmarked: Deflection | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
 
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Blocks of sliders on the beams."""
-        return self.gaps.blocks
-
     @cached_property
     def division(self) -> Division:
         """The pieces of the beams."""
         return division_of(self.sections, self.blocks, self.motion.columns)
 
-    @cached_property
-    def N(self) -> Reals:
-        """Axial force [N], tension positive: N' = -q_x."""
-        return self._on_pieces("N")
-
-    @cached_property
-    def V(self) -> Reals:
-        """Shear force [N]: V' = q_y."""
-        return self._on_pieces("V")
-
-    @cached_property
-    def M(self) -> Reals:
-        """Bending moment [N m]: M' = V."""
-        return self._on_pieces("M")
-
-    @cached_property
-    def u(self) -> Reals:
-        """Displacement along the beam from the rigid position [m]."""
-        return self._on_pieces("u")
-
-    @cached_property
-    def w(self) -> Reals:
-        """Displacement across the beam from the rigid position [m]."""
-        return self._on_pieces("w")
-
-    @cached_property
-    def phi(self) -> Reals:
-        """Rotation of the section from the rigid position [rad]."""
-        return self._on_pieces("phi")
-
-    def _on_pieces(self, field: str) -> Reals:
-        values: Reals = on_pieces(field, self.amplitudes, self.division, self.length, self.compliance)
-        return values
+    N, V, M = _polynomials("N"), _polynomials("V"), _polynomials("M")
+    u, w, phi = _polynomials("u"), _polynomials("w"), _polynomials("phi")
 
     @cached_property
     def condition(self) -> Reals:
@@ -136,13 +103,14 @@ class Deflection:
         """
         if self.unmarked is not None:
             return self.unmarked.condition
-        largest: list[Any] = []
         with np.errstate(all="ignore"):
             found = force_condition(self.motion, self.forces)
             if self.sections:
-                still = [0.0] * len(self.motion.mechanism.links)
-                displacements(self.motion.closures, self.gaps.displacement, self.gaps.rotation, still, largest)
-                turned = reduce(np.maximum, largest, 0.0)
+                closures = self.motion.closures
+                still = [ZERO] * len(self.motion.mechanism.links)
+                *_, openings = displacements(closures, self.gaps.displacement, self.gaps.rotation, still)
+                bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
+                turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
                 found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
         found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
@@ -151,10 +119,10 @@ class Deflection:
     @cached_property
     def lost(self) -> Any:
         """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
-        singular = ~(self.motion.condition <= SINGULAR)
+        singular = np.logical_not(self.motion.condition <= SINGULAR)
         if not self.motion.suspect:
             return singular
-        return singular | hopeless(self.motion, self.condition)
+        return singular | ill_conditioned(self.motion, self.condition)
 
 
 def deflection(
@@ -204,22 +172,22 @@ def deflection(
         columns = np.broadcast_shapes(motion.columns, designs)
         motion = motion if columns == motion.columns else repeated(motion, columns)
     joints = joints or {}
-    if joints:
-        require_joints(motion, joints)
+    require_joints(motion, joints)
     with np.errstate(invalid="ignore"):
         problem = problem_of(motion, sections, joints)
-        _require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
-        _require_prismatic_rails(mechanism, problem.configuration.trees, sections)
+        require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
+        require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         states = self_stresses(motion.closures)
         forces = balancing_forces(motion)
-        gaps = joint_gaps(problem, forces)
+        response, gaps = bent_links(problem, forces)
         if states:
             forces = compatible_forces(problem, forces, gaps, states)
-            gaps = joint_gaps(problem, forces)
-        shifts, turning = displacements(motion.closures, gaps.displacement, gaps.rotation, [0.0] * len(mechanism.links))
+            response, gaps = bent_links(problem, forces)
+        still = [ZERO] * len(mechanism.links)
+        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still)
         shift = stacked(shifts, motion.columns, complex)
-        angle = stacked([np.imag(value) for value in turning], motion.columns, float)
-        carry(problem.configuration, gaps.response, shift, angle)
+        angle = stacked([value.imag for value in turning], motion.columns, float)
+        carry(problem.configuration, response, shift, angle)
     solved = Deflection(
         motion=motion,
         sections=sections,
@@ -227,10 +195,11 @@ def deflection(
         forces=forces,
         length=problem.configuration.length,
         q=problem.loads.q,
-        amplitudes=gaps.response.amplitudes,
+        amplitudes=response.amplitudes,
         shift=shift,
         angle=angle,
         gaps=gaps,
+        blocks=response.blocks,
         compliance=problem.compliance,
     )
     if not motion.suspect or not solved.lost.any():
@@ -257,25 +226,3 @@ def _greatest(values: Any) -> Any:
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
     return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
-
-
-def _require_prismatic_rails(mechanism: Mechanism, links: BeamTrees, sections: tuple[Section, ...]) -> None:
-    """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
-    for place, beam in links.rails.items():
-        if sections[beam].taper is not None:
-            owner = mechanism.links[mechanism.beams[beam][0]].name
-            name = mechanism.structure.joints[place].name
-            raise MechanismError(
-                f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
-            )
-
-
-def _require_soft_rings(mechanism: Mechanism, beams: BeamTrees, compliance: Compliance) -> None:
-    """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
-    for cut in beams.cuts:
-        numbers = [branch.number for branch in beams.trees[cut.link]]
-        if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
-            name = mechanism.links[cut.link].name
-            raise MechanismError(
-                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
-            )

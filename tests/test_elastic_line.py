@@ -287,8 +287,8 @@ class TestSampling:
                 sample(solution, "w", stations)
         with pytest.raises(ValueError, match=r'no field "W".*chord'):
             sample(solution, "W", [0.5])
-        with pytest.raises(ValueError, match=r'no field "qx".*q_x'):
-            extremes(solution, ["w", "qx"])
+        with pytest.raises(ValueError, match=r'no field "load".*q_x'):
+            extremes(solution, ["w", "load"])
         with pytest.raises(ValueError, match=r'"mises" is no polynomial: .*left'):
             coefficients(solution, "mises")
 

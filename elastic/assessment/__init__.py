@@ -1,5 +1,6 @@
 """What the fields mean for a design: strength, buckling, output error, validity of the theory."""
 
+from elastic.assessment.beam_theory import introduction_share, sections_with_shear, shear_share
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import Peak, over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
@@ -19,6 +20,7 @@ __all__ = [
     "euler_ratio",
     "exceedances",
     "harmonics",
+    "introduction_share",
     "least_axial_force",
     "over_cycle",
     "path_deviation",
@@ -27,6 +29,8 @@ __all__ = [
     "quasi_static_error",
     "rms",
     "safety_factor",
+    "sections_with_shear",
+    "shear_share",
     "slenderness",
     "stress_range",
 ]

@@ -11,7 +11,8 @@ from elastic.beams.polynomials import evaluate, zeros_of
 from elastic.beams.section import Section
 from elastic.derived import coefficients
 from elastic.solution import Deflection
-from rigid import Reals, per_row
+from rigid import Reals
+from rigid.constants import per_row
 
 TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
 POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at

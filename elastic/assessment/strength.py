@@ -10,7 +10,8 @@ from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS
 from elastic.sampling import sample
 from elastic.solution import Deflection
-from rigid import Reals, per_row
+from rigid import Reals
+from rigid.constants import per_row
 
 
 def stress_range(deflection: Deflection, stations: Any) -> Any:

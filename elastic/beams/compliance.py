@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic.beams.section import Section
 from elastic.beams.taper import taper_functions
-from rigid import per_row
+from rigid.constants import per_row
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from elastic.beams.elastic_line import Amplitudes, elastic_line, section_forces
 from elastic.links.beam_trees import root_of
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements
 from elastic.links.free_body import end_loads
+from rigid.plane import ZERO
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +26,13 @@ class LinkResponse:
         Of the fields of every beam clamped at its start.
     nodes
         Displacements of every node of a link clamped at its root.
+    blocks
+        Sliders' blocks among the loads.
     """
 
     amplitudes: Amplitudes
     nodes: NodeDisplacements
+    blocks: tuple[Block, ...]
 
 
 def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
@@ -42,7 +46,7 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
         more = block.beyond(length, compliance)
         for end, field in zip(ends, ("u", "w", "phi"), strict=True):
             end[block.beam] += at(more[field], 1.0 - block.xi)
-    return LinkResponse(amplitudes, _node_displacements(configuration, *ends))
+    return LinkResponse(amplitudes, _node_displacements(configuration, *ends), loads.blocks)
 
 
 def _before_block(N: Any, V: Any, M: Any, length: Any, block: Block) -> None:
@@ -61,7 +65,7 @@ def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) 
     ends.real, ends.imag = u, w
     ends *= configuration.beam
     for link, tree in configuration.trees.trees.items():
-        nodes[link, root_of(tree)] = (0.0, 0.0)
+        nodes[link, root_of(tree)] = (ZERO, ZERO)
         for branch in tree:
             move, turn = ends[branch.number], phi[branch.number]
             if branch is tree[0] and branch.forward:
@@ -97,6 +101,6 @@ def carry(configuration: Configuration, found: LinkResponse, shift: Any, angle: 
                 continue
             move, more = found.nodes[link, start]
             own[k] += configuration.back[k] * (move + 1j * angle[link] * (configuration.link[link] * local))
-            amplitudes.phi[0, k] += more
+            amplitudes.phi[0, k] = amplitudes.phi[0, k] + more
     amplitudes.u[0], amplitudes.w[0] = own.real, own.imag
     amplitudes.w[1] += configuration.length * amplitudes.phi[0]

@@ -20,32 +20,27 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.clamped_links import LinkResponse
 from elastic.links.configuration import LinkLoads, Problem, configuration_of
 from elastic.links.free_body import node_loads, with_joint_forces
-from elastic.links.gearing import follower_displacement
+from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
-from rigid import JointForces, Motion, beam_loads, dot, minus, plus
+from rigid import JointForces, Motion
+from rigid.loads import beam_loads
+from rigid.plane import dot
 
 UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
-STILL = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class JointGaps:
-    """What the links do under given joint forces, each clamped at the root of its beams.
+    """By how much links that are bent, but not carried, leave their joints open.
 
     Attributes
     ----------
-    response
-        Section forces and displacements of the links.
-    blocks
-        Sliders' blocks on beams.
     displacement, rotation
         Per joint, what bringing it together takes: displacement of the child's point from the parent's [m], complex,
         and rotation [rad].
     """
 
-    response: LinkResponse
-    blocks: tuple[Block, ...]
     displacement: list[Any]
     rotation: list[Any]
 
@@ -58,14 +53,13 @@ def problem_of(motion: Motion, sections: tuple[Section, ...], joints: Mapping[st
     return Problem(motion, configuration, compliance, joints, loads)
 
 
-def joint_gaps(problem: Problem, forces: JointForces) -> JointGaps:
-    """Gaps that the links, bent by the loads and given joint forces, leave at the joints."""
+def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
+    """Links under the loads and given joint forces, each clamped at its root, and the gaps they leave at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
-    response = link_response(
-        problem.configuration, problem.compliance, replace(problem.loads, nodes=nodes, blocks=blocks)
-    )
+    loads = LinkLoads(nodes, problem.loads.q, blocks)
+    response = link_response(problem.configuration, problem.compliance, loads)
     displacement: list[Any] = []
     rotation: list[Any] = []
     on_rails = dict(zip(trees.rails, blocks, strict=True))
@@ -73,25 +67,25 @@ def joint_gaps(problem: Problem, forces: JointForces) -> JointGaps:
         child = response.nodes.get((joint.child, joint.child_point or ""), STILL)
         parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
         if number in on_rails:
-            under = _under_block(problem, response, on_rails[number], blocks)
-            child, parent = (child, under) if joint.sense > 0 else (under, parent)
-        gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
+            under = _under_block(problem, response, on_rails[number])
+            child, parent = (child, under) if joint.owner == joint.parent else (under, parent)
+        gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
         along, turned = follower_displacement(place, response.nodes)
-        displacement.append(plus(gap, along))
-        rotation.append(plus(turn, turned))
-    return JointGaps(response, blocks, displacement, rotation)
+        displacement.append(gap + along)
+        rotation.append(turn + turned)
+    return response, JointGaps(displacement, rotation)
 
 
-def _under_block(problem: Problem, response: LinkResponse, block: Block, blocks: Sequence[Block]) -> tuple[Any, Any]:
+def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tuple[Any, Any]:
     """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
-    for other in blocks:
+    for other in response.blocks:
         if other.beam == k:
             way = np.maximum(block.xi - other.xi, 0.0)
             more = other.beyond(configuration.length, problem.compliance)
@@ -99,16 +93,6 @@ def _under_block(problem: Problem, response: LinkResponse, block: Block, blocks:
     before, turned = response.nodes[link, beam.start]
     arm = configuration.beam[k] * (block.xi * configuration.length[k])
     return before + 1j * turned * arm + configuration.beam[k] * (u + 1j * w), turned + phi
-
-
-def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
-    """Raise where a joint that gives way is none of the mechanism's."""
-    names = [joint.name for joint in motion.structure.joints]
-    for name in joints:
-        if names.count(name) == 0:
-            raise ValueError(f'there is no joint "{name}" to be soft')
-        if names.count(name) > 1:
-            raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
 
 
 def compatible_forces(
@@ -127,7 +111,7 @@ def compatible_forces(
         The self-stresses.
     """
     unloaded = problem.unloaded
-    alone = [joint_gaps(unloaded, state) for state in states]
+    alone = [bent_links(unloaded, state)[1] for state in states]
     work = np.array([[_work(state, other) for other in alone] for state in states])
     missing = np.array([_work(state, gaps) for state in states])
     flexibility, right = np.moveaxis(work, (0, 1), (-2, -1)), np.moveaxis(missing, 0, -1)

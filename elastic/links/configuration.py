@@ -13,7 +13,9 @@ from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance
 from elastic.beams.section import JointCompliance
 from elastic.links.beam_trees import BeamTrees, trees_of
-from rigid import Motion, beam_directions, beam_table
+from rigid import Motion
+from rigid.constants import beam_table
+from rigid.loads import beam_directions
 
 NodeLoads = dict[tuple[int, str], tuple[Any, Any]]
 """By link and node the force in the ground's axes [N], complex, and the moment [N m] on it."""

@@ -8,8 +8,10 @@ import numpy as np
 
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
-from elastic.links.gearing import gear_loads
-from rigid import JointForces, Motion, cross, point_loads
+from elastic.links.gearing import driver_loads
+from rigid import JointForces, Motion
+from rigid.loads import point_loads
+from rigid.plane import cross
 
 
 def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
@@ -30,7 +32,7 @@ def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces
             add_load(nodes, child, force, moment)
         if parent in trees.tips:
             add_load(nodes, parent, -force, -moment)
-    for at, point, force, moment in gear_loads(motion, forces):
+    for at, point, force, moment in driver_loads(motion, forces):
         if (at, point) in trees.tips:
             add_load(nodes, (at, point), force, moment)
     return nodes

@@ -9,7 +9,10 @@ import numpy as np
 from elastic.beams.blocks import Block
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
-from rigid import JointForces, Motion, beam_directions, beam_table, dot
+from rigid import JointForces, Motion
+from rigid.constants import beam_table
+from rigid.loads import beam_directions
+from rigid.plane import dot
 
 ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet on it: round-off
 
@@ -21,9 +24,8 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[Any]:
     found = []
     for number, beam in trees.rails.items():
         place = motion.places[number]
-        joint = place.joint
-        at, arm = (joint.parent, place.arm_parent) if joint.sense > 0 else (joint.child, place.arm_child)
-        xi = dot(directions[beam], arm - motion.direction[at] * table.start[beam]) / table.length[beam]
+        at = place.joint.owner
+        xi = dot(directions[beam], place.arm(at) - motion.direction[at] * table.start[beam]) / table.length[beam]
         found.append(np.where((xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM), np.clip(xi, 0.0, 1.0), np.nan))
     return found
 

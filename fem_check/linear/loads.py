@@ -1,4 +1,4 @@
-"""What the bodies feel, from the acceleration of their points."""
+"""Distributed and concentrated loads of the bodies, from the acceleration of their points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fem_check.linear.frame import Frame, Place
-from rigid import LineLoad, cross
+from rigid import LineLoad
+from rigid.plane import cross
 
 
 def distributed(frame: Frame, stations: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What holds the bodies together: welds of beams, pins, sliders, locked drives and gears, row by row."""
+"""Constraints between the bodies: welds of beams, pins, sliders, locked drives and gears."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, Place
-from rigid import Joint, Mechanism, PinDrive, Slider, SliderDrive
+from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
+from rigid.joints import Joint
 
 Part = tuple[Place | None, Any, Any]
 """A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
@@ -19,10 +20,10 @@ Sides = tuple[Place | None, Place | None]
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A condition: the displacements of its parts, each times force or moment, add up to `wanted` - `soft` multiplier.
+    """A scalar constraint on displacements.
 
-    The child comes first. Where the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere
-    a force [N] and a displacement [m].
+    Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier. The child comes first. Where
+    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force and a displacement.
     """
 
     parts: tuple[Part, ...]
@@ -33,7 +34,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """A weld, joint, drive or gear, by name; `drive` is the number of the drive."""
+    """The constraints of a weld, joint, drive or gear, by name; `drive` is the number of the drive."""
 
     name: str
     rows: tuple[Row, ...]
@@ -41,7 +42,7 @@ class Tie:
 
 
 def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
-    """Welds of the beams, pins, sliders, locked drives and gears.
+    """All constraints: welds of the beams, pins, sliders, locked drives and gears.
 
     Parameters
     ----------
@@ -116,7 +117,7 @@ def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
 
 def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
     """Raise where a name is no joint's, or that of several between which it does not tell."""
-    names = [joint.name for joint in mechanism.structure.joints]
+    names = [joint.name for joint in structure(mechanism).joints]
     for name in joints:
         count = names.count(name)
         if count != 1:
@@ -145,5 +146,5 @@ class _Soft:
 
     def _joint(self, name: str, parent: int, child: int) -> Joint:
         ends = {parent, child}
-        found = self.mechanism.structure.joints
+        found = structure(self.mechanism).joints
         return next(joint for joint in found if joint.name == name and {joint.parent, joint.child} == ends)

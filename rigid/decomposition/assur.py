@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from rigid.decomposition.groups import Group
+from rigid.decomposition.order import structure
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.topology.structure import Group, Joint
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
@@ -66,13 +68,14 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
 
     Examples
     --------
-    >>> from rigid import Link, Mechanism, PinDrive, assur_groups
+    >>> from rigid import Link, Mechanism, PinDrive
+    >>> from rigid.decomposition import assur_groups
     >>> links = (Link("ground", {"O": 0, "D": 3}), Link("crank", {"O": 0, "A": 1}),
     ...          Link("coupler", {"A": 0, "B": 3}), Link("rocker", {"D": 0, "B": 2}))
     >>> [group.name for group in assur_groups(Mechanism(links, (PinDrive("crank", "O"),), {}))]
     ['driven link', 'dyad RRR, class II']
     """
-    return tuple(_classified(mechanism, group) for group in mechanism.structure.groups)
+    return tuple(_classified(mechanism, group) for group in structure(mechanism).groups)
 
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
@@ -90,10 +93,9 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     if not free:
         return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints))
     if len(bodies) == 2 and len(inner) == 1:
-        ends = sorted("R" if joint.slider is None else "P" for joint in outer)
+        ends = sorted(joint.letter for joint in outer)
         first, last = ("R", "P") if ends == ["P", "R"] else ends
-        middle = "R" if inner[0].slider is None else "P"
-        return AssurGroup(names, drives, 2, len(outer), first + middle + last)
+        return AssurGroup(names, drives, 2, len(outer), first + inner[0].letter + last)
     edges = [(body[joint.parent], body[joint.child]) for joint in inner]
     held = max(sum(one in edge for edge in edges) for one in bodies)
     return AssurGroup(names, drives, max(2, held, _greatest_contour(edges)), len(outer))
@@ -118,10 +120,10 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
     for root in bodies:
-        way = _shortest_ways(root, edges)
+        path = _shortest_paths(root, edges)
         for number, (one, other) in enumerate(edges):
-            if way[one] ^ way[other] ^ (1 << number):
-                loops.add(way[one] ^ way[other] ^ (1 << number))
+            if path[one] ^ path[other] ^ (1 << number):
+                loops.add(path[one] ^ path[other] ^ (1 << number))
     basis: list[int] = []
     greatest = 0
     for loop in sorted(loops, key=int.bit_count):
@@ -135,16 +137,16 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     return greatest
 
 
-def _shortest_ways(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Edges on a shortest way from a body to every other, as bits."""
-    way = {root: 0}
+def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
+    """Edges on a shortest path from a body to every other, as bits."""
+    path = {root: 0}
     waiting = deque([root])
     while waiting:
         here = waiting.popleft()
         for number, (one, other) in enumerate(edges):
             if here in (one, other):
                 there = other if here == one else one
-                if there not in way:
-                    way[there] = way[here] | 1 << number
+                if there not in path:
+                    path[there] = path[here] | 1 << number
                     waiting.append(there)
-    return way
+    return path
