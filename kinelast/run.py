@@ -24,7 +24,8 @@ from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
-from rigid import MechanismError, Motion, reachable
+from rigid import MechanismError, Motion
+from rigid.analysis import reachable
 
 if TYPE_CHECKING:
     from fem_check import Comparison

@@ -46,7 +46,7 @@ MISTAKES = [
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
     ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),
-    ("unknown key, few choices", FOUR_BAR, [("positions", "steps")], "run", "steps", 'there is "positions", "duration"'),
+    ("unknown key, few choices", FOUR_BAR, [("positions", "count")], "run", "count", 'there is "positions", "duration"'),
     ("missing key", FOUR_BAR, [("density = 7850", "")], "materials.steel", "density", "the key is missing"),
     ("missing shape", FOUR_BAR, [('shape = "rectangle"', "")], "sections.bar", "shape", "one of rectangle, circle"),
     ("unknown shape", FOUR_BAR, [('"rectangle"', '"rectangel"')], "sections.bar", "shape", 'did you mean "rectangle"'),

@@ -8,7 +8,8 @@ from functools import cached_property
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
-from rigid import Course, ForwardError, Mechanism, forward
+from rigid import Mechanism
+from rigid.dynamics import ForwardError, IntegratedMotion, forward
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class Scene:
     outlines: Mapping[str, tuple[complex, ...]]
 
     @cached_property
-    def course(self) -> Course | None:
+    def course(self) -> IntegratedMotion | None:
         """The motion where a drive is an effort, as `integrated`; None where laws tell the motion."""
         return self.integrated()[0] if self.is_integrated else None
 
@@ -96,7 +97,9 @@ class Scene:
         """Whether a drive is an effort, from which the motion follows."""
         return any(isinstance(law, DriveEffort) for law in self.laws)
 
-    def integrated(self, on_step: Callable[[float], None] | None = None) -> tuple[Course, ForwardError | None]:
+    def integrated(
+        self, on_step: Callable[[float], None] | None = None
+    ) -> tuple[IntegratedMotion, ForwardError | None]:
         """The motion under the drives' efforts over the run, and what stops it where it cannot go on to the end.
 
         It is found once; `on_step` is called meanwhile with the time that is reached.
@@ -108,10 +111,10 @@ class Scene:
         """
         if "_integrated" not in self.__dict__:
             self.__dict__["_integrated"] = self._integrate(on_step)
-        found: tuple[Course, ForwardError | None] = self.__dict__["_integrated"]
+        found: tuple[IntegratedMotion, ForwardError | None] = self.__dict__["_integrated"]
         return found
 
-    def _integrate(self, on_step: Callable[[float], None] | None) -> tuple[Course, ForwardError | None]:
+    def _integrate(self, on_step: Callable[[float], None] | None) -> tuple[IntegratedMotion, ForwardError | None]:
         drives = [law.effort if isinstance(law, DriveEffort) else law for law in self.laws]
         begin = [(law.start, law.speed) if isinstance(law, DriveEffort) else (0.0, 0.0) for law in self.laws]
         start, rate = zip(*begin, strict=True)

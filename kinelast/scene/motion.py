@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,25 +11,11 @@ import numpy as np
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from rigid import (
-    SINGULAR,
-    Course,
-    ForwardError,
-    Mechanism,
-    MechanismError,
-    Motion,
-    Posture,
-    ReachError,
-    Reals,
-    TableError,
-    assembled,
-    columns_of,
-    flat_triangles,
-    motion,
-    motion_during,
-    motion_in_chunks,
-    require_reach,
-)
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, Posture, Reals, motion, motion_in_chunks
+from rigid.analysis import ReachError, require_reach
+from rigid.chunks import columns_of
+from rigid.dynamics import ForwardError, IntegratedMotion, TableError, motion_during
+from rigid.topology import assembled, flat_triangles
 
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:
@@ -97,7 +82,7 @@ def reached_by_integration(scene: Scene, time: Reals) -> Reals:
         return time[time <= scene.integrated()[0].time[-1]] if scene.is_integrated else time
 
 
-def _course_to(scene: Scene, time: Reals) -> Course:
+def _course_to(scene: Scene, time: Reals) -> IntegratedMotion:
     """The integrated motion; raises what stops it before the last of some instants."""
     course, stop = scene.integrated()
     if stop is not None and time.max(initial=0.0) > course.time[-1]:
@@ -118,7 +103,7 @@ def _of_scene(scene: Scene) -> Iterator[None]:
     try:
         yield
     except MechanismError as error:
-        raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", f"{error}{_advice(error)}") from None
+        raise SceneError(scene.path, _table(scene.mechanism, error), "", f"{error}{_advice(error)}") from None
     except TableError as error:
         raise SceneError(scene.path, "drives", "", str(error)) from None
 
@@ -127,7 +112,7 @@ def _advice(error: MechanismError) -> str:
     """What can be done about an integration that stops."""
     if not isinstance(error, ForwardError) or error.course is None:
         return ""
-    more = "; steps under [run] allows more" if "steps" in str(error) else ""
+    more = "; steps under [run] allows more" if error.kind == "steps" else ""
     return f"{more}; --reachable keeps what was reached"
 
 
@@ -136,7 +121,7 @@ def require_reached(scene: Scene, course: Motion) -> None:
     try:
         require_reach(course)
     except ReachError as error:
-        table = "links" if "cannot be assembled" in str(error) else "drives[1]"
+        table = "links" if error.kind == "unreachable" else "drives[1]"
         raise SceneError(scene.path, table, "", str(error)) from None
 
 
@@ -162,7 +147,7 @@ def require_determined(scene: Scene) -> None:
         _require_no_flat_triangle(scene)
     except MechanismError as error:
         _require_no_flat_triangle(scene)
-        raise SceneError(scene.path, _table(mechanism, str(error)), "", str(error)) from None
+        raise SceneError(scene.path, _table(mechanism, error), "", str(error)) from None
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:
@@ -177,16 +162,12 @@ def _require_no_flat_triangle(scene: Scene) -> None:
         raise SceneError(scene.path, f"links.{flat[0][0]}", "", problem + "make them one link with three points")
 
 
-def _table(mechanism: Mechanism, message: str) -> str:
-    """The table that a message of the mechanism is about, by the first thing that it names."""
-    quoted = re.findall(r'"([^"]*)"', message)
-    if "is not drawn" in message or "are drawn in line" in message:
-        return "points"
-    if "drive" in message.partition(":")[0]:
-        return "drives"
-    slots = {slider.name for slider in mechanism.sliders if slider.link == f"{slider.name} block"}
+def _table(mechanism: Mechanism, error: MechanismError) -> str:
+    """The table that an error of the mechanism is about."""
+    if error.kind in ("drawing", "drives"):
+        return "points" if error.kind == "drawing" else "drives"
     for slider in mechanism.sliders:
-        if f'the slider "{slider.name}"' in message:
-            return f"{'slots' if slider.name in slots else 'sliders'}.{slider.name}"
-    links = [f"links.{name}" for name in quoted if name in mechanism.index and " " not in name]
-    return links[0] if len(links) == 1 else "links"
+        if error.joints == (slider.name,):
+            return f"{'slots' if slider.link == f'{slider.name} block' else 'sliders'}.{slider.name}"
+    links = [name for name in error.links if " " not in name]
+    return f"links.{links[0]}" if len(links) == 1 else "links"

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.analysis.limits import aligned_joint
+from rigid.analysis.turning_points import aligned_joint
 from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.tracking import Tracker
-from rigid.mechanism import Law, Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.mechanism import Mechanism
 from rigid.names import counted
+from rigid.parts import Law, MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
@@ -28,9 +29,16 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued; `course` is that up to there, None where it cannot even begin."""
+    """A motion that cannot be continued; `time` [s] is the last at which it could.
 
-    course: Course | None = None
+    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
+    """
+
+    course: IntegratedMotion | None = None
+
+    def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
+        super().__init__(message, **culprits)
+        self.time = time
 
 
 @dataclass(frozen=True)
@@ -48,7 +56,7 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class IntegratedMotion:
     """An integrated motion; `motion_during` gives it at any times.
 
     Attributes
@@ -82,7 +90,7 @@ def forward(
     tolerance: float = 1e-10,
     most_steps: int | None = None,
     on_step: Callable[[float], None] | None = None,
-) -> Course:
+) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
     Parameters
@@ -130,7 +138,7 @@ def forward(
     unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
-        raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
+        raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     scale = tolerance * np.concatenate([unit, unit / duration])
     most = np.inf if most_steps is None else most_steps
     return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, most, on_step)
@@ -144,7 +152,7 @@ def _integrated(
     scale: Any,
     most_steps: float,
     on_step: Callable[[float], None] | None,
-) -> Course:
+) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853
 
@@ -162,7 +170,7 @@ def _integrated(
         if len(pieces) >= most_steps:
             more = f"{duration:g} s would take about {duration / times[-1]:.3g} times as many"
             why = f"it has taken {most_steps} steps, {more}"
-            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why)
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
             break
         tracker.mark()
         times.append(solver.t)
@@ -173,22 +181,23 @@ def _integrated(
             on_step(solver.t)
     else:
         return _course(system, times, pieces, origins, directions, int(solver.nfev))
-    error = ForwardError(stuck)
-    error.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
-    raise error
+    stuck.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
+    raise stuck
 
 
 def _course(
     system: _System, times: list[float], pieces: list[Any], origins: list[Any], directions: list[Any], evaluations: int
-) -> Course:
+) -> IntegratedMotion:
     from scipy.integrate import OdeSolution
 
     tracker = system.tracker
     postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
-    return Course(tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations)
+    return IntegratedMotion(
+        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations
+    )
 
 
-def motion_during(course: Course, time: Any) -> Motion:
+def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:
@@ -254,7 +263,13 @@ def _aligned(tracker: Tracker) -> str:
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
-def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> str:
-    names = (getattr(each, "link", None) or getattr(each, "slider", "") for each in mechanism.drives)
+def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
+    names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
-    return f"the motion cannot go on after {time:.6g} s with {places}: {why}"
+    return ForwardError(
+        f"the motion cannot go on after {time:.6g} s with {places}: {why}",
+        time,
+        kind=kind,
+        links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
+        drives=range(len(names)),
+    )
