@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_texts import FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
+from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene.motion import reached_by_integration
 from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
@@ -476,28 +476,6 @@ def test_two_entries_at_one_place_are_a_step():
     )
     course = scene_motion(scene_from_text(text))
     assert course.mechanism.loads[0].law(course).tolist() == [1, 1, 3, 3, 3]
-
-
-# A swing that falls from rest under its own weight: an integration of some steps.
-FALLING = """
-[points]
-O = [0, 0]
-A = [1, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-rigid = true
-mass = 1
-center = "A"
-[[drives]]
-link = "arm"
-effort = 0
-[run]
-duration = 2
-positions = 21
-gravity = [0, -9.81]
-"""
 
 
 def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached():
