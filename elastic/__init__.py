@@ -12,6 +12,7 @@ from elastic.extremes import Extreme, extremes
 from elastic.sampling import coefficients, displacement_of, sample
 
 if TYPE_CHECKING:
+    from elastic.assessment.beam_theory import introduction_share, sections_with_shear, shear_share
     from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
     from elastic.assessment.harmonics import Harmonics, harmonics, quasi_static_error
     from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
@@ -49,6 +50,7 @@ __all__ = [
     "euler_ratio",
     "extremes",
     "harmonics",
+    "introduction_share",
     "least_axial_force",
     "natural_frequencies",
     "over_cycle",
@@ -61,6 +63,8 @@ __all__ = [
     "safety_factor",
     "sample",
     "section_of",
+    "sections_with_shear",
+    "shear_share",
     "slenderness",
     "stress",
     "stress_extremes",
@@ -70,6 +74,7 @@ __all__ = [
 ]
 
 _LATER = {
+    "elastic.assessment.beam_theory": ("introduction_share", "sections_with_shear", "shear_share"),
     "elastic.assessment.output_error": ("PathDeviation", "angle_error", "path_deviation", "point_displacements"),
     "elastic.assessment.buckling": ("euler_loads", "euler_ratio", "least_axial_force", "slenderness"),
     "elastic.assessment.validity": ("Caution", "LIMITS", "Limit", "cautions"),

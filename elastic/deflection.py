@@ -270,6 +270,6 @@ def _carry(stance: Stance, found: Response, shift: Any, angle: Any) -> None:
                 continue
             move, more = found.bent[at, start]
             own[k] += stance.back[k] * (move + 1j * angle[at] * (stance.link[at] * local))
-            line.phi[0, k] += more
+            line.phi[0, k] = line.phi[0, k] + more
     line.u[0], line.w[0] = own.real, own.imag
     line.w[1] += stance.length * line.phi[0]

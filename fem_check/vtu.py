@@ -1,4 +1,4 @@
-"""The moving, bending beams as a series of VTU files for ParaView."""
+"""The moving, bending beams and plane bodies as series of VTU files for ParaView."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from elastic import FIELDS, Deflection, sample
 from fem_check.linear.solution import Solution
+from fem_check.solid.solution import SolidSolution
 from rigid import Reals, position_of
 
 
@@ -61,7 +62,53 @@ def write_vtu_series(
         file = f"{name}_{k:0{digits}}.vtu"
         points = {"displacement": _space(moved[:, k]), "deformed": _space(places[:, k] + moved[:, k])}
         data = points | {field: values[:, k].ravel() for field, values in fields.items()}
-        _write(folder / file, _space(places[:, k]), cells, numbers, data)
+        _write(folder / file, _space(places[:, k]), ("line", cells), {"beam": numbers}, data)
+        listed.append((float(motion.time[k]), file))
+    return _collection(folder / f"{name}.pvd", listed)
+
+
+def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str = "solid") -> Path:
+    """One VTU file per position of all links that are plane bodies, and a .pvd file that lists them by time.
+
+    Quadrilaterals in place; `displacement` [m] leads from them to the bent ones, each link's from the line through two
+    of its pins. The cell data `link` is the number in `Mechanism.links`. Positions without an answer are left out.
+
+    Parameters
+    ----------
+    answer
+        Of `solve_solid`.
+    folder
+        Made where it is missing.
+    name
+        Of the files: `name.pvd`, `name_0000.vtu` and so on.
+
+    Returns
+    -------
+    Path of the .pvd file.
+    """
+    motion = answer.motion
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    grids = {at: found.body.grid for at, found in answer.bodies.items()}
+    first = np.cumsum([0, *(len(grid.points) for grid in grids.values())])
+    cells = np.concatenate(
+        [np.zeros((0, 4), int), *(grid.cells + k for grid, k in zip(grids.values(), first[:-1], strict=True))]
+    )
+    numbers = np.repeat(list(grids), [len(grid.cells) for grid in grids.values()])
+    digits = max(4, len(str(len(motion.time) - 1)))
+    listed = []
+    for k in np.flatnonzero(np.isfinite([*(loads.sum(0) for loads in answer.loads.values()), motion.time]).all(axis=0)):
+        file = f"{name}_{k:0{digits}}.vtu"
+        places = [motion.origin[at, k] + motion.direction[at, k] * grid.points for at, grid in grids.items()]
+        moved = [motion.direction[at, k] * answer.displacement(at, int(k)) for at in grids]
+        data = {"displacement": _space(np.concatenate([np.zeros(0, complex), *moved]))}
+        _write(
+            folder / file,
+            _space(np.concatenate([np.zeros(0, complex), *places])),
+            ("quad", cells),
+            {"link": numbers},
+            data,
+        )
         listed.append((float(motion.time[k]), file))
     return _collection(folder / f"{name}.pvd", listed)
 
@@ -98,10 +145,13 @@ def _space(plane: Any) -> Reals:
     return np.column_stack((flat.real, flat.imag, np.zeros(len(flat))))
 
 
-def _write(path: Path, points: Reals, cells: Any, numbers: Any, data: Mapping[str, Reals]) -> None:
+def _write(
+    path: Path, points: Reals, cells: tuple[str, Any], numbers: Mapping[str, Any], data: Mapping[str, Reals]
+) -> None:
     import meshio
 
-    mesh = meshio.Mesh(points, [("line", cells)], point_data=dict(data), cell_data={"beam": [numbers]})
+    of_cells = {name: [values] for name, values in numbers.items()}
+    mesh = meshio.Mesh(points, [cells], point_data=dict(data), cell_data=of_cells)
     meshio.write(path, mesh, file_format="vtu")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import four_bar
 
+import fem_check
 from elastic import FIELDS, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
@@ -220,3 +221,15 @@ def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
     with pytest.raises(ValueError, match="3 designs"):
         write_vtu_series(replace(answers[1], motion=several), tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_results_show_in_one_line(answers):
+    exact, found = answers
+    assert repr(found) == "Solution(3 beams of 8 elements, columns (24,))"
+    assert repr(found.ties[0]).startswith("TieForce('")
+    assert repr(compare(exact, found)).startswith("Comparison(passed=True, 24 positions, ")
+    assert "\n" not in repr(compare(exact, found))
+
+
+def test_the_package_shows_its_public_names_alone():
+    assert set(dir(fem_check)) == set(fem_check.__all__)

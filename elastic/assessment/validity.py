@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic.assessment.buckling import euler_ratio, slenderness
+from elastic.assessment.beam_theory import introduction_share, shear_share
+from elastic.assessment.buckling import euler_ratio
 from elastic.assessment.harmonics import harmonics, quasi_static_error
 from elastic.assessment.over_cycle import EVEN, Peak, over_cycle, period_of
 from elastic.assessment.strength import stress_extremes
@@ -24,7 +25,6 @@ from rigid import SINGULAR, PinDrive, motion
 from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
-SHEAR_SHARE = 30.0  # 48 E I/(5 k G A l^2) = 30/slenderness^2 at E/G = 2.6, k = 5/6
 KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
 
 
@@ -35,7 +35,7 @@ class Limit:
     Attributes
     ----------
     watch, beyond
-        The figure grows worse from the first to the second; slenderness does so downwards.
+        The figure grows worse from the first to the second.
     """
 
     watch: float
@@ -43,15 +43,15 @@ class Limit:
 
     def passed(self, figure: float) -> bool:
         """Whether a figure is past the first limit."""
-        return figure > self.watch if self.beyond > self.watch else figure < self.watch
+        return figure > self.watch
 
     def far_passed(self, figure: float) -> bool:
         """Whether it is past the second."""
-        return figure > self.beyond if self.beyond > self.watch else figure < self.beyond
+        return figure > self.beyond
 
 
 LIMITS = {
-    "slenderness": Limit(35.0, 10.0),
+    "slenderness": Limit(0.03, 0.25),
     "deflection": Limit(0.01, 0.1),
     "axial force": Limit(0.1, 0.5),
     "yield": Limit(2 / 3, 1.0),
@@ -72,8 +72,9 @@ class Caution:
     position
         Number of the position; None where it is not one position's.
     figure, limit
-        What it is and the limit that it is past: length over radius of gyration; deflection over length; compression
-        over Euler's load; von Mises stress over yield stress; estimated share of the deflection that vibration adds.
+        What it is and the limit that it is past: share of the largest deflection that beam theory leaves out;
+        deflection over length; compression over Euler's load; von Mises stress over yield stress; estimated share of
+        the deflection that vibration adds.
     severe
         Whether it is past the limit beyond which the answer is not to be relied on.
     message
@@ -121,12 +122,13 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
 
 
 def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
-    """Only of beams without shear: with it the theory holds for stubby ones as well."""
-    for beam, (figure, section) in enumerate(zip(slenderness(deflection)[:, 0], deflection.sections, strict=True)):
-        if not np.isfinite(section.kGA).any():
-            added = f"shear, left out, adds about {SHEAR_SHARE / figure**2:.1%} to its bending" if figure else ""
-            message = f"is {figure:.3g} radii of gyration long: {added}"
-            yield from _judged("slenderness", beam, None, float(figure), message)
+    """By what beam theory leaves out: shear, and of what comes in at the ends."""
+    parts = shear_share(deflection), introduction_share(deflection)
+    for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
+        figure = float(max(shear, introduced))
+        what = "by shear" if shear >= introduced else "where moments come in at its ends"
+        message = f"is stubby: beam theory leaves out about {_share(figure)} its largest deflection, {what}"
+        yield from _judged("slenderness", beam, None, figure, message)
 
 
 def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:

@@ -42,6 +42,8 @@ class Section:
         stress over V/A: for stresses; nan where they are not known.
     yield_stress
         [Pa]; nan where it is not known.
+    shear_rigidity
+        kGA of a beam that is not to shear [N], by which it is told what that leaves out; nan where it is not known.
     """
 
     EA: float | Reals = math.inf
@@ -54,6 +56,7 @@ class Section:
     fibre: float | Reals = math.nan
     peak_shear: float | Reals = math.nan
     yield_stress: float | Reals = math.nan
+    shear_rigidity: float | Reals = math.nan
 
 
 RIGID = Section()

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastic.beams.line import Compliance, Line, elastic_line, section_forces
 from elastic.links.free_body import Contact, Nodes, Stance, end_loads, put, root_of
+from rigid.plane import ZERO
 
 CLOSINGS = 2  # of rings: what round-off leaves open between beams of very different stiffness is closed again
 
@@ -97,7 +98,7 @@ def _bent(stance: Stance, u: Any, w: Any, phi: Any) -> Bent:
     ends.real, ends.imag = u, w
     ends *= stance.beam
     for at, tree in stance.frame.trees.items():
-        bent[at, root_of(tree)] = (0.0, 0.0)
+        bent[at, root_of(tree)] = (ZERO, ZERO)
         for branch in tree:
             move, turn = ends[branch.number], phi[branch.number]
             if branch is tree[0] and branch.forward:

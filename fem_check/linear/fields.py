@@ -52,7 +52,7 @@ def _add_kind(
     across: Any,
     shape: tuple[int, ...],
 ) -> None:
-    """Responses of the beams that are multiples of one."""
+    """Add the responses of the beams that are multiples of one unit beam."""
     unit, own = kind
     along, across, length = along[own], across[own], beams.length[own][..., None]
     stretch, bend, shear = (row[own][..., None] for row in (beams.stretch, beams.bend, beams.shear))
@@ -75,7 +75,7 @@ def _add_kind(
 
 
 def _add_block(fields: dict[str, Reals], beams: Beams, block: Block, load: Any) -> None:
-    """What a block does to its beam."""
+    """Add the response of a beam to the block on it."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))
     along, force, moment = (np.where(np.isnan(block.xi), np.nan, part)[..., None] for part in load)
