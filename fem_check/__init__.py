@@ -1,6 +1,7 @@
 """The deflection of moving mechanisms asked again of scikit-fem, the difference, and meshes for ParaView.
 
-It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself.
+It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself. The
+room `fem_check.nonlinear` takes not even the motion.
 """
 
 from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare

@@ -8,6 +8,7 @@ from pathlib import Path
 from elastic import FIELDS, PRIMARY
 from kinelast.folder import Request, RequestError
 from kinelast.scene.data import Scene
+from rigid import structure
 
 HEAVY = 2e8  # [bytes] from which it is told
 NUMBER = 8  # bytes of a number, and about
@@ -56,7 +57,7 @@ def _columns(scene: Scene) -> int:
     """About how many columns positions.csv has."""
     mechanism = scene.mechanism
     points = sum(len(link.points) for link in mechanism.links[1:])
-    return 6 + 2 * len(mechanism.drives) + 11 * len(mechanism.beams) + 3 * points + 3 * len(mechanism.structure.joints)
+    return 6 + 2 * len(mechanism.drives) + 11 * len(mechanism.beams) + 3 * points + 3 * len(structure(mechanism).joints)
 
 
 def _free_disk(out: Path) -> float:

@@ -584,3 +584,51 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     assert "poor" not in fine
     assert "caution" not in fine
     assert re.search(r"; poor: [a-z ,]*small displacements", poor)
+
+
+@pytest.mark.parametrize(
+    ("edit", "question"),
+    [
+        (("A = [0.2, 0]", "A = [200, 0]"), r"arm is 200 m long, is that meant\? a bare number is in m; units = .mm"),
+        (("A = [0.2, 0]", "A = [2e-7, 0]"), "No link is longer than 200 nm, is that meant"),
+        (("E = 210e9", "E = 210"), "E of steel is 210 Pa, which hardly a solid has"),
+        (("speed = 50.0", "speed = 3e6"), r"A drive turns at 2.865·10⁷ rpm, is that meant"),
+    ],
+)  # fmt: skip
+def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, tmp_path, capsys):
+    arm.write_text(ARM.replace(*edit))
+    assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert re.search(question, said.err)
+    assert "poor: inputs" in said.out
+    trust = strict_json(tmp_path / "out" / "arm" / "summary.json")["trust"]
+    assert any(re.search(question, finding["text"]) for finding in trust)
+
+
+def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_cautioned(tmp_path, capsys):
+    """An arm of 0.5 m with 0.3 kg at its tip: sqrt(3 EI/(m l^3)) with a third of a mass spread along it, 26 Hz.
+
+    It is raised by 1 degree in 12 ms, in which it swings a third of a time; in 2 s it is as good as still.
+    """
+    text = ARM.replace("A = [0.2, 0]", "A = [0.5, 0]").replace("depth = 0.006", "depth = 0.01")
+    text = text.replace("speed = 50.0", 'law = [{curve = "cycloidal", duration = "12 ms", by = "1 deg"}]')
+    (tmp_path / "quick.toml").write_text(text + "[masses]\nA = 0.3\n")
+    (tmp_path / "slow.toml").write_text(text.replace("12 ms", "2 s") + "[masses]\nA = 0.3\n")
+    assert main([str(tmp_path / "quick.toml"), str(tmp_path / "slow.toml"), "-o", str(tmp_path / "out")]) == 0
+    quick, slow = capsys.readouterr().out.splitlines()
+    assert "quasi-static answer" in quick
+    assert "quasi-static answer" not in slow
+
+
+def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
+    text = ARM.replace("speed = 50.0", "effort = 0").replace(
+        "positions = 8", "positions = 21\nduration = 2\nsteps = 3\ngravity = [0, -9.81]"
+    )
+    (tmp_path / "arm.toml").write_text(text)
+    call = [str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]
+    assert main(call) == 2
+    assert "--reachable keeps what was reached" in capsys.readouterr().err
+    assert main([*call, "--reachable"]) == 0
+    run = strict_json(tmp_path / "out" / "arm" / "summary.json")["run"]
+    assert run["positions"] + run["left_out"] == 21
+    assert run["left_out"] > 0

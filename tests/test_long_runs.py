@@ -5,12 +5,16 @@ Reference: the run in one piece, which the other tests hold against references f
 
 import csv
 import json
+import os
 import re
+import subprocess
+import sys
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_texts import FOUR_BAR, SWING, edited
+from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
 from kinelast import weight
 from kinelast.command import main
@@ -167,3 +171,35 @@ def test_results_of_a_long_run_know_their_whole():
     assert isinstance(results.shown, Results)
     assert len(results.shown.motion.time) == 3600
     assert len(results.motion.time) < 300
+
+
+def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("kinelast.terminal.SELDOM", 0.0)
+    monkeypatch.setattr(long_runs, "LONG", 1)
+    texts = {
+        "scene": edited(FOUR_BAR, ("positions = 36", "positions = 300")),
+        "fall": edited(FALLING, ("duration = 2", "duration = 0.5")),
+    }
+    for name, text in texts.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    assert main([str(tmp_path / "scene.toml"), str(tmp_path / "fall.toml"), "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().err
+    assert re.search(r"scene: positions: \d+ of 300\n", said)
+    assert re.search(r"fall: integrated, in thousandths of 0.5 s: \d+ of 1000\n", said)
+    assert "fall: 1 of 2" in said
+    assert main([str(tmp_path / "scene.toml"), "--quiet", "-o", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_terminal_has_a_bar_once_a_second_is_over(tmp_path):
+    (tmp_path / "scene.toml").write_text(edited(FOUR_BAR, ("positions = 36", "positions = 200000")))
+    ours, theirs = os.openpty()
+    call = [sys.executable, "-m", "kinelast", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]
+    run = subprocess.Popen(call, cwd=Path(__file__).parent.parent, stderr=theirs, stdout=subprocess.DEVNULL)
+    os.close(theirs)
+    seen = b""
+    while b"scene: positions" not in seen:
+        seen += os.read(ours, 4096)  # ends with an error where the command ends without a bar
+    run.terminate()
+    assert run.wait(20) == 143
+    os.close(ours)

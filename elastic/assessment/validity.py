@@ -182,7 +182,7 @@ def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: 
         return
     if math.isnan(duration):
         ratio = _speed(deflection) / lowest
-        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the drive's speed"
+        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the motion of the drive"
     else:
         found = harmonics(cycle, duration)
         strongest = int(found.strong().max(initial=0))
@@ -217,12 +217,14 @@ def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, fl
 
 
 def _speed(deflection: Deflection) -> float:
-    """Of the fastest motor [rad/s]."""
+    """Of the fastest motor, or of the quickest start or stop: greatest acceleration over greatest rate [rad/s]."""
     course = deflection.motion
-    pairs = zip(course.mechanism.drives, course.drive_rate, strict=True)
-    return float(
-        max((np.nanmax(np.abs(rate), initial=0.0) for drive, rate in pairs if isinstance(drive, PinDrive)), default=0.0)
+    rates, accelerations = (
+        np.nanmax(np.abs(part), axis=-1, initial=0.0) for part in (course.drive_rate, course.drive_acceleration)
     )
+    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if isinstance(drive, PinDrive)]
+    quick = [change / rate for rate, change in zip(rates, accelerations, strict=True) if rate]
+    return float(max([*turned, *quick], default=0.0))
 
 
 _LOOK = {

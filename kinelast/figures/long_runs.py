@@ -17,7 +17,8 @@ from elastic.assessment import angle_error
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
-from rigid import Motion, Posture, Reals, TorsionSpring, reachable
+from rigid import Motion, Posture, Reals, TorsionSpring
+from rigid.analysis import reachable
 
 LONG = 100_000  # positions times beams, and one more: some 200 MB
 SHOWN = 3600

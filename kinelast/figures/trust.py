@@ -209,7 +209,7 @@ def _judged(results: Results) -> set[str]:
         "deflection": True,
         "axial force": any(bends),
         "yield": any(stressed),
-        "vibration": known and (cyclic or fastest_drive(results) > 0.0),
+        "vibration": known and (cyclic or bool(np.nan_to_num(results.motion.drive_rate).any())),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 

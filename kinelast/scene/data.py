@@ -118,7 +118,9 @@ class Scene:
         """Whether a drive is an effort, from which the motion follows."""
         return any(isinstance(law, DriveEffort) for law in self.laws)
 
-    def integrated(self, on_step: Callable[[float], None] | None = None) -> tuple[IntegratedMotion, ForwardError | None]:
+    def integrated(
+        self, on_step: Callable[[float], None] | None = None
+    ) -> tuple[IntegratedMotion, ForwardError | None]:
         """The motion under the drives' efforts over the run, and what stops it where it cannot go on to the end.
 
         It is found once; `on_step` is called meanwhile with the time that is reached.

@@ -26,7 +26,8 @@ class SceneError(ValueError):
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
         place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)
-        told = (plain(file, LONGEST_PROBLEM), place, plain(problem, LONGEST_PROBLEM))
+        problem = plain(problem, LONGEST_PROBLEM)
+        told = (plain(file, LONGEST_PROBLEM), place, problem)
         super().__init__(": ".join(part for part in told if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
@@ -49,7 +50,7 @@ def fault(table: str, key: str, problem: str) -> SceneError:
 def plain(text: str, longest: int) -> str:
     """A text as it can be printed anywhere: on one line, without control characters, its middle left out if long."""
     if len(text) > longest:
-        text = f"{text[: 2 * longest // 3]} ... {text[-(longest // 3) :]}"
+        text = f"{text[: longest - longest // 3 - 5]} ... {text[-(longest // 3) :]}"
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii") for letter in text
     )

@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 from kinelast.scene.units import Quantity, shown
 
 STEEPEST = 1e3
+FARTHEST = 1e9  # [rad or m] that a drive is at: beyond, the angle within a turn has no digits left
 
 
 class Length(Quantity):
@@ -30,6 +31,7 @@ class Coordinate(Quantity):
 
     expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
     units = ("rad", "m")
+    most = FARTHEST
 
 
 class Angle(Quantity):
@@ -37,6 +39,7 @@ class Angle(Quantity):
 
     expected = 'an angle, as in "30 deg" or 0.5'
     units = ("rad",)
+    most = FARTHEST
 
 
 class Allowance(Quantity):
@@ -59,6 +62,7 @@ class Speed(Quantity):
 
     expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
     units = ("rad/s", "m/s")
+    most = 1e12
 
 
 class Time(Quantity):

@@ -75,8 +75,8 @@ class Quantity(float):
         What a file has to hold, for messages.
     units
         SI units of the dimensions that will do.
-    above, least
-        Bounds: greater than the one, at least the other.
+    above, least, most
+        Bounds: greater than the one, at least the other; no larger than `most` in either direction.
     unit
         Of an instance: the one of `units` it is in; empty for a bare number where there are several.
     per_length
@@ -87,6 +87,7 @@ class Quantity(float):
     units: ClassVar[tuple[str, ...]] = ("",)
     above: ClassVar[float] = -inf
     least: ClassVar[float] = -inf
+    most: ClassVar[float] = LARGEST
     unit: str
     per_length: float
 
@@ -119,7 +120,7 @@ class Quantity(float):
                 raise ValueError(f"expected {cls.expected}, in quotes with its unit where units are given")
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        occurs = abs(number) < LARGEST and not (cls.above == 0 and 0 < number < SMALLEST)
+        occurs = abs(number) < cls.most and not (cls.above == 0 and 0 < number < SMALLEST)
         if not (occurs and number > cls.above and number >= cls.least):
             bound = "greater than zero" if cls.above == 0 else "not below zero"
             bound = bound if occurs else "a number of a size that occurs"
