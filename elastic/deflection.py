@@ -11,6 +11,7 @@ import numpy as np
 
 from elastic.beams.line import Compliance, compliance, designs_of
 from elastic.beams.section import JointCompliance, Section
+from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import Frame, frame
 from elastic.links.clamped_links import Response, beyond_contact
 from elastic.links.compatibility import brought_together, opening, require_joints
@@ -129,6 +130,7 @@ def deflection(
     motion: Motion,
     sections: Sequence[Section],
     joints: Mapping[str, JointCompliance] | None = None,
+    added: AddedLoads | None = None,
 ) -> Deflection:
     """Section forces and displacements of all beams at all positions.
 
@@ -140,6 +142,8 @@ def deflection(
         One per beam, in the order of `Mechanism.beams`.
     joints
         By name, the joints that give way or do not fit.
+    added
+        Loads besides those of the motion.
 
     Raises
     ------
@@ -190,12 +194,16 @@ def deflection(
     q = beam_loads(motion)
     with np.errstate(invalid="ignore"):
         states = self_stresses(motion.closures)
-        forces = balancing_forces(motion)
         nodes = node_loads(motion, stance.frame)
-        opened = opening(motion, stance, soft, joints, forces, nodes, q)
+        if added is None:
+            forces = balancing_forces(motion)
+        else:
+            forces = balancing_forces(motion, added.on_links(mechanism, stance))
+            nodes, q = added.at_nodes(nodes, stance), _sum_of(q, added.q)
+        opened = opening(motion, stance, soft, joints, forces, nodes, q, added)
         if states:
             forces = brought_together(motion, stance, soft, joints, forces, opened, states)
-            opened = opening(motion, stance, soft, joints, forces, nodes, q)
+            opened = opening(motion, stance, soft, joints, forces, nodes, q, added)
         shifts, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([np.imag(value) for value in turning], motion.columns, float)
@@ -226,6 +234,14 @@ def deflection(
     if motion.suspect:
         _mark(solved)
     return solved
+
+
+def _sum_of(one: Any, other: Any) -> Any:
+    """Sum of polynomials that may be of different degrees."""
+    longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
+    total = np.array(longer)
+    total[: len(shorter)] += shorter
+    return total
 
 
 def _mark(solved: Deflection) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastic.beams.line import Compliance
 from elastic.beams.section import JointCompliance
+from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import Response, beyond_contact, respond
 from elastic.links.free_body import Contact, Nodes, Stance, contacts, with_joints
 from elastic.links.gearing import led
@@ -47,6 +48,7 @@ def opening(
     forces: JointForces,
     nodes: Nodes,
     q: Any,
+    added: AddedLoads | None = None,
 ) -> Opening:
     """Response of the links to loads and given joint forces, and what it opens at the joints."""
     moving = contacts(motion, stance, forces)
@@ -68,6 +70,8 @@ def opening(
             own = joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
+        if added is not None:
+            gap, turn = gap + added.gaps[number], turn + added.turns[number]
         along, turned = led(places[number], found.bent)
         gaps.append(plus(gap, along))
         turns.append(plus(turn, turned))
