@@ -8,6 +8,7 @@ matrices, which gives the periodic solution, Floquet's multipliers or the soluti
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -105,24 +106,31 @@ class Grid:
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
 
-    def at(self, values: Any, times: Any) -> Any:
-        """What is given at all points but the start, at any instants in between, shape (times, ...)."""
+    def sampler(self, times: Any) -> Callable[[Any], Any]:
+        """What turns values at all points but the start, shape (points, ...), into those at instants in between."""
         element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
-        way = (times - self.edges[element]) / self.steps[element]
-        weights = interpolation(scheme(self.stages).points, way)
-        elements = values.reshape(len(self.steps), self.stages, -1)
-        found = np.empty((len(way), elements.shape[-1]), values.dtype)
-        for number in np.unique(element):
-            here = element == number
-            found[here] = weights[here] @ elements[number]
-        return found.reshape(len(way), *values.shape[1:])
+        weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
-    def tail(self, values: Any) -> float:
-        """How far what is given at the points is from being resolved: its last two orders over its greatest value."""
+        def sampled(values: Any) -> Any:
+            own = values.reshape(len(self.steps), self.stages, -1)[element]
+            return (weights[:, None] @ own)[:, 0].reshape(len(element), *values.shape[1:])
+
+        return sampled
+
+    def tail(self, values: Any, greatest: float) -> float:
+        """How much the points leave unresolved of what is given at them, as a share of something greatest.
+
+        The last two orders of its Legendre series in every element, less by as much as these are less than the two
+        before them: what the next two would be.
+        """
         elements = values.reshape(len(self.steps), self.stages, -1)
-        series = _spectrum(self.stages) @ elements
-        greatest = np.abs(elements).max(initial=0.0)
-        return float(np.abs(series[:, -2:]).sum(axis=1).max(initial=0.0) / greatest) if greatest else 0.0
+        if not greatest:
+            return 0.0
+        orders = np.square(np.abs(_spectrum(self.stages) @ elements)).max(axis=-1)
+        before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
+        return float((last * fall).max() / greatest)
 
 
 def interpolation(nodes: Any, places: Any) -> Any:

@@ -6,6 +6,7 @@ the reduced coordinates cannot follow are found statically, and forces and field
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -158,3 +159,21 @@ def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, A
         way = way_of(freedom, motion)
         gaps[freedom.joint] = gaps[freedom.joint] + closed * np.broadcast_to(way, motion.columns)[1:]
     return tuple(gaps), tuple(turns)
+
+
+def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
+    """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
+    columns = loads.q.shape[-1]
+    parts = [loads.q.reshape(-1, columns)]
+    parts += [np.broadcast_to(value, (1, columns)) for *_, force, moment in loads.points for value in (force, moment)]
+    parts += [np.broadcast_to(value, (1, columns)) for value in (*loads.gaps, *loads.turns)]
+    whole = sampled(np.concatenate(parts).T).T
+    first = loads.q[..., 0].size
+    q, rest = whole[:first].reshape(*loads.q.shape[:-1], -1), list(whole[first:])
+    pairs, rest = rest[: 2 * len(loads.points)], rest[2 * len(loads.points) :]
+    points = tuple(
+        (at, name, force, moment.real)
+        for (at, name, *_), force, moment in zip(loads.points, pairs[::2], pairs[1::2], strict=True)
+    )
+    gaps, turns = rest[: len(loads.gaps)], rest[len(loads.gaps) :]
+    return AddedLoads(q, points, tuple(gaps), tuple(turn.real for turn in turns))

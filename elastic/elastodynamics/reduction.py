@@ -1,0 +1,86 @@
+"""The few combinations of a mechanism's elastic coordinates in which it is let vibrate.
+
+The lowest modes with the mass averaged over the cycle, and how their inertia at single positions bends the links
+besides (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz vectors, Earthquake
+Engineering and Structural Dynamics 10 (1982) 813-821).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.equations_of_motion import mass_rows, masses
+from elastic.elastodynamics.point_effects import chosen_points
+from rigid import Motion
+
+NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
+LEAST = 3
+BENT_BESIDES = 1e-3  # share of a mode's root of energy from which another combination counts
+MASSLESS = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """The elastic coordinates over a cycle, none left out.
+
+    Attributes
+    ----------
+    unstrained
+        From coordinates in which the stiffness is the unit matrix to the elastic coordinates, shape (n, n).
+    masses
+        In those, shape (positions, n, n).
+    omega
+        Lowest natural frequency at every position [rad/s], the drives held; infinite where nothing vibrates.
+    values, modes
+        Of the mean of the masses: 1/omega^2, falling, and vectors, shape (n, n).
+    """
+
+    unstrained: Any
+    masses: Any
+    omega: Any
+    values: Any
+    modes: Any
+
+
+def cycle_of(structure: ElasticStructure, motion: Motion) -> Cycle:
+    """Modes of a structure over some positions of its cycle."""
+    stiffness = structure.stiffness
+    scale = 1.0 / np.sqrt(np.diagonal(stiffness))
+    unstrained = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
+    carried, chosen = carriage(structure, motion), chosen_points(structure.mechanism)
+    basis = own_basis(structure, carried, unstrained)
+    moved = unit_displacements(structure, motion, carried, basis, chosen)
+    rows = np.sqrt(masses(structure))[:, None] * mass_rows(structure, motion, chosen, moved)
+    own = (np.conj(rows).swapaxes(-1, -2) @ rows).real
+    values, modes = np.linalg.eigh(own.mean(axis=0))
+    values = values[::-1]
+    greatest = np.linalg.eigvalsh(own)[:, -1]
+    with np.errstate(divide="ignore"):
+        omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
+    return Cycle(unstrained, own, omega, values, modes[:, ::-1])
+
+
+def reduced_basis(cycle: Cycle, modes: int) -> Any:
+    """So many modes and what their inertia bends besides, shape (n, r); the mean mass is about the unit matrix."""
+    values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
+    besides = cycle.masses @ (chosen / values)
+    besides = besides - chosen @ (chosen.T @ besides)
+    wide = np.concatenate(list(besides), axis=1) / np.sqrt(len(besides))
+    ways, sizes, _ = np.linalg.svd(wide, full_matrices=False)
+    basis = np.concatenate((chosen, ways[:, sizes > BENT_BESIDES]), axis=1)
+    scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
+    size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
+    basis = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
+    return basis
+
+
+def near_modes(cycle: Cycle) -> int:
+    """How many modes are near the lowest one."""
+    moving = cycle.values > MASSLESS * cycle.values[0]
+    near = int((cycle.values > cycle.values[0] / NEAR**2).sum())
+    return min(max(near, LEAST), int(moving.sum()))

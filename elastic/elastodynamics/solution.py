@@ -1,0 +1,249 @@
+"""From a motion to its vibration: coordinates and elements of time refined until the answer has settled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import JointCompliance, Section
+from elastic.deflection import Deflection, deflection
+from elastic.elastodynamics.displacements import given_displacements
+from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
+from elastic.elastodynamics.equations_of_motion import Kinematics, Problem, kinematics, problem
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.strains import Damping, rigidities
+from elastic.elastodynamics.time_elements import STAGES, Grid, Propagation, propagation
+from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.links.added_loads import AddedLoads
+from rigid import SINGULAR, MechanismError, Motion, beam_directions
+
+MotionAt = Callable[[Any], Motion]
+Start = Callable[[Propagation, "Problem"], Any]
+
+RATIO = 0.01
+INNER = 4
+LOOKED_AT = 16  # positions whose modes are looked at
+MOST_ELEMENTS = 8192
+ORDER = 4  # with which the error in time falls at worst, for the next guess
+ROUNDS = 6
+NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
+
+
+@dataclass(frozen=True, eq=False)
+class Elastodynamic:
+    """A vibrating mechanism at some positions.
+
+    Attributes
+    ----------
+    deflection
+        Of the vibrating mechanism: all fields, joint forces and drive efforts; nan where it is not `stable`. N, V and M
+        are what the strains make; damping adds beta times their rates.
+    quasi_static
+        The answer without vibration at the same positions.
+    damping
+        That was taken.
+    lowest
+        Lowest natural frequency over the cycle, the drives held [rad/s]; infinite where nothing vibrates.
+    multipliers
+        Floquet's, complex, shape (2 coordinates,): by what free vibrations grow over a cycle; none of a transient.
+    coordinates, elements
+        How many amplitudes were let vibrate, and in how many elements of time.
+    time_error, reduction_error
+        How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
+    """
+
+    deflection: Deflection
+    quasi_static: Deflection
+    damping: Damping
+    lowest: float
+    multipliers: Any
+    coordinates: int
+    elements: int
+    time_error: float
+    reduction_error: float
+
+    @property
+    def growth(self) -> float:
+        """Of the least stable free vibration over a cycle: below 1 it dies out."""
+        return float(np.abs(self.multipliers).max(initial=0.0))
+
+    @property
+    def stable(self) -> bool:
+        """Whether all free vibrations die out, so that the steady state is what comes about."""
+        return self.growth <= 1 + NEUTRAL
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A mechanism that is to vibrate, with the positions whose modes are looked at."""
+
+    motion_at: MotionAt
+    sections: Sequence[Section]
+    joints: Mapping[str, JointCompliance]
+    damping: Damping
+    looked_at: Motion
+    structure: ElasticStructure
+    cycle: Cycle | None
+    inner: int
+
+
+def vibrating_model(
+    motion_at: MotionAt,
+    start: float,
+    duration: float,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance],
+    damping: Damping | float | None,
+) -> Model:
+    """Elastic coordinates, modes and damping of a mechanism over a stretch of time."""
+    looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
+    structure, cycle = _coordinates(looked_at, sections, joints, INNER)
+    if damping is None:
+        damping = 2 * RATIO / float(cycle.omega.min()) if cycle else 0.0
+    if not isinstance(damping, Damping):
+        damping = Damping(np.full(len(sections), float(damping)), float(damping))
+    return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, INNER)
+
+
+def _coordinates(
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
+) -> tuple[ElasticStructure, Cycle | None]:
+    structure = elastic_structure(motion.mechanism, sections, joints, inner)
+    return structure, cycle_of(structure, motion) if len(structure.stiffness) else None
+
+
+def checked(motion: Motion) -> Motion:
+    """A motion of one design none of whose positions is singular.
+
+    Raises
+    ------
+    MechanismError
+        A position is singular or cannot be reached.
+    ValueError
+        There are several designs.
+    """
+    if len(motion.columns) != 1:
+        raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    bad = ~(motion.condition <= SINGULAR)
+    if bad.any():
+        raise MechanismError(
+            f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
+        )
+    return motion
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """The amplitudes at the points of a grid, their rates and accelerations, shape (points, r), with their problem."""
+
+    motion: Motion
+    problem: Problem
+    propagation: Propagation
+    course: tuple[Any, Any, Any]
+
+    @property
+    def displacements(self) -> Any:
+        """Of the beams' points in their own axes or, without beams, of the mechanism's, (points, places), complex."""
+        return self._places(np.append(self.course[0], np.ones((len(self.course[0]), 1)), axis=1))
+
+    @property
+    def unresolved(self) -> float:
+        """How much the grid leaves unresolved: of the displacements, and of what inertia alone would make them."""
+        found, (x, _, x2) = self.problem, self.course
+        strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
+        bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
+        moved = self.displacements
+        by_inertia = self._places(np.append(bent, np.zeros((len(x), 1)), axis=1))
+        return max(self.problem.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia))
+
+    def _places(self, amounts: Any) -> Any:
+        """Displacements of given amounts of all kinds."""
+        moved = self.problem.moved
+        if not moved.beams.size:
+            return (moved.moves[1:] @ amounts[..., None])[..., 0].reshape(len(amounts), -1)
+        along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
+        return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
+
+
+def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping, start: Start) -> Vibration:
+    """Solve the equations of motion about the motion of a deflection at the nodes of a grid."""
+    found = problem(kinds, bent, grid, damping)
+    steps = propagation(grid, found.equations)
+    return Vibration(bent.motion, found, steps, steps.course(start(steps, found)))
+
+
+def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start, cyclic: bool) -> Elastodynamic:
+    """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled."""
+    plain = deflection(checked(motion), model.sections, model.joints)
+    if model.cycle is None:
+        nothing = np.zeros(0, complex)
+        return Elastodynamic(plain, plain, model.damping, np.inf, nothing, 0, 0, 0.0, 0.0)
+    modes = near_modes(model.cycle)
+    for _ in range(ROUNDS):
+        found, grid, time_error = _in_time(model, modes, grid, tolerance, start)
+        times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
+        sampled = grid.sampler(times)
+        multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
+        loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
+        bent = deflection(motion, model.sections, model.joints, loads)
+        reduction_error = _difference(model.structure, bent, sampled(found.displacements))
+        if reduction_error <= tolerance or modes >= len(model.cycle.values):
+            break
+        modes = min(modes + max(2, modes // 2), len(model.cycle.values))
+        model = refined(model)
+    answer = Elastodynamic(
+        bent, plain, model.damping, float(model.cycle.omega.min()), multipliers, len(found.course[0][0]),
+        len(grid.steps), time_error, reduction_error,
+    )  # fmt: skip
+    return answer if answer.stable else unanswered(answer)
+
+
+def _in_time(
+    model: Model, modes: int, grid: Grid, tolerance: float, start: Start
+) -> tuple[Vibration, Grid, float]:
+    """The vibration in so many modes, in elements of time as short as it takes, and what they leave unresolved."""
+    assert model.cycle is not None
+    basis, chosen = reduced_basis(model.cycle, modes), chosen_points(model.structure.mechanism)
+    while True:
+        motion = checked(model.motion_at(grid.nodes))
+        bent = deflection(motion, model.sections, model.joints)
+        found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
+        error = found.unresolved
+        count = len(grid.steps)
+        if error <= tolerance or 2 * count > MOST_ELEMENTS:
+            return found, grid, error
+        finer = int(np.ceil(count * np.clip((error / tolerance) ** (1 / ORDER), 1.25, 2.0)))
+        grid = Grid(np.linspace(grid.edges[0], grid.edges[-1], finer + 1), STAGES)
+
+
+def _difference(structure: ElasticStructure, bent: Deflection, reduced: Any) -> float:
+    """Between displacements along the beams of a deflection and in reduced coordinates, of the largest."""
+    if not len(structure.sections):
+        return 0.0
+    own = given_displacements(structure, bent, ()).beams[..., 0]
+    own = (np.conj(beam_directions(bent.motion)).T[:, :, None] * own).reshape(len(own), -1)
+    greatest = float(np.abs(own).max())
+    return float(np.abs(own - reduced).max()) / greatest if greatest else 0.0
+
+
+def refined(model: Model) -> Model:
+    """The same with more polynomials along every beam."""
+    inner = model.inner + 2
+    structure, cycle = _coordinates(model.looked_at, model.sections, model.joints, inner)
+    return replace(model, structure=structure, cycle=cycle, inner=inner)
+
+
+def unanswered(found: Elastodynamic) -> Elastodynamic:
+    """With nan in place of fields that will not come about."""
+    nothing = AddedLoads(np.full((1, *found.deflection.q.shape[1:]), np.nan, complex), (), *_still(found))
+    own = found.quasi_static
+    return replace(found, deflection=deflection(own.motion, own.sections, own.joints, nothing))
+
+
+def _still(found: Elastodynamic) -> tuple[Any, Any]:
+    zeros = (0.0,) * len(found.deflection.motion.structure.joints)
+    return zeros, zeros
