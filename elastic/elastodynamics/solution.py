@@ -22,7 +22,7 @@ from elastic.links.added_loads import AddedLoads
 from rigid import SINGULAR, MechanismError, Motion, beam_directions
 
 MotionAt = Callable[[Any], Motion]
-Start = Callable[[Propagation, "Problem"], Any]
+Start = Callable[[Propagation, "Problem", Deflection], Any]
 
 RATIO = 0.01
 INNER = 4
@@ -173,7 +173,7 @@ def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping,
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid."""
     found = problem(kinds, bent, grid, damping)
     steps = propagation(grid, found.equations)
-    return Vibration(bent.motion, found, steps, steps.course(start(steps, found)))
+    return Vibration(bent.motion, found, steps, steps.course(start(steps, found, bent)))
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start, cyclic: bool) -> Elastodynamic:
@@ -182,19 +182,23 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     if model.cycle is None:
         nothing = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, nothing, 0, 0, 0.0, 0.0)
-    modes = near_modes(model.cycle)
+    modes, resolved, before = near_modes(model.cycle), tolerance, np.inf
     for _ in range(ROUNDS):
-        found, grid, time_error = _in_time(model, modes, grid, tolerance, start)
+        found, grid, time_error = _in_time(model, modes, grid, resolved, start)
         times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
         sampled = grid.sampler(times)
         multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
         loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
-        if reduction_error <= tolerance or modes >= len(model.cycle.values):
+        if reduction_error <= tolerance:
             break
-        modes = min(modes + max(2, modes // 2), len(model.cycle.values))
-        model = refined(model)
+        if reduction_error > before / 2:  # what is left is not the coordinates'
+            resolved /= 4
+        else:
+            modes = min(modes + max(2, modes // 2), len(model.cycle.values))
+            model = refined(model)
+        before = reduction_error
     answer = Elastodynamic(
         bent, plain, model.damping, float(model.cycle.omega.min()), multipliers, len(found.course[0][0]),
         len(grid.steps), time_error, reduction_error,
@@ -216,7 +220,7 @@ def _in_time(
         count = len(grid.steps)
         if error <= tolerance or 2 * count > MOST_ELEMENTS:
             return found, grid, error
-        finer = int(np.ceil(count * np.clip((error / tolerance) ** (1 / ORDER), 1.25, 2.0)))
+        finer = int(np.ceil(count * np.clip((error / tolerance) ** (1 / ORDER), 1.25, 3.0)))
         grid = Grid(np.linspace(grid.edges[0], grid.edges[-1], finer + 1), STAGES)
 
 

@@ -59,6 +59,6 @@ def elastodynamic(
     return settled(model, motion, grid, tolerance, _periodic, cyclic=True)
 
 
-def _periodic(found: Propagation, _: Any) -> Any:
+def _periodic(found: Propagation, *_: Any) -> Any:
     """The state that comes back after a cycle."""
     return found.periodic_start()

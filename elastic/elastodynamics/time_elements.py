@@ -17,6 +17,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 STAGES = 8
+TOGETHER = 256  # elements solved at once, for the sake of memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,26 +215,36 @@ class Propagation:
 
 def propagation(grid: Grid, equations: Equations) -> Propagation:
     """Solve all elements at once, for unit states at their starts and for the load."""
-    own, count, s = scheme(grid.stages), len(grid.steps), grid.stages
-    r = equations.load.shape[-1]
+    count, r = len(grid.steps), equations.load.shape[-1]
+    states, found = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
+    for first in range(0, count, TOGETHER):
+        part = slice(first, first + TOGETHER)
+        points = slice(first * grid.stages, (first + TOGETHER) * grid.stages)
+        own = Equations(*(values[points] for values in vars(equations).values()))
+        states[part], found[part] = _elements(grid.steps[part], grid.stages, own)
+    return Propagation(grid, states, found)
+
+
+def _elements(steps: Any, s: int, equations: Equations) -> tuple[Any, Any]:
+    """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
+    own, count, r = scheme(s), len(steps), equations.load.shape[-1]
     mass, damping, stiffness = (
-        part.reshape(count, s, r, 1, r) for part in (equations.mass, equations.damping, equations.stiffness)
+        part.reshape(count, s, r, r) for part in (equations.mass, equations.damping, equations.stiffness)
     )
-    h = grid.steps[:, None, None, None]
-    per_h = h[..., None]
-    matrix = (
-        mass * np.eye(s)[:, None, :, None]
-        + damping * per_h * own.once[:, None, :, None]
-        + stiffness * per_h**2 * own.twice[:, None, :, None]
-    ).reshape(count, s * r, s * r)
-    mass, damping, stiffness = (part[..., 0, :] for part in (mass, damping, stiffness))
+    h = steps[:, None, None, None]
+    matrix = np.zeros((count, s, r, s, r))
+    for column in range(s):
+        matrix[:, :, :, column] = damping * (h * own.once[:, column, None, None])
+        matrix[:, :, :, column] += stiffness * (h**2 * own.twice[:, column, None, None])
+        matrix[:, column, :, column] += mass[:, column]
     rate = -(stiffness * (h * own.points[:, None, None]) + damping)
     right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
-    found = np.linalg.solve(matrix, right.reshape(count, s * r, -1)).reshape(count, s, r, -1)
+    found = np.linalg.solve(matrix.reshape(count, s * r, s * r), right.reshape(count, s * r, -1))
+    found = found.reshape(count, s, r, -1)
     h = h[..., 0]
     x1, x = h * np.tensordot(own.once[-1], found, (0, 1)), h**2 * np.tensordot(own.twice[-1], found, (0, 1))
     unit = np.eye(r)
     x[:, :, :r] += unit
     x[:, :, r : 2 * r] += h * unit
     x1[:, :, r : 2 * r] += unit
-    return Propagation(grid, np.concatenate((x, x1), axis=1), found)
+    return np.concatenate((x, x1), axis=1), found
