@@ -112,7 +112,7 @@ class Felt:
             across = np.conj(1j * self.turning)[..., None] * felt.beams
             total = total - across.real.reshape(count, slopes.shape[1], -1).swapaxes(-1, -2) @ turned
         for effect in self.effects:
-            total = total + (effect.stiffness[:, None] * effect.felt(felt))[..., None] * effect.cause(cause)[:, None]
+            total = total + effect.form(felt, cause)
         return total
 
 

@@ -6,7 +6,7 @@ Each is a row times a stiffness or damping times another row: a force along the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -51,16 +51,26 @@ class PointRow:
 
 @dataclass(frozen=True, eq=False)
 class PointEffect:
-    """The force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,)."""
+    """The force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
+
+    `elastic` where it is a spring's own stiffness, and not that of forces that displaced points carry along.
+    """
 
     felt: PointRow
     cause: PointRow
     stiffness: Any
     damping: Any = 0.0
+    elastic: bool = False
 
     def __getitem__(self, positions: Any) -> PointEffect:
         """At some of the positions."""
-        return PointEffect(self.felt[positions], self.cause[positions], self.stiffness[positions], self.damping)
+        return replace(
+            self, felt=self.felt[positions], cause=self.cause[positions], stiffness=self.stiffness[positions]
+        )
+
+    def form(self, felt: Displacements, cause: Displacements) -> Any:
+        """Stiffness of the kinds of one displacement for those of another, shape (positions, c felt, c cause)."""
+        return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
 
     def loads(self, amount: Any) -> Iterator[tuple[int, Any, Any]]:
         """A force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
@@ -192,13 +202,13 @@ def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointE
             across = tension / reach
     for direction, stiffness, damping in ((unit, spring.stiffness, spring.damping), (1j * unit, across, 0.0)):
         row = PointRow({numbers[ends[0]]: direction, numbers[ends[1]]: -direction})
-        yield PointEffect(row, row, np.broadcast_to(stiffness, motion.columns), damping)
+        yield PointEffect(row, row, np.broadcast_to(stiffness, motion.columns), damping, elastic=direction is unit)
 
 
 def _torsion_spring(motion: Motion, spring: TorsionSpring, numbers: Numbers) -> PointEffect:
     link, on = (numbers[motion.mechanism.index[name], spring.at] for name in (spring.link, spring.on))
     row = PointRow(shares={link: 1.0, on: -1.0})
-    return PointEffect(row, row, np.broadcast_to(spring.stiffness, motion.columns), spring.damping)
+    return PointEffect(row, row, np.broadcast_to(spring.stiffness, motion.columns), spring.damping, elastic=True)
 
 
 def _turning_load(motion: Motion, load: PointLoad, numbers: Numbers) -> Iterator[PointEffect]:

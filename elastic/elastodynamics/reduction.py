@@ -20,7 +20,6 @@ from rigid import Motion
 
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
 LEAST = 3
-BENT_BESIDES = 1e-3  # share of a mode's root of energy from which another combination counts
 MASSLESS = 1e-13
 
 
@@ -65,14 +64,20 @@ def cycle_of(structure: ElasticStructure, motion: Motion) -> Cycle:
     return Cycle(unstrained, own, omega, values, modes[:, ::-1])
 
 
-def reduced_basis(cycle: Cycle, modes: int) -> Any:
-    """So many modes and what their inertia bends besides, shape (n, r); the mean mass is about the unit matrix."""
+def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
+    """So many modes and what their inertia bends besides, shape (n, r); the mean mass is the unit matrix.
+
+    Parameters
+    ----------
+    besides
+        From what share of a mode's bending, as a root of energy, another combination counts.
+    """
     values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
-    besides = cycle.masses @ (chosen / values)
-    besides = besides - chosen @ (chosen.T @ besides)
-    wide = np.concatenate(list(besides), axis=1) / np.sqrt(len(besides))
+    bent = cycle.masses @ (chosen / values)
+    bent = bent - chosen @ (chosen.T @ bent)
+    wide = np.concatenate(list(bent), axis=1) / np.sqrt(len(bent))
     ways, sizes, _ = np.linalg.svd(wide, full_matrices=False)
-    basis = np.concatenate((chosen, ways[:, sizes > BENT_BESIDES]), axis=1)
+    basis = np.concatenate((chosen, ways[:, sizes > besides]), axis=1)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
     size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
     basis = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])

@@ -29,7 +29,10 @@ INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 8192
 ORDER = 4  # with which the error in time falls at worst, for the next guess
+MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
+FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
+BESIDES = 0.1  # of the root of the tolerance: how little a combination may bend to count
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
 
 
@@ -151,14 +154,14 @@ class Vibration:
         return self._places(np.append(self.course[0], np.ones((len(self.course[0]), 1)), axis=1))
 
     @property
-    def unresolved(self) -> float:
-        """How much the grid leaves unresolved: of the displacements, and of what inertia alone would make them."""
+    def unresolved(self) -> Any:
+        """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
         found, (x, _, x2) = self.problem, self.course
         strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
         bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
         moved = self.displacements
         by_inertia = self._places(np.append(bent, np.zeros((len(x), 1)), axis=1))
-        return max(self.problem.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia))
+        return np.maximum(*(found.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
 
     def _places(self, amounts: Any) -> Any:
         """Displacements of given amounts of all kinds."""
@@ -184,7 +187,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         return Elastodynamic(plain, plain, model.damping, np.inf, nothing, 0, 0, 0.0, 0.0)
     modes, resolved, before = near_modes(model.cycle), tolerance, np.inf
     for _ in range(ROUNDS):
-        found, grid, time_error = _in_time(model, modes, grid, resolved, start)
+        found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
         times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
         sampled = grid.sampler(times)
         multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
@@ -193,10 +196,10 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
         if reduction_error <= tolerance:
             break
-        if reduction_error > before / 2:  # what is left is not the coordinates'
-            resolved /= 4
+        if reduction_error > before / 2 and time_error > tolerance / FINER:  # what is left is not the coordinates'
+            resolved = tolerance / FINER
         else:
-            modes = min(modes + max(2, modes // 2), len(model.cycle.values))
+            modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
         before = reduction_error
     answer = Elastodynamic(
@@ -207,21 +210,20 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 
 
 def _in_time(
-    model: Model, modes: int, grid: Grid, tolerance: float, start: Start
+    model: Model, modes: int, besides: float, grid: Grid, tolerance: float, start: Start
 ) -> tuple[Vibration, Grid, float]:
     """The vibration in so many modes, in elements of time as short as it takes, and what they leave unresolved."""
     assert model.cycle is not None
-    basis, chosen = reduced_basis(model.cycle, modes), chosen_points(model.structure.mechanism)
+    basis, chosen = reduced_basis(model.cycle, modes, besides), chosen_points(model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
         error = found.unresolved
-        count = len(grid.steps)
-        if error <= tolerance or 2 * count > MOST_ELEMENTS:
-            return found, grid, error
-        finer = int(np.ceil(count * np.clip((error / tolerance) ** (1 / ORDER), 1.25, 3.0)))
-        grid = Grid(np.linspace(grid.edges[0], grid.edges[-1], finer + 1), STAGES)
+        if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
+            return found, grid, float(error.max())
+        parts = np.ceil((error / tolerance) ** (1 / ORDER))
+        grid = grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
 
 
 def _difference(structure: ElasticStructure, bent: Deflection, reduced: Any) -> float:

@@ -13,7 +13,7 @@ from elastic.deflection import Deflection, deflection
 from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
-from elastic.elastodynamics.solution import NEUTRAL, Model, MotionAt, Vibration, checked, vibrating_model, vibration
+from elastic.elastodynamics.solution import BESIDES, NEUTRAL, Model, MotionAt, Vibration, checked, vibrating_model, vibration
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid, Propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
@@ -95,7 +95,7 @@ def speed_map(
     if model.cycle is None:
         raise ValueError("nothing vibrates: all beams and joints are rigid")
     modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
-    cases = _Cases(model, reduced_basis(model.cycle, modes), period)
+    cases = _Cases(model, reduced_basis(model.cycle, modes, BESIDES * np.sqrt(tolerance)), period)
     rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
     values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
     return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
@@ -130,7 +130,7 @@ def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -
         motion = replace(motion, time=base.time / ratio)
         plain = deflection(motion, model.sections, model.joints)
         found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, _periodic)
-        unresolved = found.unresolved
+        unresolved = float(found.unresolved.max())
         if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
             break
         cases.level += 1

@@ -118,20 +118,28 @@ class Grid:
 
         return sampled
 
-    def tail(self, values: Any, greatest: float) -> float:
-        """How much the points leave unresolved of what is given at them, as a share of something greatest.
+    def tail(self, values: Any, greatest: float) -> Any:
+        """How much the points of every element leave unresolved of what is given at all points, shape (elements,).
 
-        The last two orders of its Legendre series in every element, less by as much as these are less than the two
-        before them: what the next two would be.
+        As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
+        than the two before them, which is what the next two would be.
         """
         elements = values.reshape(len(self.steps), self.stages, -1)
         if not greatest:
-            return 0.0
+            return np.zeros(len(self.steps))
         orders = np.square(np.abs(_spectrum(self.stages) @ elements)).max(axis=-1)
         before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
         with np.errstate(invalid="ignore", divide="ignore"):
             fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
-        return float((last * fall).max() / greatest)
+        return last * fall / greatest
+
+    def divided(self, parts: Any) -> Grid:
+        """With every element in so many equal parts, shape (elements,)."""
+        pieces = [
+            start + step * np.arange(count) / count
+            for start, step, count in zip(self.edges[:-1], self.steps, parts, strict=True)
+        ]
+        return Grid(np.append(np.concatenate(pieces), self.edges[-1]), self.stages)
 
 
 def interpolation(nodes: Any, places: Any) -> Any:
