@@ -19,6 +19,8 @@ from elastic.elastodynamics.strains import Damping, rigidities
 from elastic.elastodynamics.time_elements import STAGES, Grid, Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
+from elastic.links.beam_trees import frame
+from elastic.links.free_body import block_places
 from rigid import SINGULAR, MechanismError, Motion, beam_directions
 
 MotionAt = Callable[[Any], Motion]
@@ -27,7 +29,7 @@ Start = Callable[[Propagation, "Problem", Deflection], Any]
 RATIO = 0.01
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
-MOST_ELEMENTS = 8192
+MOST_ELEMENTS = 2048
 ORDER = 4  # with which the error in time falls at worst, for the next guess
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
@@ -136,6 +138,12 @@ def checked(motion: Motion) -> Motion:
         raise MechanismError(
             f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
         )
+    links = frame(motion.mechanism)
+    for number, xi in zip(links.rails, block_places(motion, links) if links.rails else (), strict=True):
+        off = ~np.isfinite(np.broadcast_to(xi, motion.columns))
+        if off.any():
+            name = motion.structure.joints[number].name
+            raise MechanismError(f'the block of "{name}" leaves its beam at {motion.time[off][0]:.6g} s')
     return motion
 
 
