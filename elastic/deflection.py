@@ -198,7 +198,7 @@ def deflection(
         if added is None:
             forces = balancing_forces(motion)
         else:
-            forces = balancing_forces(motion, added.on_links(mechanism, stance))
+            forces = balancing_forces(motion, added.on_links(motion, stance))
             nodes, q = added.at_nodes(nodes, stance), _sum_of(q, added.q)
         opened = opening(motion, stance, soft, joints, forces, nodes, q, added)
         if states:

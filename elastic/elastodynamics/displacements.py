@@ -16,14 +16,23 @@ import numpy as np
 from elastic.assessment.output_error import angle_error
 from elastic.deflection import Deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
+from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.time_elements import interpolation
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
 from elastic.links.gearing import led
-from elastic.sampling import displacement_of, sample
+from elastic.sampling import displacement_of
 from rigid import Motion, beam_directions, displacements, dot, minus, plus, self_stresses, stacked
 
 Points = Sequence[tuple[int, str]]
+
+
+UNDER = "under joint "
+
+
+def under(number: int) -> str:
+    """Name of the place on a beam under the block of a joint."""
+    return f"{UNDER}{number}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +191,11 @@ def unit_displacements(
     beams = shift[:, links, None] + 1j * turned * arms[..., None] + local
     moves, turns = [], []
     for at, name in chosen:
+        if name.startswith(UNDER):
+            found = _below(structure, motion, name, beams, turned + own["slope"])
+            moves.append(found[0])
+            turns.append(found[1])
+            continue
         arm = motion.direction[at] * np.ravel(motion.mechanism.links[at].points[name])[0]
         move, turn = shift[:, at] + 1j * angle[:, at] * arm[:, None], angle[:, at]
         if (at, name) in structure.nodes:
@@ -200,6 +214,14 @@ def unit_displacements(
     )
 
 
+def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
+    """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
+    links, number = frame(motion.mechanism), int(name.removeprefix(UNDER))
+    xi = block_places(motion, links)[list(links.rails).index(number)]
+    there, beam = interpolation(structure.xi, xi)[:, None], links.rails[number]
+    return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
+
+
 def _starts(structure: ElasticStructure) -> Any:
     """Where the beams start in their links' axes [m], complex, shape (beams,)."""
     links = structure.mechanism.links
@@ -209,13 +231,20 @@ def _starts(structure: ElasticStructure) -> Any:
 def given_displacements(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Displacements:
     """The displacements of a deflection, of one kind."""
     motion = bent.motion
-    u, w, phi, V = (np.moveaxis(sample(bent, name, structure.xi), 0, 1) for name in ("u", "w", "phi", "V"))
+    u, w, phi, V = (along_beams(bent, name, structure.xi) for name in ("u", "w", "phi", "V"))
     slope = phi - V * shear_softness(structure)
-    moves = [displacement_of(bent, at, name) for at, name in chosen]
-    turns = [angle_error(bent, motion.mechanism.links[at].name, name) for at, name in chosen]
+    beams = beam_directions(motion).T[:, :, None] * (u + 1j * w)
+    moves, turns = [], []
+    for at, name in chosen:
+        if name.startswith(UNDER):
+            move, turn = (part[:, 0] for part in _below(structure, motion, name, beams[..., None], slope[..., None]))
+        else:
+            move, turn = displacement_of(bent, at, name), angle_error(bent, motion.mechanism.links[at].name, name)
+        moves.append(move)
+        turns.append(turn)
     count = motion.columns[-1]
     return Displacements(
-        (beam_directions(motion).T[:, :, None] * (u + 1j * w))[..., None],
+        beams[..., None],
         slope[..., None],
         phi[..., None],
         bent.angle.T[..., None],

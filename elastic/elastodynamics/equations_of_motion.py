@@ -25,9 +25,9 @@ from elastic.elastodynamics.displacements import (
 )
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.point_effects import PointEffect, lumps_of, point_effects
+from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Equations, Grid
-from elastic.sampling import sample
 from rigid import LineLoad, Motion, beam_directions
 
 
@@ -119,7 +119,7 @@ class Felt:
 def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Felt:
     """What displaced links feel of the forces of a quasi-static answer."""
     motion = bent.motion
-    pull = np.moveaxis(sample(bent, "N", structure.xi), 0, 1) * structure.weights
+    pull = along_beams(bent, "N", structure.xi) * structure.weights
     turning = None
     for load in motion.mechanism.loads:
         if isinstance(load, LineLoad) and load.turning:

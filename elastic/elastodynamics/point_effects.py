@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from elastic.deflection import Deflection
-from elastic.elastodynamics.displacements import Displacements, Points
+from elastic.elastodynamics.displacements import Displacements, Points, under
+from elastic.links.beam_trees import frame
 from rigid import GROUND, Lump, Mechanism, Motion, PointLoad, Spring, TorsionSpring, dot, position_of, velocity_of
 
 
@@ -93,9 +94,12 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
     for at, link in enumerate(mechanism.links):
         if at and not link.beams:
             found.append((at, next(iter(link.points))))
-    for joint in mechanism.structure.joints:
+    rails = frame(mechanism).rails
+    for number, joint in enumerate(mechanism.structure.joints):
         if joint.slider is not None:
             found.append((mechanism.index[joint.slider.link], joint.slider.point))
+            if number in rails:
+                found.append((mechanism.index[joint.slider.on], under(number)))
     return tuple(dict.fromkeys(found))
 
 
@@ -165,18 +169,16 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
 def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
     """A block on a link that turns: the force across the line turns with it, and moves along it with the block."""
     motion = bent.motion
-    for place, force in zip(motion.places, bent.forces.force, strict=True):
+    for number, (place, force) in enumerate(zip(motion.places, bent.forces.force, strict=True)):
         slider = place.joint.slider
         if slider is None or slider.on == GROUND:
             continue
         owner = motion.mechanism.index[slider.on]
         link = motion.mechanism.links[owner]
-        if link.beams:
-            continue
-        point = next(iter(link.points))
+        point = under(number) if link.beams else next(iter(link.points))
         on_block = force * place.joint.sense
         block, held = numbers[motion.mechanism.index[slider.link], slider.point], numbers[owner, point]
-        arm = place.arm(owner) - motion.direction[owner] * link.points[point]
+        arm = 0.0 if link.beams else place.arm(owner) - motion.direction[owner] * link.points[point]
         along = np.broadcast_to(place.along, motion.columns)
         slide = PointRow({block: along, held: -along}, {held: -dot(along, 1j * arm)})
         turn = PointRow(shares={held: 1.0})

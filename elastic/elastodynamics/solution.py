@@ -253,7 +253,7 @@ def refined(model: Model) -> Model:
 
 def unanswered(found: Elastodynamic) -> Elastodynamic:
     """With nan in place of fields that will not come about."""
-    nothing = AddedLoads(np.full((1, *found.deflection.q.shape[1:]), np.nan, complex), (), *_still(found))
+    nothing = AddedLoads(np.full((1, *found.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(found))
     own = found.quasi_static
     return replace(found, deflection=deflection(own.motion, own.sections, own.joints, nothing))
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from elastic.deflection import Deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.sampling import sample
+from elastic.elastodynamics.samples import along_beams
 from elastic.vibration.beam_matrices import rigidity
 from rigid import dot
 
@@ -62,7 +62,7 @@ def rigidities(structure: ElasticStructure) -> Any:
 
 def given_forces(structure: ElasticStructure, bent: Deflection) -> Any:
     """The same forces of a deflection, shape (positions, rows)."""
-    N, V, M = (np.moveaxis(sample(bent, name, structure.xi), 0, 1) * structure.weights for name in ("N", "V", "M"))
+    N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
     sheared = np.array([np.isfinite(np.ravel(section.kGA)[0]) for section in structure.sections])
     count = len(N)
     rows = [part.reshape(count, -1) for part in (N, M, -V * sheared.reshape(-1, 1))]

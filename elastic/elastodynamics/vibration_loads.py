@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.displacements import UNDER, Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, masses
 from elastic.elastodynamics.point_effects import lumps_of
@@ -42,6 +42,7 @@ class _Gathered:
         beams, points = structure.weights.shape
         self.q = np.zeros((count, beams, points), complex)
         self.points: list[tuple[int, str, Any, Any]] = []
+        self.blocks: list[tuple[int, Any, Any]] = []
 
     def along_beams(self, force: Any) -> None:
         """A force per length at the Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
@@ -74,7 +75,7 @@ def vibration_loads(found: Problem, motion: Motion, course: tuple[Any, Any, Any]
     _of_lumps(gathered, motion, inertia)
     _of_effects(gathered, found, moved, whole, x1)
     gaps, turns = _openings(gathered, motion, viscous)
-    return AddedLoads(np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), gaps, turns)
+    return AddedLoads(np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
 
 def _of_beams(gathered: _Gathered, found: Problem, directions: Any, moved: Displacements, inertia: Any) -> Any:
@@ -141,7 +142,11 @@ def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, whole
             rate = (found.grid.rates(cause)[0] * whole[..., 0]).sum(-1) + (cause[1:, :-1] * x1).sum(-1)
             amount = amount + own.damping * rate
         for point, force, moment in own.loads(-amount):
-            gathered.points.append((*chosen[point], force, moment))
+            at, name = chosen[point]
+            if name.startswith(UNDER):
+                gathered.blocks.append((int(name.removeprefix(UNDER)), force, moment))
+            else:
+                gathered.points.append((at, name, force, moment))
 
 
 def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, Any]:
@@ -164,16 +169,12 @@ def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, A
 def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
     columns = loads.q.shape[-1]
-    parts = [loads.q.reshape(-1, columns)]
-    parts += [np.broadcast_to(value, (1, columns)) for *_, force, moment in loads.points for value in (force, moment)]
-    parts += [np.broadcast_to(value, (1, columns)) for value in (*loads.gaps, *loads.turns)]
+    pairs = [item[-2:] for item in (*loads.points, *loads.blocks)] + list(zip(loads.gaps, loads.turns, strict=True))
+    parts = [loads.q.reshape(-1, columns), *(np.broadcast_to(value, (1, columns)) for pair in pairs for value in pair)]
     whole = sampled(np.concatenate(parts).T).T
     first = loads.q[..., 0].size
-    q, rest = whole[:first].reshape(*loads.q.shape[:-1], -1), list(whole[first:])
-    pairs, rest = rest[: 2 * len(loads.points)], rest[2 * len(loads.points) :]
-    points = tuple(
-        (at, name, force, moment.real)
-        for (at, name, *_), force, moment in zip(loads.points, pairs[::2], pairs[1::2], strict=True)
-    )
-    gaps, turns = rest[: len(loads.gaps)], rest[len(loads.gaps) :]
-    return AddedLoads(q, points, tuple(gaps), tuple(turn.real for turn in turns))
+    moved = iter(zip(whole[first::2], whole[first + 1 :: 2].real, strict=True))
+    points = tuple((*item[:2], *next(moved)) for item in loads.points)
+    blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
+    gaps, turns = zip(*moved, strict=True)
+    return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], -1), points, blocks, gaps, turns)

@@ -52,6 +52,8 @@ def opening(
 ) -> Opening:
     """Response of the links to loads and given joint forces, and what it opens at the joints."""
     moving = contacts(motion, stance, forces)
+    if added is not None:
+        moving = added.at_blocks(moving, stance.frame.rails, stance)
     found = respond(stance, soft, with_joints(nodes, motion, stance.frame, forces), q, moving)
     gaps: list[Any] = []
     turns: list[Any] = []
