@@ -108,7 +108,7 @@ def designs_of(sections: tuple[Section, ...]) -> tuple[int, ...]:
     return np.broadcast_shapes(*(np.shape(value) for value in values))
 
 
-POWERS = 8
+POWERS = 16
 
 
 def tapered_powers(section: Section, stations: Sequence[float] | Any) -> tuple[Any, Any, Any, Any]:
