@@ -13,15 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from elastic.assessment.output_error import angle_error
-from elastic.deflection import Deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.time_elements import interpolation
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
 from elastic.links.gearing import led
-from elastic.sampling import displacement_of
 from rigid import Motion, beam_directions, displacements, dot, minus, plus, self_stresses, stacked
 
 Points = Sequence[tuple[int, str]]
@@ -70,13 +66,6 @@ class Displacements:
     def __getitem__(self, positions: Any) -> Displacements:
         """At some of the positions."""
         return Displacements(*(part[positions] for part in vars(self).values()))
-
-
-def side_by_side(one: Displacements, other: Displacements) -> Displacements:
-    """The kinds of both."""
-    return Displacements(
-        *(np.concatenate(pair, axis=-1) for pair in zip(vars(one).values(), vars(other).values(), strict=True))
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,6 +217,20 @@ def _starts(structure: ElasticStructure) -> Any:
     return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)
 
 
+def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
+    """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
+    links, number = frame(motion.mechanism), int(name.removeprefix(UNDER))
+    xi = block_places(motion, links)[list(links.rails).index(number)]
+    there, beam = interpolation(structure.xi, xi)[:, None], links.rails[number]
+    return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
+
+
+def _starts(structure: ElasticStructure) -> Any:
+    """Where the beams start in their links' axes [m], complex, shape (beams,)."""
+    links = structure.mechanism.links
+    return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)
+
+
 def given_displacements(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Displacements:
     """The displacements of a deflection, of one kind."""
     motion = bent.motion
@@ -251,13 +254,3 @@ def given_displacements(structure: ElasticStructure, bent: Deflection, chosen: P
         np.array(moves, complex).reshape(len(chosen), count).T[..., None],
         np.array(turns, float).reshape(len(chosen), count).T[..., None],
     )
-
-
-def shear_softness(structure: ElasticStructure) -> Any:
-    """1/kGA along the beams, 0 without shear, shape (beams, points)."""
-    rows = [
-        np.ravel(section.kGA)[0]
-        * np.polynomial.polynomial.polyval(structure.xi, section.taper.kGA if section.taper else (1.0,))
-        for section in structure.sections
-    ]
-    return 1.0 / np.array(rows).reshape(structure.weights.shape)

@@ -1,9 +1,8 @@
 """Equations of motion of the elastic coordinates about the rigid motion, at the points of a grid of time.
 
-M x'' + C x' + K x = g for what the vibrating links add to the quasi-static answer, x the amplitudes of a basis of the
-elastic coordinates: by d'Alembert's principle in the ground's axes, where masses do not move and there are no Coriolis
-terms. The quasi-static answer is one more kind of displacement, of amplitude 1: what its inertia, damping and the
-forces on displaced links ask for is the load. Derivation: docs/elastodynamics.md.
+M x'' + C x' + K x = g, x the amplitudes of a basis of the elastic coordinates: by d'Alembert's principle in the
+ground's axes, where masses do not move and there are no Coriolis terms. The load is the work of the section forces of
+the quasi-static answer on the basis' strains, whatever loads these forces balance. Derivation: docs/elastodynamics.md.
 """
 
 from __future__ import annotations
@@ -18,9 +17,7 @@ from elastic.elastodynamics.displacements import (
     Displacements,
     Points,
     carriage,
-    given_displacements,
     own_basis,
-    side_by_side,
     unit_displacements,
 )
 from elastic.elastodynamics.elastic_structure import ElasticStructure
@@ -139,65 +136,48 @@ class Problem:
     ----------
     equations
         Of the amplitudes, at the grid's points.
-    moved
-        The kinds of displacement, and last the quasi-static answer, at all nodes.
-    rows, rate, acceleration
-        Those of the masses, and their derivatives in time, at the points, shape (points, masses, r + 1).
+    rate, acceleration
+        Derivatives in time of the masses' displacements per amplitude, at the points, shape (points, masses, r).
     felt
         At all nodes.
     strains, strain_rate
         Per amplitude, shape (rows, r) or (points, rows, r), and how these change; 0.0 where they do not.
-    given_rate
-        Rates of the quasi-static answer's forces, shape (points, rows).
     """
 
     kinematics: Kinematics
     grid: Grid
     damping: Damping
     equations: Equations
-    moved: Displacements
-    rows: Any
     rate: Any
     acceleration: Any
     felt: Felt
     strains: Any
     strain_rate: Any
-    given_rate: Any
 
 
 def problem(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping) -> Problem:
     """Equations of motion about the motion of a deflection at the nodes of a grid."""
-    structure, chosen = kinds.structure, kinds.chosen
-    r = kinds.rows.shape[-1]
-    given = given_displacements(structure, bent, chosen)
-    moved = side_by_side(kinds.unit, given)
-    nodes = np.concatenate((kinds.rows, mass_rows(structure, bent.motion, chosen, given)), axis=-1)
-    rate, acceleration = grid.rates(nodes)
-    rows = nodes[1:]
-    heavy = (np.conj(rows[..., :r]) * masses(structure)[:, None]).swapaxes(-1, -2)
-    mass = (heavy @ rows[..., :r]).real
-    viscous = 2 * (heavy @ rate[..., :r]).real
-    felt = felt_forces(structure, bent, chosen)
-    stiffness = (heavy @ acceleration).real + felt.stiffness(kinds.unit, moved)[1:]
+    structure, unit, basis = kinds.structure, kinds.unit, kinds.basis
+    rate, acceleration = grid.rates(kinds.rows)
+    rows = kinds.rows[1:]
+    heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
+    mass, viscous = (heavy @ rows).real, 2 * (heavy @ rate).real
+    felt = felt_forces(structure, bent, kinds.chosen)
+    stiffness = (heavy @ acceleration).real + felt.stiffness(unit, unit)[1:]
     for effect in felt.effects:
         if np.any(effect.damping):
-            row = effect.felt(kinds.unit)[1:, :, None] * effect.damping
-            cause = effect.cause(moved)
-            viscous = viscous + row * cause[1:, None, :r]
+            row, cause = effect.felt(unit)[1:, :, None] * effect.damping, effect.cause(unit)
+            viscous = viscous + row * cause[1:, None]
             stiffness = stiffness + row * grid.rates(cause)[0][:, None]
-    basis = kinds.basis
     strains, strain_rate = strain_rows(structure, basis), 0.0
     if basis.ndim == 3:
         strains, strain_rate = strains[1:], strain_rows(structure, grid.rates(basis)[0])
-    strong = strains.swapaxes(-1, -2) * rigidities(structure)
-    weak = strains.swapaxes(-1, -2) * damping.per_row(structure)
-    given_rate = grid.rates(given_forces(structure, bent))[0]
-    viscous = viscous + (weak * rigidities(structure)) @ strains
-    stiffness[..., :r] += strong @ strains
+    across = strains.swapaxes(-1, -2)
+    weak = across * (damping.per_row(structure) * rigidities(structure))
+    viscous = viscous + weak @ strains
+    stiffness = stiffness + (across * rigidities(structure)) @ strains
     if basis.ndim == 3:
-        stiffness[..., :r] += (weak * rigidities(structure)) @ strain_rate
-    stiffness[..., r] += (weak @ given_rate[..., None])[..., 0]
-    equations = Equations(mass, viscous, stiffness[..., :r], -stiffness[..., r])
-    return Problem(
-        kinds, grid, damping, equations, moved, rows, rate, acceleration, felt, strains, strain_rate, given_rate
-    )
+        stiffness = stiffness + weak @ strain_rate
+    load = (across @ given_forces(structure, bent)[1:, :, None])[..., 0]
+    equations = Equations(mass, viscous, stiffness, load)
+    return Problem(kinds, grid, damping, equations, rate, acceleration, felt, strains, strain_rate)

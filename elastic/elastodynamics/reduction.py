@@ -7,19 +7,23 @@ Engineering and Structural Dynamics 10 (1982) 813-821).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.strains import given_forces, strain_rows
 from rigid import Motion
 
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
 LEAST = 3
+LOADED = 10.0  # times as closely as modes are loads' own shapes followed
 MASSLESS = 1e-13
 
 
@@ -37,6 +41,8 @@ class Cycle:
         Lowest natural frequency at every position [rad/s], the drives held; infinite where nothing vibrates.
     values, modes
         Of the mean of the masses: 1/omega^2, falling, and vectors, shape (n, n).
+    bent
+        By loads, quasi-statically, shape (n, columns): a column's length squared is twice its energy.
     """
 
     unstrained: Any
@@ -44,10 +50,11 @@ class Cycle:
     omega: Any
     values: Any
     modes: Any
+    bent: Any
 
 
-def cycle_of(structure: ElasticStructure, motion: Motion) -> Cycle:
-    """Modes of a structure over some positions of its cycle."""
+def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> Cycle:
+    """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
     unstrained = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
@@ -61,7 +68,9 @@ def cycle_of(structure: ElasticStructure, motion: Motion) -> Cycle:
     greatest = np.linalg.eigvalsh(own)[:, -1]
     with np.errstate(divide="ignore"):
         omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
-    return Cycle(unstrained, own, omega, values, modes[:, ::-1])
+    strains = strain_rows(structure, basis).swapaxes(-1, -2)
+    bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
+    return Cycle(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
 def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
@@ -74,14 +83,23 @@ def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
     """
     values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
     bent = cycle.masses @ (chosen / values)
-    bent = bent - chosen @ (chosen.T @ bent)
     wide = np.concatenate(list(bent), axis=1) / np.sqrt(len(bent))
-    ways, sizes, _ = np.linalg.svd(wide, full_matrices=False)
-    basis = np.concatenate((chosen, ways[:, sizes > besides]), axis=1)
+    basis = _with_more(chosen, wide, besides)
+    loaded = np.linalg.norm(cycle.bent, axis=0)
+    if loaded.any():
+        basis = _with_more(basis, cycle.bent / loaded.max(), besides / LOADED)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
     size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
     basis = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
     return basis
+
+
+def _with_more(basis: Any, others: Any, least: float) -> Any:
+    """Orthonormal columns with the directions of others that these have a greater part in than `least`."""
+    beyond = others - basis @ (basis.T @ others)
+    ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)
+    more = ways[:, sizes > least]
+    return np.concatenate((basis, more - basis @ (basis.T @ more)), axis=1)
 
 
 def near_modes(cycle: Cycle) -> int:

@@ -10,18 +10,18 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.deflection import Deflection, deflection
-from elastic.elastodynamics.displacements import given_displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import Kinematics, Problem, kinematics, problem
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, rigidities
 from elastic.elastodynamics.time_elements import STAGES, Grid, Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
-from rigid import SINGULAR, MechanismError, Motion, beam_directions
+from rigid import SINGULAR, MechanismError, Motion, beam_directions, with_rates
 
 MotionAt = Callable[[Any], Motion]
 Start = Callable[[Propagation, "Problem", Deflection], Any]
@@ -118,7 +118,11 @@ def _coordinates(
     motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
 ) -> tuple[ElasticStructure, Cycle | None]:
     structure = elastic_structure(motion.mechanism, sections, joints, inner)
-    return structure, cycle_of(structure, motion) if len(structure.stiffness) else None
+    if not len(structure.stiffness):
+        return structure, None
+    slow = with_rates(motion, 0.0)
+    loaded = [deflection(course, sections, joints) for course in (motion, slow)]
+    return structure, cycle_of(structure, motion, loaded)
 
 
 def checked(motion: Motion) -> Motion:
@@ -159,21 +163,21 @@ class Vibration:
     @property
     def displacements(self) -> Any:
         """Of the beams' points in their own axes or, without beams, of the mechanism's, (points, places), complex."""
-        return self._places(np.append(self.course[0], np.ones((len(self.course[0]), 1)), axis=1))
+        return self._places(self.course[0])
 
     @property
     def unresolved(self) -> Any:
         """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
-        found, (x, _, x2) = self.problem, self.course
+        found, (_, _, x2) = self.problem, self.course
         strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
         bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
         moved = self.displacements
-        by_inertia = self._places(np.append(bent, np.zeros((len(x), 1)), axis=1))
+        by_inertia = self._places(bent)
         return np.maximum(*(found.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
 
     def _places(self, amounts: Any) -> Any:
         """Displacements of given amounts of all kinds."""
-        moved = self.problem.moved
+        moved = self.problem.kinematics.unit
         if not moved.beams.size:
             return (moved.moves[1:] @ amounts[..., None])[..., 0].reshape(len(amounts), -1)
         along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
@@ -191,9 +195,9 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled."""
     plain = deflection(checked(motion), model.sections, model.joints)
     if model.cycle is None:
-        nothing = np.zeros(0, complex)
-        return Elastodynamic(plain, plain, model.damping, np.inf, nothing, 0, 0, 0.0, 0.0)
-    modes, resolved, before = near_modes(model.cycle), tolerance, np.inf
+        none = np.zeros(0, complex)
+        return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
+    modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
         found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
         times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
@@ -204,8 +208,9 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
         if reduction_error <= tolerance:
             break
-        if reduction_error > before / 2 and time_error > tolerance / FINER:  # what is left is not the coordinates'
-            resolved = tolerance / FINER
+        in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
+        if in_time:
+            resolved /= FINER
         else:
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
@@ -238,8 +243,8 @@ def _difference(structure: ElasticStructure, bent: Deflection, reduced: Any) -> 
     """Between displacements along the beams of a deflection and in reduced coordinates, of the largest."""
     if not len(structure.sections):
         return 0.0
-    own = given_displacements(structure, bent, ()).beams[..., 0]
-    own = (np.conj(beam_directions(bent.motion)).T[:, :, None] * own).reshape(len(own), -1)
+    u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
+    own = (u + 1j * w).reshape(len(u), -1)
     greatest = float(np.abs(own).max())
     return float(np.abs(own - reduced).max()) / greatest if greatest else 0.0
 

@@ -61,8 +61,11 @@ def rigidities(structure: ElasticStructure) -> Any:
 
 
 def given_forces(structure: ElasticStructure, bent: Deflection) -> Any:
-    """The same forces of a deflection, shape (positions, rows)."""
+    """The same forces of a deflection, with those that would undo free strains, shape (positions, rows)."""
     N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
+    free = [np.ravel(section.strain)[0] for section in structure.sections]
+    stiff = rigidities(structure)[: structure.weights.size].reshape(structure.weights.shape)
+    N = N + stiff * np.reshape(free, (-1, 1))
     sheared = np.array([np.isfinite(np.ravel(section.kGA)[0]) for section in structure.sections])
     count = len(N)
     rows = [part.reshape(count, -1) for part in (N, M, -V * sheared.reshape(-1, 1))]

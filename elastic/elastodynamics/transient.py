@@ -57,17 +57,17 @@ def transient(
     return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static, cyclic=False)
 
 
-def _quasi_static(_: Propagation, found: Problem, __: Deflection) -> Any:
-    """Nothing besides the quasi-static answer."""
+def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Any:
     return np.zeros(2 * found.equations.load.shape[-1])
 
 
-def _undeformed(_: Propagation, found: Problem, bent: Deflection) -> Any:
-    """What takes the quasi-static deflection and its rate away, as nearly as strains of the amplitudes can."""
-    structure, stages = found.kinematics.structure, found.grid.stages
+def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Any:
+    """Amplitudes of the quasi-static answer at the start, and their rates."""
+    structure = found.kinematics.structure
     strains = found.strains[0] if found.strains.ndim == 3 else found.strains
-    strong = strains.T * rigidities(structure)
-    force = given_forces(structure, bent)[0]
-    rate = (interpolation(scheme(stages).points, np.zeros(1)) @ found.given_rate[:stages])[0]
-    stiffness = strong @ strains
-    return -np.concatenate([np.linalg.solve(stiffness, strains.T @ part) for part in (force, rate)])
+    forces = given_forces(structure, bent)
+    at_start = interpolation(scheme(found.grid.stages).points, np.zeros(1))
+    rate = (at_start @ found.grid.rates(forces)[0][: found.grid.stages])[0]
+    across = strains.T
+    stiffness = (across * rigidities(structure)) @ strains
+    return np.concatenate([np.linalg.solve(stiffness, across @ part) for part in (forces[0], rate)])

@@ -62,18 +62,17 @@ def vibration_loads(found: Problem, motion: Motion, course: tuple[Any, Any, Any]
     `motion` is that at the grid's nodes.
     """
     x, x1, x2 = course
-    structure, r = found.kinematics.structure, x.shape[1]
+    structure = found.kinematics.structure
     directions = beam_directions(motion).T[1:]
-    whole = np.append(x, np.ones((len(x), 1)), axis=1)[..., None]
-    moved = found.moved[1:] @ whole
-    acceleration = found.acceleration @ whole + 2 * found.rate[..., :r] @ x1[..., None]
-    inertia = -masses(structure) * (acceleration + found.rows[..., :r] @ x2[..., None])[..., 0]
+    moved = found.kinematics.unit[1:] @ x[..., None]
+    acceleration = found.acceleration @ x[..., None] + 2 * found.rate @ x1[..., None]
+    inertia = -masses(structure) * (acceleration + found.kinematics.rows[1:] @ x2[..., None])[..., 0]
     gathered = _Gathered(structure, len(x))
     flux = _of_beams(gathered, found, directions, moved, inertia)
     viscous = _strain_rates(found, x, x1)
     _of_strain_rates(gathered, directions, viscous, flux)
     _of_lumps(gathered, motion, inertia)
-    _of_effects(gathered, found, moved, whole, x1)
+    _of_effects(gathered, found, moved, x, x1)
     gaps, turns = _openings(gathered, motion, viscous)
     return AddedLoads(np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
@@ -100,7 +99,7 @@ def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
     rates = (found.strains @ x1[..., None])[..., 0]
     if np.ndim(found.strain_rate):
         rates = rates + (found.strain_rate @ x[..., None])[..., 0]
-    return (rates * rigidities(structure) + found.given_rate) * found.damping.per_row(structure)
+    return rates * rigidities(structure) * found.damping.per_row(structure)
 
 
 def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: Any) -> None:
@@ -131,15 +130,15 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, whole: Any, x1: Any) -> None:
+def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, x: Any, x1: Any) -> None:
     """Forces that displaced points feel."""
     chosen = found.kinematics.chosen
     for effect in found.felt.effects:
         own = effect[1:]
         amount = own.stiffness * own.cause(moved)[:, 0]
         if np.any(own.damping):
-            cause = effect.cause(found.moved)
-            rate = (found.grid.rates(cause)[0] * whole[..., 0]).sum(-1) + (cause[1:, :-1] * x1).sum(-1)
+            cause = effect.cause(found.kinematics.unit)
+            rate = (found.grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
             amount = amount + own.damping * rate
         for point, force, moment in own.loads(-amount):
             at, name = chosen[point]
