@@ -17,8 +17,13 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.time_elements import interpolation
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
-from elastic.links.gearing import led
-from rigid import Motion, beam_directions, displacements, dot, minus, plus, self_stresses, stacked
+from elastic.links.gearing import gear_gap
+from rigid import Motion
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import stacked
+from rigid.loads import beam_directions
+from rigid.plane import ZERO, dot, number
 
 Points = Sequence[tuple[int, str]]
 
@@ -94,17 +99,17 @@ def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
         for (at, name), (move, turn) in structure.nodes.items()
     }
     gaps, turns = _openings(structure, motion, bent)
-    shifts, turning = displacements(motion.closures, gaps, turns, [0.0] * len(motion.mechanism.links))
+    shifts, turning, _ = displacements(motion.closures, gaps, turns, [ZERO] * len(motion.mechanism.links))
     shape = (size, count)
     work = [
         sum(
-            dot(force, gap) + moment * turn
+            number(dot(force, gap)) + number(moment * turn)
             for force, moment, gap, turn in zip(state.force, state.moment, gaps, turns, strict=True)
         )
         for state in self_stresses(motion.closures)
     ]
     open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
-    angle = stacked([np.imag(value) for value in turning], shape, float)
+    angle = stacked([value.imag for value in turning], shape, float)
     return Carriage(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
 
 
@@ -112,18 +117,17 @@ def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[l
     """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
     beams = frame(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams) if beams.rails else (), strict=True))
-    still = (0.0, 0.0)
+    still = (ZERO, ZERO)
     gaps, turns = [], []
-    for number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
+    for place_number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
         child = bent.get((joint.child, joint.child_point or ""), still)
         parent = bent.get((joint.parent, joint.parent_point or ""), still)
-        if number in blocks:
-            on_beam = _under_block(structure, motion, beams.rails[number], blocks[number], bent)
-            child, parent = (child, on_beam) if joint.sense > 0 else (on_beam, parent)
-        gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
-        along, turned = led(place, bent)
-        gaps.append(plus(gap, along))
-        turns.append(plus(turn, turned))
+        if place_number in blocks:
+            on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
+            child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
+        along, turned = gear_gap(place, bent)
+        gaps.append(parent[0] - child[0] + along)
+        turns.append(parent[1] - child[1] + turned)
     shape = (len(structure.stiffness), motion.columns[-1])
     for row, freedom in enumerate(structure.soft, len(structure.stiffness) - len(structure.soft)):
         opened = np.zeros(shape, complex)

@@ -17,7 +17,7 @@ from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import root_of
 from elastic.vibration.beam_matrices import rotary_inertia
-from rigid import Mechanism, Motion
+from rigid import Mechanism, Motion, structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ def _soft_freedoms(
 ) -> tuple[tuple[SoftFreedom, ...], list[float]]:
     """The ways in which soft joints open, and their compliances."""
     found, softness = [], []
-    for number, joint in enumerate(mechanism.structure.joints):
+    for number, joint in enumerate(structure(mechanism).joints):
         own = joints.get(joint.name)
         if own is None:
             continue

@@ -25,7 +25,8 @@ from elastic.elastodynamics.point_effects import PointEffect, lumps_of, point_ef
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Equations, Grid
-from rigid import LineLoad, Motion, beam_directions
+from rigid import LineLoad, Motion
+from rigid.loads import beam_directions
 
 
 @dataclass(frozen=True, eq=False)

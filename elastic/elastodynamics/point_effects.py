@@ -14,7 +14,19 @@ import numpy as np
 from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import Displacements, Points, under
 from elastic.links.beam_trees import frame
-from rigid import GROUND, Lump, Mechanism, Motion, PointLoad, Spring, TorsionSpring, dot, position_of, velocity_of
+from rigid import (
+    GROUND,
+    Lump,
+    Mechanism,
+    Motion,
+    PointLoad,
+    Spring,
+    TorsionSpring,
+    position_of,
+    structure,
+    velocity_of,
+)
+from rigid.plane import dot, number
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +107,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
         if at and not link.beams:
             found.append((at, next(iter(link.points))))
     rails = frame(mechanism).rails
-    for number, joint in enumerate(mechanism.structure.joints):
+    for number, joint in enumerate(structure(mechanism).joints):
         if joint.slider is not None:
             found.append((mechanism.index[joint.slider.link], joint.slider.point))
             if number in rails:
@@ -154,7 +166,7 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
         for place, force in zip(motion.places, bent.forces.force, strict=True):
             if at in (place.joint.child, place.joint.parent):
                 sign = 1.0 if place.joint.child == at else -1.0
-                total = total + dot(sign * force, place.arm(at))
+                total = total + number(dot(sign * force, place.arm(at)))
         for lump in link.lumps:
             arm = motion.direction[at] * (link.points[lump.point] + lump.offset)
             total = total + dot(_lump_force(motion, at, lump), arm)

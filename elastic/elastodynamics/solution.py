@@ -21,7 +21,8 @@ from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
-from rigid import SINGULAR, MechanismError, Motion, beam_directions, with_rates
+from rigid import SINGULAR, MechanismError, Motion, with_rates
+from rigid.loads import beam_directions
 
 MotionAt = Callable[[Any], Motion]
 Start = Callable[[Propagation, "Problem", Deflection], Any]

@@ -19,7 +19,10 @@ from elastic.elastodynamics.equations_of_motion import Problem, masses
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
 from elastic.links.added_loads import AddedLoads
-from rigid import Motion, beam_directions, cross
+from rigid import Motion
+from rigid import structure as joints_of
+from rigid.loads import beam_directions
+from rigid.plane import cross
 
 
 @lru_cache(maxsize=32)
@@ -151,7 +154,7 @@ def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, x: An
 def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, Any]:
     """What dampers in soft joints keep these from opening, per joint."""
     structure = gathered.structure
-    joints = structure.mechanism.structure.joints
+    joints = joints_of(structure.mechanism).joints
     gaps: list[Any] = [0.0] * len(joints)
     turns: list[Any] = [0.0] * len(joints)
     first = len(structure.stiffness) - len(structure.soft)

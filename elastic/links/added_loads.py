@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic.links.free_body import Contact, Nodes, Stance, put
-from rigid import Motion, cross
+from rigid import Motion
+from rigid.plane import cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,8 @@ class AddedLoads:
             yield at, force, cross(arm, force) + moment
         for number, force, moment in self.blocks:
             place = motion.places[number]
-            at = place.joint.parent if place.joint.sense > 0 else place.joint.child
-            yield at, force, cross(place.arm(at), force) + moment
+            owner = place.joint.owner
+            yield owner, force, cross(place.arm(owner), force) + moment
 
     def at_blocks(self, moving: tuple[Contact, ...], rails: Mapping[int, int], stance: Stance) -> tuple[Contact, ...]:
         """Loads of blocks on beams with those of `blocks` added."""

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.analysis.limits import aligned_joint
+from rigid.analysis.turning_points import aligned_joint
 from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.tracking import Tracker
-from rigid.mechanism import Law, Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.mechanism import Mechanism
 from rigid.names import counted
+from rigid.parts import Law, MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
@@ -28,7 +29,14 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued."""
+    """A motion that cannot be continued; `time` [s] is the last at which it could.
+
+    The rest as of `MechanismError`.
+    """
+
+    def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
+        super().__init__(message, **culprits)
+        self.time = time
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class IntegratedMotion:
     """An integrated motion; `motion_during` gives it at any times.
 
     Attributes
@@ -78,7 +86,7 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
-) -> Course:
+) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
     Parameters
@@ -122,12 +130,12 @@ def forward(
     unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
-        raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
+        raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     scale = tolerance * np.concatenate([unit, unit / duration])
     return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
+def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853, OdeSolution
 
@@ -139,19 +147,19 @@ def _integrated(system: _System, begin: Reals, duration: float, tolerance: float
         solver.step()
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            raise ForwardError(_stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker)))
+            raise _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
         tracker.mark()
         times.append(solver.t)
         pieces.append(solver.dense_output())
         origins.append(tracker.origin)
         directions.append(tracker.direction)
     postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
-    return Course(
+    return IntegratedMotion(
         tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
     )
 
 
-def motion_during(course: Course, time: Any) -> Motion:
+def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:
@@ -217,7 +225,13 @@ def _aligned(tracker: Tracker) -> str:
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
-def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> str:
-    names = (getattr(each, "link", None) or getattr(each, "slider", "") for each in mechanism.drives)
+def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> ForwardError:
+    names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
-    return f"the motion cannot go on after {time:.6g} s with {places}: {why}"
+    return ForwardError(
+        f"the motion cannot go on after {time:.6g} s with {places}: {why}",
+        time,
+        kind="singular",
+        links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
+        drives=range(len(names)),
+    )

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-POINTS = 65
-ZOOMS = 12
-TOUCH = 1e-7
+POINTS = 65  # of a grid in which the least |s| is looked for
+ZOOMS = 12  # into the least interval of that grid, at most
+TOUCH = 1e-7  # |s| that counts as zero
 ROUNDED = 16  # the least of POINTS values of a sharp corner is a smaller part than this of the greatest
-SAME = 1e-5
-SHALLOW = 0.5
-CLEARLY = 1.01
+SAME = 1e-5  # of a step between positions, within which two touches are one
+SHALLOW = 0.5  # |s| above which no touch is near
+CLEARLY = 1.01  # ratio of two values of |s| that are told apart
 
 Sine = Callable[[Any], Any]
 

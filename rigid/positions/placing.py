@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigid.closure import Closure, closure
+from rigid.decomposition.groups import Group, Structure
+from rigid.drawing import Drawing
+from rigid.joints import joint_place
 from rigid.mechanism import Mechanism
+from rigid.plane import ROUND_OFF
 from rigid.positions import change_points
-from rigid.positions.drawing import Drawing
 from rigid.positions.drive_path import Way, way_through
 from rigid.positions.dyad_places import place_dyad
-from rigid.positions.dyads import ROUND_OFF
 from rigid.positions.newton import correct, follow, require_closed
 from rigid.positions.placement import Placement
-from rigid.topology.structure import Group, Structure
-
-if TYPE_CHECKING:
-    from rigid.postures import Posture
+from rigid.postures import Posture
 
 AT_MOST = 1e-6  # slack behind a singular position
 
@@ -47,7 +46,7 @@ def place(
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
-        tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
+        tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
         closures.append(closure(group, tree, cut, next(sines) if group.free else 1.0))
     return placed, tuple(closures)
 
