@@ -20,6 +20,13 @@ if TYPE_CHECKING:
     from elastic.assessment.validity import LIMITS, Caution, Limit, cautions
     from elastic.beams.cross_sections import Shape, circle, rectangle, section_of, tapered, tube
     from elastic.chunks import deflection_in_chunks
+    from elastic.elastodynamics.solution import Elastodynamic
+    from elastic.elastodynamics.speed_map import SpeedMap, speed_map
+    from elastic.elastodynamics.steady_state import elastodynamic
+    from elastic.elastodynamics.strains import Damping
+    from elastic.elastodynamics.structural_buckling import buckling_factor
+    from elastic.elastodynamics.theory_error import TheoryError, theory_error
+    from elastic.elastodynamics.transient import transient
     from elastic.vibration.frequencies import Frequencies, natural_frequencies
 
 __all__ = [
@@ -27,7 +34,9 @@ __all__ = [
     "LIMITS",
     "RIGID",
     "Caution",
+    "Damping",
     "Deflection",
+    "Elastodynamic",
     "Extreme",
     "Frequencies",
     "Harmonics",
@@ -37,14 +46,18 @@ __all__ = [
     "Peak",
     "Section",
     "Shape",
+    "SpeedMap",
     "Taper",
+    "TheoryError",
     "angle_error",
+    "buckling_factor",
     "cautions",
     "circle",
     "coefficients",
     "deflection",
     "deflection_in_chunks",
     "displacement_of",
+    "elastodynamic",
     "euler_loads",
     "euler_ratio",
     "extremes",
@@ -62,10 +75,13 @@ __all__ = [
     "sample",
     "section_of",
     "slenderness",
+    "speed_map",
     "stress",
     "stress_extremes",
     "stress_range",
     "tapered",
+    "theory_error",
+    "transient",
     "tube",
 ]
 
@@ -78,6 +94,13 @@ _LATER = {
     "elastic.assessment.harmonics": ("Harmonics", "harmonics", "quasi_static_error"),
     "elastic.beams.cross_sections": ("Shape", "circle", "rectangle", "section_of", "tapered", "tube"),
     "elastic.assessment.strength": ("safety_factor", "stress", "stress_extremes", "stress_range"),
+    "elastic.elastodynamics.solution": ("Elastodynamic",),
+    "elastic.elastodynamics.speed_map": ("SpeedMap", "speed_map"),
+    "elastic.elastodynamics.steady_state": ("elastodynamic",),
+    "elastic.elastodynamics.strains": ("Damping",),
+    "elastic.elastodynamics.structural_buckling": ("buckling_factor",),
+    "elastic.elastodynamics.theory_error": ("TheoryError", "theory_error"),
+    "elastic.elastodynamics.transient": ("transient",),
     "elastic.vibration.frequencies": ("Frequencies", "natural_frequencies"),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
