@@ -171,7 +171,7 @@ def unit_displacements(
         else np.moveaxis(np.tensordot(part, basis, (1, 0)), 0, 1)
         for part in (carried.shift, carried.angle)
     )
-    per = basis[:, None, None] if wide else basis
+    per = basis[:, None] if wide else basis
     own = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
     links = [at for at, _ in motion.mechanism.beams]
     starts = _starts(structure)

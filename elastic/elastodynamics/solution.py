@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.beams.line import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.deflection import Deflection, deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
@@ -32,6 +33,7 @@ INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
 ORDER = 4  # with which the error in time falls at worst, for the next guess
+SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
@@ -106,6 +108,8 @@ def vibrating_model(
     damping: Damping | float | None,
 ) -> Model:
     """Elastic coordinates, modes and damping of a mechanism over a stretch of time."""
+    if designs_of(tuple(sections)):
+        raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
     looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
     structure, cycle = _coordinates(looked_at, sections, joints, INNER)
     if damping is None:
@@ -163,7 +167,7 @@ class Vibration:
 
     @property
     def displacements(self) -> Any:
-        """Of the beams' points in their own axes or, without beams, of the mechanism's, (points, places), complex."""
+        """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
         return self._places(self.course[0])
 
     @property
@@ -180,7 +184,7 @@ class Vibration:
         """Displacements of given amounts of all kinds."""
         moved = self.problem.kinematics.unit
         if not moved.beams.size:
-            return (moved.moves[1:] @ amounts[..., None])[..., 0].reshape(len(amounts), -1)
+            return amounts
         along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
         return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
 
@@ -234,6 +238,8 @@ def _in_time(
         bent = deflection(motion, model.sections, model.joints)
         found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
         error = found.unresolved
+        # a step of the loads stays one however short its element
+        error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), error, 0.0)
         if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
             return found, grid, float(error.max())
         parts = np.ceil((error / tolerance) ** (1 / ORDER))

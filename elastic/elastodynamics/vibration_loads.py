@@ -179,4 +179,4 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     points = tuple((*item[:2], *next(moved)) for item in loads.points)
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
     gaps, turns = zip(*moved, strict=True)
-    return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], -1), points, blocks, gaps, turns)
+    return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], whole.shape[-1]), points, blocks, gaps, turns)
