@@ -1,4 +1,4 @@
-"""One link clamped at the root of its beams: its elastic coordinates and what they do along its beams and at its nodes."""
+"""One link clamped at the root of its beams: elastic coordinates, and what they do along its beams and at its nodes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int,
     """
     scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
     own, parts = of_design(link, sections, scale, 0)
-    lengths = [abs(own.points[beam.end] - own.points[beam.start]) for beam in own.beams]
+    lengths = [abs(complex(own.points[beam.end]) - complex(own.points[beam.start])) for beam in own.beams]
     shapes = [beam_shapes(length, part, inner, points) for length, part in zip(lengths, parts, strict=True)]
     whole = link_coordinates(own, parts, [shape.u.shape[1] for shape in shapes])
     clamped = null_space(whole.place(root))

@@ -85,18 +85,19 @@ def elastic_structure(
     stiffness[range(sum(sizes), size), range(sum(sizes), size)] = 1.0 / np.array(softness)
     fields = {name: np.zeros((len(sections), points, size)) for name in SCALES}
     nodes, first, beam = {}, 0, 0
-    for at, link in links.items():
-        columns = slice(first, first + len(link.stiffness))
-        rows = slice(beam, beam + len(link.fields["u"]))
+    for at, clamped in links.items():
+        columns = slice(first, first + len(clamped.stiffness))
+        rows = slice(beam, beam + len(clamped.fields["u"]))
         first, beam = columns.stop, rows.stop
-        stiffness[columns, columns] = link.stiffness
-        for name, values in link.fields.items():
+        stiffness[columns, columns] = clamped.stiffness
+        for name, values in clamped.fields.items():
             fields[name][rows, :, columns] = values
-        for name, (move, turn) in link.nodes.items():
+        for name, (move, turn) in clamped.nodes.items():
             nodes[at, name] = np.zeros(size, complex), np.zeros(size)
             nodes[at, name][0][columns], nodes[at, name][1][columns] = move, turn
+    xi, length, weights, mass, rotary = _masses(mechanism, sections, points)
     return ElasticStructure(
-        mechanism, tuple(sections), *_masses(mechanism, sections, points), fields, nodes, soft, stiffness
+        mechanism, tuple(sections), xi, length, weights, mass, rotary, fields, nodes, soft, stiffness
     )
 
 
@@ -107,12 +108,14 @@ def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
     return max(degrees, default=0)
 
 
-def _masses(mechanism: Mechanism, sections: Sequence[Section], points: int) -> tuple[Any, ...]:
+def _masses(mechanism: Mechanism, sections: Sequence[Section], points: int) -> tuple[Any, Any, Any, Any, Any]:
     """Gauss points, lengths, weights, masses and moments of inertia of all beams."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
-    lengths, masses, rotary = np.zeros(len(sections)), np.zeros((len(sections), points)), np.zeros(
-        (len(sections), points)
+    lengths, masses, rotary = (
+        np.zeros(len(sections)),
+        np.zeros((len(sections), points)),
+        np.zeros((len(sections), points)),
     )
     for number, ((at, beam), section) in enumerate(zip(mechanism.beams, sections, strict=True)):
         ends = mechanism.links[at].points

@@ -26,7 +26,8 @@ from rigid import (
     structure,
     velocity_of,
 )
-from rigid.plane import dot, number
+from rigid.plane import dot
+from rigid.plane import number as plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +167,7 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
         for place, force in zip(motion.places, bent.forces.force, strict=True):
             if at in (place.joint.child, place.joint.parent):
                 sign = 1.0 if place.joint.child == at else -1.0
-                total = total + number(dot(sign * force, place.arm(at)))
+                total = total + plain(dot(sign * force, place.arm(at)))
         for lump in link.lumps:
             arm = motion.direction[at] * (link.points[lump.point] + lump.offset)
             total = total + dot(_lump_force(motion, at, lump), arm)

@@ -17,7 +17,7 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, rigidities
-from elastic.elastodynamics.time_elements import STAGES, Grid, Propagation, propagation
+from elastic.elastodynamics.time_elements import Grid, Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import frame
@@ -73,6 +73,9 @@ class Elastodynamic:
     elements: int
     time_error: float
     reduction_error: float
+
+    def __repr__(self) -> str:
+        return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
 
     @property
     def growth(self) -> float:
@@ -202,6 +205,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     if model.cycle is None:
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
+    lowest = float(model.cycle.omega.min())
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
         found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
@@ -211,7 +215,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
-        if reduction_error <= tolerance:
+        if reduction_error <= tolerance or model.cycle is None:
             break
         in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
         if in_time:
@@ -220,10 +224,10 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
         before = reduction_error
+    size = found.course[0].shape[1]
     answer = Elastodynamic(
-        bent, plain, model.damping, float(model.cycle.omega.min()), multipliers, len(found.course[0][0]),
-        len(grid.steps), time_error, reduction_error,
-    )  # fmt: skip
+        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error
+    )
     return answer if answer.stable else unanswered(answer)
 
 

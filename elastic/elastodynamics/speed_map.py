@@ -13,7 +13,16 @@ from elastic.deflection import Deflection, deflection
 from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
-from elastic.elastodynamics.solution import BESIDES, NEUTRAL, Model, MotionAt, Vibration, checked, vibrating_model, vibration
+from elastic.elastodynamics.solution import (
+    BESIDES,
+    NEUTRAL,
+    Model,
+    MotionAt,
+    Vibration,
+    checked,
+    vibrating_model,
+    vibration,
+)
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid, Propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads

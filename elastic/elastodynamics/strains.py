@@ -14,7 +14,7 @@ from elastic.deflection import Deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.samples import along_beams
 from elastic.vibration.beam_matrices import rigidity
-from rigid.plane import ZERO, dot, number
+from rigid.plane import dot
 
 
 @dataclass(frozen=True, eq=False)

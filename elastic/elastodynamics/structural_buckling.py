@@ -63,7 +63,7 @@ def buckling_factor(deflection: Deflection) -> Reals:
 
 
 def _least_factor(stiffness: Any, pressed: Any) -> Any:
-    """Smallest positive factor at which stiffness + factor pressed is singular; forces that turn make it unsymmetric."""
+    """Smallest positive factor at which stiffness + factor pressed is singular; forces that turn unbalance it."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     both = scale[:, :, None] * scale[:, None, :]
     inverse = np.linalg.inv(np.linalg.cholesky(stiffness * both))

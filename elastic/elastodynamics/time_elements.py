@@ -1,9 +1,9 @@
-"""Linear differential equations of second order whose coefficients change with time, by collocation in elements of time.
+"""Linear differential equations of second order with coefficients that change with time, by elements of time.
 
-Within an element the acceleration is a polynomial through Radau's points: the method Radau IIA of STAGES stages, of
-order 2 STAGES - 1, which damps what it cannot resolve (Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5). All elements are solved at once for any state that they may begin with; what is left is a product of small
-matrices, which gives the periodic solution, Floquet's multipliers or the solution from a given start.
+Within an element the acceleration is a polynomial through Radau's points: the collocation method Radau IIA of STAGES
+stages, of order 2 STAGES - 1, which damps what it cannot resolve (Hairer and Wanner, Solving Ordinary Differential
+Equations II, section IV.5). All elements are solved at once for any state that they may begin with; what is left is a
+product of small matrices, which gives the periodic solution, Floquet's multipliers or the solution from a given start.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class _Gathered:
         self.blocks: list[tuple[int, Any, Any]] = []
 
     def along_beams(self, force: Any) -> None:
-        """A force per length at the Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
+        """A force per length at Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
         self.q += force @ _to_powers(force.shape[-1]).T
 
     def at_ends(self, directions: Any, start: Any, end: Any, moments: bool = False) -> None:
@@ -77,11 +77,13 @@ def vibration_loads(found: Problem, motion: Motion, course: tuple[Any, Any, Any]
     _of_lumps(gathered, motion, inertia)
     _of_effects(gathered, found, moved, x, x1)
     gaps, turns = _openings(gathered, motion, viscous)
-    return AddedLoads(np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
+    return AddedLoads(
+        np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns
+    )
 
 
 def _of_beams(gathered: _Gathered, found: Problem, directions: Any, moved: Displacements, inertia: Any) -> Any:
-    """Inertia along the beams; returns what works on slopes, a moment per length [N], shape (positions, beams, points)."""
+    """Inertia along the beams; returns what works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size

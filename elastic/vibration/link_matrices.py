@@ -90,7 +90,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     """A link, of one design and in units of length, with `inner` polynomials along every beam; one section per beam."""
     parts = [
         vibrating_beam(
-            abs(link.points[beam.end] - link.points[beam.start]),
+            float(abs(complex(link.points[beam.end]) - complex(link.points[beam.start]))),
             section,
             float(beam.mass_per_length),
             beam.mass_taper,
