@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import UNITS, Results, drive_words, joint_words
+from kinelast.figures.results import Results, drive_words, joint_words
 from rigid import Reals
 
 
@@ -21,7 +21,7 @@ def position_columns(results: Results) -> dict[str, Reals]:
         columns[f"{name}.{coordinate} [{unit}]"] = values
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
-            columns[f"{label}.{field}_max [{UNITS[field]}]"] = extreme.value[beam]
+            columns[f"{label}.{field}_max [{FIELDS[field].unit}]"] = extreme.value[beam]
         columns[f"{label}.euler_ratio [1]"] = results.euler_ratio[beam]
     for point, moved in results.displacements.items():
         _add_vector(columns, f"{point}.d{{}} [m]", moved)
@@ -55,8 +55,8 @@ def write_positions(path: Path, results: Results) -> None:
 def write_fields(path: Path, results: Results, stations: int) -> None:
     """All fields at equally spaced stations, in numpy's npz format, field by field so that memory stays small.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
-    (positions, stations).
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the keys
+    of the main fields, shape (positions, stations).
     """
     xi = np.linspace(0.0, 1.0, stations)
     labels = results.scene.labels
@@ -64,7 +64,7 @@ def write_fields(path: Path, results: Results, stations: int) -> None:
         _put(archive, "t", results.motion.time)
         for label, length in zip(labels, results.deflection.length, strict=True):
             _put(archive, f"{label}/x", xi * length.item())
-        for field in FIELDS:
+        for field in (key for key, each in FIELDS.items() if each.main):
             for label, values in zip(labels, sample(results.deflection, field, xi), strict=True):
                 _put(archive, f"{label}/{field}", values)
 

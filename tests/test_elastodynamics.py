@@ -16,19 +16,15 @@ from standard_beams import cantilever, still, supported
 
 from elastic import (
     RIGID,
-    Damping,
     JointCompliance,
     Section,
     Taper,
-    elastodynamic,
     extremes,
-    natural_frequencies,
     sample,
-    speed_map,
-    theory_error,
-    transient,
 )
+from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
 from elastic.elastodynamics.time_elements import Equations, Grid, propagation, scheme
+from elastic.vibration import natural_frequencies
 from rigid import (
     Beam,
     Gear,
@@ -84,7 +80,7 @@ class TestSlowMotion:
 
 @pytest.fixture(scope="module")
 def found():
-    return four_bar(60.0, 72, damping=40e-6)
+    return four_bar(60.0, 24, damping=40e-6)
 
 
 class TestReference:
@@ -94,8 +90,8 @@ class TestReference:
 
     def chords(self, bent):
         """Computed and given deflections from the chord, over the greatest given one, of every beam."""
-        for number, given in enumerate(self.DATA["w_m"].values()):
-            xi, w = np.array(given["xi"]), np.array(given["w"])
+        for number, given in enumerate(self.DATA["links"].values()):
+            xi, w = np.array(given["xi"]), np.array(given["w_m"])
             expected = w - w[:, :1] * (1 - xi) - w[:, -1:] * xi
             yield sample(bent, "chord", xi)[number] / np.abs(expected).max(), expected / np.abs(expected).max()
 
@@ -105,7 +101,7 @@ class TestReference:
             assert np.abs(chord).max() == pytest.approx(1, abs=0.002)
 
     def test_the_quasi_static_answer_is_ten_times_further_off(self, found):
-        assert all(np.abs(chord - expected).max() > 0.04 for chord, expected in self.chords(found.quasi_static))
+        assert all(np.abs(chord - expected).max() > 0.03 for chord, expected in self.chords(found.quasi_static))
 
     def test_how_far_that_is_off_is_told(self, found):
         off = theory_error(found)
@@ -115,7 +111,7 @@ class TestReference:
         assert 0.5 < off.large_displacement / missed < 2
 
     def test_it_has_settled(self, found):
-        finer = four_bar(60.0, 72, damping=40e-6, tolerance=1e-6)
+        finer = four_bar(60.0, 24, damping=40e-6, tolerance=1e-6)
         assert difference(found.deflection, finer.deflection) < 1e-4
         assert difference(found.deflection, finer.deflection, "M") < 3e-4
 

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastic import Section, sample, transient
-from elastic.elastodynamics import equations_of_motion
+from elastic import Section, sample
+from elastic.elastodynamics import equations_of_motion, transient
 from elastic.elastodynamics.time_elements import Equations, Grid, propagation
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion
 

@@ -10,7 +10,9 @@ import pytest
 from mechanisms import steel_four_bar
 from standard_beams import cantilever, propped, still, supported
 
-from elastic import JointCompliance, Section, buckling_factor, deflection, euler_ratio
+from elastic import JointCompliance, Section, deflection
+from elastic.assessment import euler_ratio
+from elastic.elastodynamics import buckling_factor
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Spring, motion
 
 EI = 3.0

@@ -15,9 +15,9 @@ import numpy as np
 
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.time_elements import interpolation
-from elastic.links.beam_trees import frame
-from elastic.links.free_body import block_places
-from elastic.links.gearing import gear_gap
+from elastic.links.beam_trees import trees_of
+from elastic.links.gearing import follower_displacement
+from elastic.links.sliding_blocks import block_places
 from rigid import Motion
 from rigid.displacements import displacements
 from rigid.forces import self_stresses
@@ -115,7 +115,7 @@ def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
 
 def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[list[Any], list[Any]]:
     """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
-    beams = frame(motion.mechanism)
+    beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams) if beams.rails else (), strict=True))
     still = (ZERO, ZERO)
     gaps, turns = [], []
@@ -125,7 +125,7 @@ def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[l
         if place_number in blocks:
             on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
-        along, turned = gear_gap(place, bent)
+        along, turned = follower_displacement(place, bent)
         gaps.append(parent[0] - child[0] + along)
         turns.append(parent[1] - child[1] + turned)
     shape = (len(structure.stiffness), motion.columns[-1])
@@ -209,7 +209,7 @@ def unit_displacements(
 
 def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
     """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
-    links, number = frame(motion.mechanism), int(name.removeprefix(UNDER))
+    links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
     xi = block_places(motion, links)[list(links.rails).index(number)]
     there, beam = interpolation(structure.xi, xi)[:, None], links.rails[number]
     return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]

@@ -14,8 +14,7 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
-from elastic.links.beam_trees import frame
-from elastic.links.free_body import root_of
+from elastic.links.beam_trees import root_of, trees_of
 from elastic.vibration.beam_matrices import rotary_inertia
 from rigid import Mechanism, Motion, structure
 
@@ -71,7 +70,7 @@ def elastic_structure(
 ) -> ElasticStructure:
     """Elastic coordinates of a mechanism of one design with `inner` polynomials along every beam."""
     points = inner + 4 + (_tapers(mechanism, sections) + 1) // 2
-    trees = frame(mechanism).trees
+    trees = trees_of(mechanism).trees
     links, beam = {}, 0
     for at, tree in trees.items():
         link = mechanism.links[at]

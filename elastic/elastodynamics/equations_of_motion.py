@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import (
     Displacements,
     Points,
@@ -25,6 +24,7 @@ from elastic.elastodynamics.point_effects import PointEffect, lumps_of, point_ef
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Equations, Grid
+from elastic.solution import Deflection
 from rigid import LineLoad, Motion
 from rigid.loads import beam_directions
 

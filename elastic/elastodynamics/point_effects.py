@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import Displacements, Points, under
-from elastic.links.beam_trees import frame
+from elastic.links.beam_trees import trees_of
+from elastic.solution import Deflection
 from rigid import (
     GROUND,
     Lump,
@@ -107,7 +107,7 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
     for at, link in enumerate(mechanism.links):
         if at and not link.beams:
             found.append((at, next(iter(link.points))))
-    rails = frame(mechanism).rails
+    rails = trees_of(mechanism).rails
     for number, joint in enumerate(structure(mechanism).joints):
         if joint.slider is not None:
             found.append((mechanism.index[joint.slider.link], joint.slider.point))

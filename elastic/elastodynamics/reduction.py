@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.strains import given_forces, strain_rows
+from elastic.solution import Deflection
 from rigid import Motion
 
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from elastic.beams.pieces import in_pieces, pieces
 from elastic.beams.polynomials import evaluate
-from elastic.deflection import Deflection
 from elastic.sampling import sample
+from elastic.solution import Deflection
 
 
 def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
@@ -20,13 +19,11 @@ def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
     the polynomial that is nearest the field in the mean, with the same integrals against all shapes of the beam.
     """
     values = np.moveaxis(sample(bent, field, xi), 0, 1)
-    loaded = {contact.beam for contact in bent.contacts}
-    if loaded:
-        cut = pieces(bent)
-        parts = in_pieces(bent, field, cut)
-        for beam in loaded:
-            rows = np.flatnonzero(cut.beam == beam)
-            values[:, beam] = _nearest(parts[:, rows], cut.start[rows], cut.width[rows], xi)
+    division = bent.division
+    for beam in {block.beam for block in bent.blocks}:
+        rows = division.of_beam(beam)
+        parts = getattr(bent, field)[:, rows]
+        values[:, beam] = _nearest(parts, division.start[rows], division.width[rows], xi)
     return values
 
 

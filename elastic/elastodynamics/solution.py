@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.line import designs_of
+from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
-from elastic.deflection import Deflection, deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import Kinematics, Problem, kinematics, problem
 from elastic.elastodynamics.point_effects import chosen_points
@@ -20,8 +19,9 @@ from elastic.elastodynamics.strains import Damping, rigidities
 from elastic.elastodynamics.time_elements import Grid, Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
-from elastic.links.beam_trees import frame
-from elastic.links.free_body import block_places
+from elastic.links.beam_trees import trees_of
+from elastic.links.sliding_blocks import block_places
+from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, MechanismError, Motion, with_rates
 from rigid.loads import beam_directions
 
@@ -150,7 +150,7 @@ def checked(motion: Motion) -> Motion:
         raise MechanismError(
             f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
         )
-    links = frame(motion.mechanism)
+    links = trees_of(motion.mechanism)
     for number, xi in zip(links.rails, block_places(motion, links) if links.rails else (), strict=True):
         off = ~np.isfinite(np.broadcast_to(xi, motion.columns))
         if off.any():

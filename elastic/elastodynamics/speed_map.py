@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.deflection import Deflection, deflection
 from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
@@ -26,6 +25,7 @@ from elastic.elastodynamics.solution import (
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid, Propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
 
 ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.samples import along_beams
+from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
 from rigid.plane import dot
 

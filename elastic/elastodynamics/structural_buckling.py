@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
 from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import felt_forces
 from elastic.elastodynamics.point_effects import chosen_points
+from elastic.solution import Deflection
 from rigid import Reals
 
 INNER = 4

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.extremes import extremes
+from elastic.extreme_values import extremes
 from elastic.sampling import sample
+from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.deflection import Deflection
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities
 from elastic.elastodynamics.time_elements import Grid, Propagation, interpolation, scheme
+from elastic.solution import Deflection
 from rigid import Motion
 
 ELEMENTS = 12
