@@ -69,6 +69,8 @@ class Deflection:
         Of the beams.
     unmarked
         The same before positions were made nan; None where none was.
+    added
+        Loads besides the motion's, such as those of vibration.
     """
 
     motion: Motion
@@ -84,6 +86,7 @@ class Deflection:
     blocks: tuple[Block, ...]
     compliance: Compliance
     unmarked: Deflection | None = None
+    added: AddedLoads | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
@@ -207,6 +210,7 @@ def deflection(
         gaps=gaps,
         blocks=response.blocks,
         compliance=problem.compliance,
+        added=added,
     )
     if not motion.suspect or not solved.lost.any():
         return solved

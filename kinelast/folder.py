@@ -15,13 +15,16 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import plain
+
+if TYPE_CHECKING:
+    from kinelast.scene.data import Scene, Theory
 
 USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg"}
 HIDDEN = ".kinelast-"  # locks and unfinished folders
@@ -36,6 +39,10 @@ class Request:
     fields: bool = False
     stations: int = 101
     check: int | None = None
+    nonlinear: bool = False
+    solid: bool = False
+    theory: str | None = None
+    accuracy: float | None = None
     animate: tuple[str, ...] = ()
     frames: int | None = None
     picture: str = "mp4"
@@ -44,6 +51,12 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+
+    def theory_of(self, scene: Scene) -> Theory:
+        """The theory of motion that is asked for: by the command, or else by the scene."""
+        if self.theory is None and self.accuracy is None:
+            return scene.theory
+        return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
 
 
 class RequestError(ValueError):

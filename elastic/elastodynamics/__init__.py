@@ -5,7 +5,7 @@ from elastic.elastodynamics.speed_map import SpeedMap, speed_map
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
-from elastic.elastodynamics.theory_error import TheoryError, theory_error
+from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
 from elastic.elastodynamics.transient import transient
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "TheoryError",
     "buckling_factor",
     "elastodynamic",
+    "large_displacement_error",
     "speed_map",
     "theory_error",
     "transient",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -28,7 +29,6 @@ from rigid.loads import beam_directions
 MotionAt = Callable[[Any], Motion]
 Start = Callable[[Propagation, "Problem", Deflection], Any]
 
-RATIO = 0.01
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
@@ -115,10 +115,10 @@ def vibrating_model(
         raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
     looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
     structure, cycle = _coordinates(looked_at, sections, joints, INNER)
-    if damping is None:
-        damping = 2 * RATIO / float(cycle.omega.min()) if cycle else 0.0
     if not isinstance(damping, Damping):
-        damping = Damping(np.full(len(sections), float(damping)), float(damping))
+        beta = math.nan if damping is None else float(damping)
+        damping = Damping(np.full(len(sections), beta), beta)
+    damping = damping.settled(float(cycle.omega.min()) if cycle else math.inf)
     return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, INNER)
 
 

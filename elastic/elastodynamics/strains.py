@@ -5,7 +5,8 @@ One row for every strain at every Gauss point, then one for every way in which a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from elastic.elastodynamics.samples import along_beams
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
 from rigid.plane import dot
+
+RATIO = 0.01  # of steel links with their joints, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +30,19 @@ class Damping:
         Per beam, shape (beams,).
     joints
         Of all soft joints.
+    ratio
+        Where beta is nan: damping ratio of the lowest natural frequency over the cycle, proportional to the stiffness.
     """
 
     beams: Any
-    joints: float
+    joints: float = math.nan
+    ratio: float = RATIO
+
+    def settled(self, lowest: float) -> Damping:
+        """With beta of all beams and joints, for a lowest natural frequency [rad/s]."""
+        own = 2 * self.ratio / lowest
+        beams = np.where(np.isnan(self.beams), own, self.beams)
+        return replace(self, beams=beams, joints=own if math.isnan(self.joints) else self.joints)
 
     def per_row(self, structure: ElasticStructure) -> Any:
         """beta of every row, shape (rows,)."""

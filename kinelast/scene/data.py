@@ -39,6 +39,36 @@ class Run:
     steps: int = 2000
 
 
+QUASI_STATIC, ELASTODYNAMIC = "quasi-static", "elastodynamic"
+
+
+@dataclass(frozen=True)
+class Theory:
+    """How the motion of the links' deflection is to be treated.
+
+    Attributes
+    ----------
+    name
+        "quasi-static" or "elastodynamic"; None where `accuracy` chooses, and quasi-static where there is none either.
+    accuracy
+        How far the answer may be off, as a share.
+    damping_ratio
+        Of the lowest natural frequency, for beams without a beta of their own.
+    damping
+        Kelvin and Voigt's beta of every beam [s]; nan where its material does not tell.
+    """
+
+    name: str | None = None
+    accuracy: float | None = None
+    damping_ratio: float = 0.01
+    damping: tuple[float, ...] = ()
+
+    @property
+    def plain(self) -> bool:
+        """Whether the quasi-static answer is what is asked for, however far it is off."""
+        return self.name == QUASI_STATIC or (self.name is None and self.accuracy is None)
+
+
 @dataclass(frozen=True)
 class Material:
     """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] or None."""
@@ -89,6 +119,8 @@ class Scene:
         Section and material of every beam, in the order of `sections`.
     text
         The file as it was read; empty where the scene comes from tables.
+    theory
+        Of the deflection: without or with vibration.
     """
 
     name: str
@@ -107,6 +139,7 @@ class Scene:
     output: Output | None = None
     made_of: tuple[Making, ...] = ()
     text: str = ""
+    theory: Theory = Theory()
 
     @cached_property
     def course(self) -> IntegratedMotion | None:
