@@ -52,7 +52,7 @@ class Whole:
     positions, singular, ill
         How many there are, are singular, and are left out of the largest values.
     swings
-        Of the normal stress [Pa], as of `elastic.stress_range` at `STATIONS`.
+        Of the normal stress [Pa], as of `elastic.assessment.stress_range` at `STATIONS`.
     shown
         The same run at fewer, even positions.
     """
