@@ -85,6 +85,9 @@ class TestSections:
             plain = edited(plain, ('material = "steel"', ""))
         sheared = edited(plain, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'))
         assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
+        (known,) = scene_from_text(plain).sections
+        assert np.isinf(known.kGA)
+        assert known.shear_rigidity == pytest.approx(kGA, rel=1e-12)  # what leaving it out changes can be told
 
     def test_two_sizes_taper(self):
         # A cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
