@@ -72,7 +72,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
     """
     sheared = sections_with_shear(deflection.sections, poisson)
     if all(new is old for new, old in zip(sheared, deflection.sections, strict=True)):
-        return np.zeros((len(deflection.sections), *deflection.motion.columns[:-1]))
+        return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
     xi = np.linspace(0.0, 1.0, STATIONS)
     without = sample(deflection, "chord", xi)
     more = sample(solve(deflection.motion, sheared, joints=deflection.joints), "chord", xi) - without
