@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from elastic import JointCompliance, Section
@@ -138,7 +138,7 @@ class Scene:
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
     made_of: tuple[Making, ...] = ()
-    text: str = ""
+    text: str = field(default="", repr=False)
     theory: Theory = Theory()
 
     @cached_property
