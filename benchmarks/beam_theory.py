@@ -9,7 +9,8 @@ import measuring
 import numpy as np
 from jobs import steel_four_bar
 
-from elastic import Deflection, Section, deflection, introduction_share, shear_share
+from elastic import Deflection, Section, deflection
+from elastic.assessment import introduction_share, shear_share
 from fem_check import compare_solid
 from rigid import Beam, LineLoad, Link, Mechanism, Motion, PinDrive, PointLoad, Slider, motion
 

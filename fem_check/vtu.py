@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, sample
+from elastic import FIELDS, PRIMARY, Deflection, sample
 from fem_check.linear.solution import Solution
 from fem_check.solid.solution import SolidSolution
 from rigid import Reals, position_of
@@ -21,8 +21,10 @@ def write_vtu_series(
     """One VTU file per position and a .pvd file that lists them by time.
 
     The points are those of the unbent beams; `displacement` [m] leads from them to the bent ones (the "Warp By Vector"
-    filter of ParaView exaggerates it), `deformed` is where it leads. N, V, M, u, w, phi lie beside them. The cell data
-    `beam` is the number in `Mechanism.beams`. Positions without an answer are left out.
+    filter of ParaView exaggerates it), `deformed` is where it leads. The main fields of `elastic.FIELDS` lie
+    beside them by their keys, of finite elements N, V, M, u, w, phi. The cell data `beam` is the number in
+    `Mechanism.beams`.
+    Positions without an answer are left out.
 
     Parameters
     ----------
@@ -114,13 +116,13 @@ def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str 
 
 
 def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) -> tuple[Reals, dict[str, Reals]]:
-    """Stations and the six fields at them, each of shape (beams, positions, stations)."""
+    """Stations and the fields at them, each of shape (beams, positions, stations)."""
     if isinstance(answer, Deflection):
         xi = np.linspace(0.0, 1.0, 21) if stations is None else np.asarray(stations, float)
-        return xi, {field: sample(answer, field, xi) for field in FIELDS}
+        return xi, {key: sample(answer, key, xi) for key, field in FIELDS.items() if field.main}
     if stations is not None:
         raise ValueError("stations: a finite element solution is written at its nodes")
-    return answer.xi, {field: getattr(answer, field) for field in FIELDS}
+    return answer.xi, {field: getattr(answer, field) for field in PRIMARY}
 
 
 def _places(answer: Deflection | Solution) -> tuple[Any, Any]:

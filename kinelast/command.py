@@ -226,10 +226,11 @@ def _unknown_diagram(names: Sequence[str]) -> str:
     if not names:
         return ""
     from animations import DIAGRAMS
+    from elastic import FIELDS
     from kinelast.scene.error import likely
 
     for name in names:
-        if name not in DIAGRAMS:
+        if name not in (*DIAGRAMS, *FIELDS):
             near = likely(name, DIAGRAMS).partition("; there is")[0]  # all are listed anyhow
             return f'--animate: there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}'
     return ""

@@ -73,11 +73,13 @@ def require_pictures(request: Request) -> None:
     """Raise where pictures are asked for that there are none of, or that cannot be drawn on this machine."""
     if not request.animate:
         return
-    from animations import DIAGRAMS, RenderingUnavailable, probe
+    from animations import RenderingUnavailable, diagram_named, probe
 
     for name in request.animate:
-        if name not in DIAGRAMS:
-            raise RequestError(f'--animate: there is no diagram "{name}", choose from {", ".join(DIAGRAMS)}')
+        try:
+            diagram_named(name)
+        except ValueError as error:
+            raise RequestError(f"--animate: {error}") from None
     try:
         probe()
     except RenderingUnavailable as error:
@@ -255,10 +257,10 @@ def _require_chunk(scene: Scene, bent: Deflection) -> None:
 def require_on_beams(scene: Scene, bent: Deflection) -> None:
     """Raise where a block leaves the elastic beam that it slides on."""
     known = np.isfinite(bent.motion.origin).all(axis=0)
-    for contact in bent.contacts:
-        off = known & np.isnan(contact.xi)
+    for block in bent.blocks:
+        off = known & np.isnan(block.xi)
         if off.any():
-            at, beam = scene.mechanism.beams[contact.beam]
+            at, beam = scene.mechanism.beams[block.beam]
             link = scene.mechanism.links[at].name
             names = ", ".join(f'"{slider.name}"' for slider in scene.mechanism.sliders if slider.on == link)
             problem = f'of {names} leaves the beam "{beam.start}"-"{beam.end}" at {bent.motion.time[off][0]:.6g} s'

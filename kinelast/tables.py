@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import UNITS, Results, drive_words, joint_words
+from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import RequestError, held
 from kinelast.scene.error import plain
@@ -30,7 +30,7 @@ def position_columns(results: Results) -> dict[str, Reals]:
         columns[f"{name}.{coordinate} [{unit}]"] = values
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
-            columns[f"{label}.{field}_max [{UNITS[field]}]"] = extreme.value[beam]
+            columns[f"{label}.{field}_max [{FIELDS[field].unit}]"] = extreme.value[beam]
         columns[f"{label}.euler_ratio [1]"] = results.euler_ratio[beam]
     for point, moved in results.displacements.items():
         _add_vector(columns, f"{point}.d{{}} [m]", moved)
@@ -65,8 +65,9 @@ def write_positions(path: Path, results: Results, more: bool = False) -> None:
 class FieldFile:
     """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
-    (positions, stations). They grow in files of their own beside the one that they make in the end.
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the
+    keys of the main fields, shape (positions, stations). They grow in files of their own beside the one that they make
+    in the end.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:
@@ -81,7 +82,7 @@ class FieldFile:
         for label, length in zip(labels, results.deflection.length, strict=True):
             if f"{label}/x" not in self._parts:
                 self._append(f"{label}/x", self._xi * length.item(), self._shape[1:])
-        for field in FIELDS:
+        for field in (key for key, each in FIELDS.items() if each.main):
             for label, values in zip(labels, sample(results.deflection, field, self._xi), strict=True):
                 self._append(f"{label}/{field}", values, self._shape)
 

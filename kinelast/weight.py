@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from elastic import FIELDS
+from elastic import FIELDS, PRIMARY
 from kinelast.folder import Request, RequestError
 from kinelast.scene.data import Scene
 from rigid import structure
@@ -36,9 +36,9 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
         raise RequestError(f"--mesh writes a file for every position: ask for {MOST_MESHES} --positions at most")
     disk = positions * DIGITS * _columns(scene)
     if request.fields:
-        disk += 2 * positions * request.stations * len(FIELDS) * beams * NUMBER
+        disk += 2 * positions * request.stations * sum(each.main for each in FIELDS.values()) * beams * NUMBER
     elements = request.check or 0
-    memory = checked * elements * len(FIELDS) * max(beams, 1) * NUMBER * COPIES
+    memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
     for need, free, where, less in (
         (disk, _free_disk(out), "on the disk", "--positions or --stations"),
         (memory, _free_memory(), "of memory", "--positions or elements to --check"),

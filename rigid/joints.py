@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -84,7 +85,7 @@ class Joint:
         """Its point in the axes of one of its links."""
         return self.at_child if self.child == link else self.at_parent
 
-    @property
+    @cached_property
     def moved(self) -> bool:
         """Whether a drive or a gear prescribes its coordinate."""
         return self.drive is not None or self.gear is not None
@@ -94,12 +95,12 @@ class Joint:
         """Whether the parent is the owner and the child the block, not the other way round."""
         return self.sense > 0
 
-    @property
+    @cached_property
     def owner(self) -> int:
         """The link that its coordinate is counted from: that with a slider's line."""
         return self.parent if self.ordered else self.child
 
-    @property
+    @cached_property
     def block(self) -> int:
         """The link whose motion its coordinate tells: the one that slides."""
         return self.child if self.ordered else self.parent
@@ -115,12 +116,12 @@ class Joint:
         """R for a revolute pair, P for a prismatic one."""
         return "R" if self.slider is None else "P"
 
-    @property
+    @cached_property
     def parent_point(self) -> str | None:
         """Name of the parent's point at the joint; None for a slider's line, which passes its owner's points."""
         return self.point(self.parent)
 
-    @property
+    @cached_property
     def child_point(self) -> str | None:
         """Name of the child's point at the joint; None for a slider's line."""
         return self.point(self.child)

@@ -4,17 +4,8 @@ import numpy as np
 import pytest
 from standard_beams import cantilever, still, supported
 
-from elastic import (
-    RIGID,
-    Section,
-    Taper,
-    deflection,
-    extremes,
-    introduction_share,
-    section_of,
-    shear_share,
-    tube,
-)
+from elastic import RIGID, Section, Taper, deflection, extremes, section_of, tube
+from elastic.assessment import introduction_share, shear_share
 from fem_check import compare_solid
 from rigid import LineLoad, PointLoad
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import Section, Taper
-from elastic.deflection import Deflection
-from elastic.deflection import deflection as solve
 from elastic.sampling import sample
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
 from rigid import Reals
 
 POISSON = 0.3  # of metals, where none is known
@@ -72,7 +72,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
     """
     sheared = sections_with_shear(deflection.sections, poisson)
     if all(new is old for new, old in zip(sheared, deflection.sections, strict=True)):
-        return np.zeros(deflection.N.shape[1:-1])
+        return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
     xi = np.linspace(0.0, 1.0, STATIONS)
     without = sample(deflection, "chord", xi)
     more = sample(solve(deflection.motion, sheared, joints=deflection.joints), "chord", xi) - without

@@ -14,12 +14,11 @@ import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.buckling import euler_ratio
-from elastic.assessment.harmonics import harmonics, quasi_static_error
-from elastic.assessment.over_cycle import EVEN, Peak, over_cycle, period_of
-from elastic.assessment.strength import stress_extremes
-from elastic.deflection import Deflection
-from elastic.deflection import deflection as solve
-from elastic.extremes import extremes
+from elastic.assessment.cycle import EVEN, Peak, over_cycle, period_of
+from elastic.assessment.spectrum import harmonics, quasi_static_error
+from elastic.extreme_values import extremes
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
 from rigid import SINGULAR, PinDrive, motion
 from rigid.constants import per_row
@@ -60,7 +59,7 @@ LIMITS = {
 
 
 @dataclass(frozen=True)
-class Caution:
+class Exceedance:
     """A figure that is past its limit.
 
     Attributes
@@ -90,12 +89,12 @@ class Caution:
     message: str
 
 
-def cautions(
+def exceedances(
     deflection: Deflection,
     frequencies: Frequencies | None = None,
     period: float | None = None,
     kinds: Sequence[str] = KINDS,
-) -> list[Caution]:
+) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
     Parameters
@@ -114,14 +113,14 @@ def cautions(
     return [one for kind in kinds for one in _LOOK[kind](deflection, frequencies, period)]
 
 
-def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Caution]:
+def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
     limit = LIMITS[kind]
     if limit.passed(figure):
         severe = limit.far_passed(figure)
-        yield Caution(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
+        yield Exceedance(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
 
 
-def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _slender(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
     """By what beam theory leaves out: shear, and of what comes in at the ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
@@ -131,13 +130,13 @@ def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
         yield from _judged("slenderness", beam, None, figure, message)
 
 
-def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _deflection(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
     found = extremes(deflection, ["w"])["w"].value / deflection.length
     message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
-def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
     message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
     yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
 
@@ -147,14 +146,14 @@ def _amplified(ratio: float) -> str:
     return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
 
 
-def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _yield(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
     limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
     if np.isfinite(limit).any():
-        share = stress_extremes(deflection, ["mises"])["mises"].value / limit
+        share = extremes(deflection, ["mises"])["mises"].value / limit
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
-def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Caution]:
+def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Exceedance]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
         words = message.format(figure=_share(float(value))) + more(float(value))
         yield from _judged(kind, beam, int(position), float(value), words)
@@ -165,7 +164,7 @@ def _share(figure: float) -> str:
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
-def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
+def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Exceedance]:
     """By the harmonics of the load over the cycle, or the drives' speed where there is no cycle."""
     cycle, duration = _cycle(deflection, period)
     structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1, joints=deflection.joints)

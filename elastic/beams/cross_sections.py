@@ -1,4 +1,4 @@
-"""Cross-sections of beams: what a shape's dimensions come to, and how that changes along a tapered beam."""
+"""Cross-sections of beams: area, second moments and shear coefficients from dimensions, and tapers between two."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from elastic.beams.section import Section, Taper
 
 FITTED = 12  # degree of the polynomials that stand for what is none along a taper
-ROUND_OFF = 1e-14
+ROUND_OFF = 1e-14  # share of the greatest below which a coefficient of a taper is none
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What a symmetric cross-section resists with.
+    """Properties of a symmetric cross-section.
 
     Attributes
     ----------

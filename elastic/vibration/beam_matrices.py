@@ -17,7 +17,7 @@ from numpy.polynomial import Polynomial
 
 from elastic.beams.section import Section
 
-ENDS = 6
+ENDS = 6  # coordinates of a beam's ends: u, w, phi of either
 MARGIN = 20  # integration points beyond the refinement: for the ends' own polynomials and tapers of high degree
 
 

@@ -14,8 +14,8 @@ from elastic.beams.section import Section, Taper
 from elastic.vibration.beam_matrices import ENDS, VibratingBeam, vibrating_beam
 from rigid import Beam, Link
 
-RANK = 1e-9
-ORIGIN = ""
+RANK = 1e-9  # of the greatest singular value below which one is zero
+ORIGIN = ""  # name of the origin of a link without beams
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import frame
+from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
 from rigid import Motion
 from rigid.gears import gear_input
 from rigid.joints import Joint, JointPlace
 
-MASSLESS = 1e-13
+MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
 LARGE = 400  # coordinates from which sparse matrices take less time
 NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
 
@@ -41,7 +41,7 @@ class VibratingStructure:
         inner: int,
     ) -> None:
         self._motion, self._design, self._positions = motion, design, positions
-        self._rails = frame(motion.mechanism).rails
+        self._rails = trees_of(motion.mechanism).rails
         self._places = motion.places
         self._scale = self._unit_of_length()
         self._links: list[list[VibratingLink]] = [[]]

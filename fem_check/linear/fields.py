@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS
+from elastic import PRIMARY
 from fem_check.linear.beams import Beams
 from fem_check.linear.block import Block
 from fem_check.linear.unit_beam import UnitBeam
@@ -34,7 +34,7 @@ def fields_of(beams: Beams, spots: Any, carried: Any) -> dict[str, Reals]:
     shape = (*length.shape, len(beams.units[0].xi)) if beams.units else (0, *length.shape[1:], 1)
     for kind in beams.kinds if count else ():
         _add_kind(fields, beams, kind, along, across, shape)
-    fields = fields or {field: np.zeros(shape) for field in FIELDS}
+    fields = fields or {field: np.zeros(shape) for field in PRIMARY}
     for spot, block in enumerate(beams.blocks, count):
         _add_block(fields, beams, block, spots[:, spot])
     xi = beams.units[0].xi if beams.units else np.zeros(1)

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, angle_error, deflection, stress
+from elastic import Deflection, deflection, sample
+from elastic.assessment import angle_error
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
@@ -152,7 +153,7 @@ class _Swings:
         if not results.scene.labels:
             return
         well = replace(results, whole=None).counted_deflection
-        values = np.array([stress(well, side, STATIONS) for side in ("left", "right")])
+        values = np.array([sample(well, side, STATIONS) for side in ("left", "right")])
         known = np.isfinite(values)
         self._high = np.maximum(self._high, np.where(known, values, -np.inf).max(axis=-2))
         self._low = np.minimum(self._low, np.where(known, values, np.inf).min(axis=-2))

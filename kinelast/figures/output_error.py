@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import angle_error
+from elastic.assessment import angle_error
 from kinelast.figures.figure import largest
 from kinelast.figures.results import Results
 from rigid import GROUND, PinDrive

@@ -10,34 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import (
-    FIELDS,
+from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
+from elastic.assessment import (
     LIMITS,
-    Caution,
-    Deflection,
-    Extreme,
-    Frequencies,
+    Exceedance,
     PathDeviation,
-    cautions,
     euler_ratio,
-    extremes,
-    natural_frequencies,
+    exceedances,
     path_deviation,
     period_of,
     slenderness,
-    stress_extremes,
     stress_range,
 )
+from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
 
 if TYPE_CHECKING:
     from fem_check import Comparison
 
-UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m", "qx": "N/m", "qy": "N/m"}
-STRESSES = {"normal_stress": "normal", "shear_stress": "shear", "mises_stress": "mises"}
-UNITS |= dict.fromkeys(STRESSES, "Pa")
-EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
+EXTREME_FIELDS = tuple(key for key, field in FIELDS.items() if field.main and field.kind is not Kind.LOAD)
 FEW = 16  # positions that tell too little of a cycle
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
@@ -164,16 +156,16 @@ class Results:
         return run.duration if math.isnan(period) and once else period
 
     @cached_property
-    def cautions(self) -> list[Caution]:
+    def exceedances(self) -> list[Exceedance]:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
         if self.whole is None:
-            return cautions(self.counted_deflection, self.frequencies, period)
-        found = cautions(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
-        shown = [caution for caution in self.shown.cautions if caution.kind == "vibration"]
-        return [*found, *(replace(caution, position=None) for caution in shown)]
+            return exceedances(self.counted_deflection, self.frequencies, period)
+        found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
+        shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
+        return [*found, *(replace(one, position=None) for one in shown)]
 
     @cached_property
     def efforts(self) -> Reals:
@@ -209,7 +201,7 @@ class Results:
             "N": force,
             "N m": force * length,
             "m": greatest(found["u"], found["w"], *self.displacements.values()),
-            "Pa": greatest(*(found[field] for field in STRESSES)),
+            "Pa": greatest(*(found[key] for key in found if FIELDS[key].kind is Kind.STRESS)),
         }
 
     def rounded(self, values: Any, unit: str) -> Any:
@@ -224,23 +216,15 @@ class Results:
     @cached_property
     def counted_deflection(self) -> Deflection:
         """The deflection with nan at the positions that do not count."""
-        if not self.ill.any():
-            return self.deflection
-        shown = ("N", "V", "M", "u", "w", "phi", "q")
-        fields: dict[str, Any] = {
-            name: np.where(self.counted, getattr(self.deflection, name), np.nan) for name in shown
-        }
-        return replace(self.deflection, **fields)
+        return marked(self.deflection, self.ill) if self.ill.any() else self.deflection
 
 
 def extremes_of(deflection: Deflection, fields: Sequence[str]) -> dict[str, Extreme]:
-    """Values of largest magnitude along every beam, of fields and stresses by the names of `EXTREME_FIELDS`."""
+    """Values of largest magnitude along every beam, also where there are none."""
     if not deflection.sections:
         none = np.zeros((0, *deflection.motion.columns))
         return {field: Extreme(none, none) for field in fields}
-    found = extremes(deflection, [field for field in fields if field not in STRESSES])
-    stresses = stress_extremes(deflection, [STRESSES[field] for field in fields if field in STRESSES])
-    return {field: stresses[STRESSES[field]] if field in STRESSES else found[field] for field in fields}
+    return extremes(deflection, fields)
 
 
 def _wide(results: Results, link: int, point: str) -> PathDeviation:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import harmonics, quasi_static_error
+from elastic.assessment import harmonics, quasi_static_error
 from kinelast.figures.figure import at_position, figure, largest
 from kinelast.figures.results import STATIONS, Peak, Results
 from rigid import PinDrive
@@ -23,7 +23,7 @@ def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str
     """
     rows = {}
     for beam, label in enumerate(results.scene.labels):
-        limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises_stress"][beam].value
+        limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises"][beam].value
         rows[label] = {
             "stress_range": _swing(results.swings[:, beam], float(results.deflection.length[beam, 0])),
             "yield_stress": figure(limit, "Pa"),

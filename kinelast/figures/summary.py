@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, LIMITS
+from elastic import FIELDS, PRIMARY
+from elastic.assessment import LIMITS
 from kinelast.figures.figure import at_position, coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.results import UNITS, Peak, Results, drive_words, joint_words
+from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from kinelast.figures.strength import strength_figures, vibration_figures
-from kinelast.figures.trust import caution_figures, findings, left_out
+from kinelast.figures.trust import exceedance_figures, findings, left_out
 
 
 def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
@@ -41,7 +42,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
         "peaks": _peaks(results, found),
         "largest_deflection": _greatest(results, found, "w"),
-        "largest_stress": _greatest(results, found, "mises_stress"),
+        "largest_stress": _greatest(results, found, "mises"),
         "strength": strength_figures(results, found),
         "points": points,
         "angle_errors": angles,
@@ -60,7 +61,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         },
         "vibration": vibration_figures(results),
         "check": check_summary(results),
-        "cautions": caution_figures(results),
+        "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": [asdict(finding) for finding in findings(results)],
         "not_computed": left_out(results),
@@ -108,8 +109,8 @@ def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str
 def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]:
     length = results.deflection.length[beam].item()
     return figure(
-        results.rounded(peak.value, UNITS[field]),
-        UNITS[field],
+        results.rounded(peak.value, FIELDS[field].unit),
+        FIELDS[field].unit,
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],
         time=figure(peak.time, "s"),
@@ -151,14 +152,14 @@ def check_summary(results: Results) -> dict[str, Any] | None:
         "elements": comparison.elements,
         "compared": comparison.compared,
         "largest": _share(worst.relative) if worst else None,
-        "differences": {label: dict(zip(FIELDS, row, strict=True)) for label, row in zip(labels, shares, strict=True)},
+        "differences": {label: dict(zip(PRIMARY, row, strict=True)) for label, row in zip(labels, shares, strict=True)},
         "worst": [
             {
                 "field": item.field,
                 "label": labels[item.beam],
                 "xi": item.xi,
                 "position": item.position,
-                "difference": figure(item.difference, UNITS[item.field]),
+                "difference": figure(item.difference, FIELDS[item.field].unit),
                 "share": _share(item.relative),
             }
             for item in comparison.worst

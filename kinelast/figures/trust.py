@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import LIMITS, shear_share
+from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
@@ -60,7 +60,7 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [*_inputs(results), _positions(results), *_check(results), *_cautions(results), *_within(results)]
+    found = [*_inputs(results), _positions(results), *_check(results), *_exceedances(results), *_within(results)]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
@@ -146,16 +146,14 @@ def _check(results: Results) -> list[Finding]:
     return [Finding(GOOD if comparison.passed else POOR, heading, text)]
 
 
-def _cautions(results: Results) -> Iterator[Finding]:
+def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [caution for caution in results.cautions if caution.kind == kind]
+        own = [one for one in results.exceedances if one.kind == kind]
         if not own:
             continue
-        worst = max(own, key=lambda caution: caution.figure)
-        names = [
-            results.scene.labels[caution.beam] for caution in own if caution.beam is not None and caution is not worst
-        ]
+        worst = max(own, key=lambda one: one.figure)
+        names = [results.scene.labels[one.beam] for one in own if one.beam is not None and one is not worst]
         words = (
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
         )
@@ -182,7 +180,7 @@ def _within(results: Results) -> Iterator[Finding]:
     if not results.mechanism.beams or results.singular.all():
         return
     judged = _judged(results)
-    passed = {caution.kind for caution in results.cautions}
+    passed = {caution.kind for caution in results.exceedances}
     limits = {kind: LIMITS[kind].watch * 100 for kind in WITHIN}
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
@@ -195,7 +193,7 @@ def _within(results: Results) -> Iterator[Finding]:
 def _judged(results: Results) -> set[str]:
     """Kinds of caution that there are figures for."""
     sections = results.deflection.sections
-    mises = results.extremes["mises_stress"].value
+    mises = results.extremes["mises"].value
     stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
     slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
     bends = [np.isfinite(section.EI) for section in sections]
@@ -212,18 +210,18 @@ def _judged(results: Results) -> set[str]:
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
 
-def caution_figures(results: Results) -> list[dict[str, Any]]:
-    """The cautions as plain data, with the limit that each is past."""
+def exceedance_figures(results: Results) -> list[dict[str, Any]]:
+    """The exceedances as plain data, with the limit that each is past."""
     return [
         {
-            "kind": caution.kind,
-            "label": None if caution.beam is None else results.scene.labels[caution.beam],
-            "figure": caution.figure if math.isfinite(caution.figure) else None,
-            "limit": caution.limit,
-            "severe": caution.severe,
-            **({} if caution.position is None else at_position(results, caution.position)),
+            "kind": exceedance.kind,
+            "label": None if exceedance.beam is None else results.scene.labels[exceedance.beam],
+            "figure": exceedance.figure if math.isfinite(exceedance.figure) else None,
+            "limit": exceedance.limit,
+            "severe": exceedance.severe,
+            **({} if exceedance.position is None else at_position(results, exceedance.position)),
         }
-        for caution in results.cautions
+        for exceedance in results.exceedances
     ]
 
 

@@ -22,7 +22,7 @@ INK, SOFT, RULE, GREY = "#1d2733", "#5d6b7a", "#e6eaee", 190
 DASHES = ((), (7.0, 3.0), (2.0, 2.5), (9.0, 3.0, 2.0, 3.0))
 WIDTH, HEIGHT = 6.1, 2.1  # inches
 ACROSS, BESIDE = 180, 14  # pixels, of a map and between two
-ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.35, 0.105, 0.7, 0.085  # inches, of maps
+ROW, GAP, COLUMN, SPACE, EDGE, LETTER = 0.62, 0.24, 1.95, 0.105, 0.7, 0.085  # inches, of maps
 STYLE: dict[Any, Any] = {"svg.fonttype": "none", "font.size": 8.0, "text.color": SOFT, "image.composite_image": False}
 LEANER = (
     (r"(?s)<defs>\s*<style.*?</style>\s*</defs>", ""),  # which is for all of the page
@@ -120,7 +120,9 @@ def _draw_curves(axes: Any, axis: Axis, chart: Chart) -> str:
     return f"[{prefixed.replace(' ', '·')}]"
 
 
-def field_maps(axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]]) -> str:
+def field_maps(
+    axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any, Sequence[str]]], columns: int = 0
+) -> str:
     """Fields along beams (up) over the cycle (across) as one SVG, a column for each field.
 
     Parameters
@@ -130,16 +132,19 @@ def field_maps(axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any
     fields
         By what stands above the column: values of shape (beams, positions, stations), and the range of each beam in
         words. The colours of every map span plus and minus its own greatest magnitude; nan is grey.
+    columns
+        For how many fields there is room at least, so that several of these are of one width.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     rows, pitch = len(labels), ROW + GAP
     edge = max(EDGE, LETTER * max(map(len, labels)))
-    width, height = edge + (COLUMN + SPACE) * len(fields), 0.36 + rows * pitch + 0.3
+    inner = (COLUMN + SPACE) * len(fields)
+    width, height = edge + (COLUMN + SPACE) * max(columns, len(fields)), 0.36 + rows * pitch + 0.3
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), facecolor="none")
-        axes = figure.add_axes((edge / width, 0.36 / height, 1 - edge / width, rows * pitch / height), frameon=False)
+        axes = figure.add_axes((edge / width, 0.36 / height, inner / width, rows * pitch / height), frameon=False)
         for row, label in enumerate(labels):
             axes.text(-edge, (rows - row) * pitch - ROW / 2, label, va="center", color=INK, fontweight="bold")
         marks: dict[float, str] = {}
@@ -150,11 +155,11 @@ def field_maps(axis: Axis, labels: Sequence[str], fields: Mapping[str, tuple[Any
             for row, words in enumerate(ranges):
                 axes.text(left, (rows - row) * pitch - ROW - GAP / 2, words, va="center")
         picture = mosaic([values for values, _ in fields.values()])
-        axes.imshow(picture, extent=(0.0, width - edge, 0.0, rows * pitch), aspect="auto", interpolation="none")
-        axes.set(xlim=(0.0, width - edge), ylim=(0.0, rows * pitch), yticks=[])
+        axes.imshow(picture, extent=(0.0, inner, 0.0, rows * pitch), aspect="auto", interpolation="none")
+        axes.set(xlim=(0.0, inner), ylim=(0.0, rows * pitch), yticks=[])
         axes.set_xticks([*marks], [*marks.values()])
         axes.tick_params(length=0, pad=2, labelcolor=SOFT)
-        figure.text((edge + width) / 2 / width, 0.0, axis.label, ha="center", va="bottom", color=INK)
+        figure.text((edge + inner / 2) / width, 0.0, axis.label, ha="center", va="bottom", color=INK)
         return svg_of(figure, "maps")
 
 

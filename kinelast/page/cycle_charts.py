@@ -8,27 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from elastic import sample
-from kinelast.figures.results import UNITS, Results, drive_words, joint_words
+from elastic import FIELDS, Field, Kind, sample
+from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.page.charts import DASHES, Axis, Chart, Curve, field_maps
 from kinelast.page.numbers import quantity, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
 from rigid import PinDrive
 
-NAMES = {
-    "qx": "load along",
-    "qy": "load across",
-    "N": "axial force",
-    "V": "shear force",
-    "M": "bending moment",
-    "u": "displacement along",
-    "w": "deflection",
-    "phi": "slope",
-    "chord": "deflection from chord",
-    "mises_stress": "von Mises stress",
-}
-SYMBOLS = {"phi": "φ"}
-MAPPED = ("qx", "qy", "N", "M", "phi", "u", "w")
+MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 10
 ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
@@ -76,12 +63,12 @@ def cycle_charts(results: Results) -> list[Chart]:
     """Curves over the cycle."""
     forces, labels = results.deflection.forces, results.scene.labels
     charts = []
-    for field in ("w", "mises_stress", "M"):
+    for field in ("w", "mises", "M"):
         sizes = np.abs(results.extremes[field].value)
         if np.isfinite(sizes).any():
             own = zip(_places(results), labels, sizes, strict=True)
             curves = [Curve(label, size, *place) for place, label, size in own]
-            charts.append(Chart(f"Largest {NAMES[field]} along each link", UNITS[field], curves))
+            charts.append(Chart(f"Largest {FIELDS[field].name} along each link", FIELDS[field].unit, curves))
     efforts: dict[str, list[Curve]] = {}
     for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.efforts, strict=True):
         efforts.setdefault(unit, []).append(Curve(name, effort, len(efforts.get(unit, []))))
@@ -136,18 +123,23 @@ def legend(chart: Chart) -> list[tuple[str, str, str]]:
     ]
 
 
-def cycle_maps(results: Results, over: Axis) -> str:
-    """Fields along the links over the cycle."""
-    stations = np.linspace(0.0, 1.0, 31)
-    fields = {}
-    for field in MAPPED:
-        sampled = sample(results.deflection, field, stations)[:MOST_MAPPED]
-        values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
-        sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
-        if field in results.extremes:  # between the stations
-            exact = results.extremes[field].value[: len(values), results.counted]
-            sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
-        ranges = [f"±{quantity(size, UNITS[field], 3)}" if size else "0" for size in sizes]
-        symbol = "" if field.startswith("q") else f"{SYMBOLS.get(field, field)}  "
-        fields[symbol + NAMES[field]] = (values, ranges)
-    return field_maps(over, results.scene.labels[:MOST_MAPPED], fields)
+def cycle_maps(results: Results, over: Axis) -> list[str]:
+    """Main fields along the links over the cycle: maps of loads and forces, of displacements, of stresses if known."""
+    shown = [[field for field in FIELDS.values() if field.main and field.kind in kinds] for kinds in MAPPED]
+    found = [{words: values for field in row for words, values in [_map(results, field)]} for row in shown]
+    known = [row for row in found if any(np.isfinite(values).any() for values, _ in row.values())]
+    columns = max((len(row) for row in known), default=0)
+    return [field_maps(over, results.scene.labels[:MOST_MAPPED], row, columns) for row in known]
+
+
+def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
+    """What stands above the maps of a field; its values, shape (beams, positions, stations), and ranges in words."""
+    sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
+    values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
+    sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)
+    if field.key in results.extremes:  # between the stations
+        exact = results.extremes[field.key].value[: len(values), results.counted]
+        sizes = np.maximum(sizes, np.nanmax(np.abs(exact), axis=1, initial=0.0))
+    sign = "±" if field.signed else "≤ "
+    ranges = [f"{sign}{quantity(size, field.unit, 3)}" if size else "0" for size in sizes]
+    return f"{field.symbol}  {field.name}", (values, ranges)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import FIELDS
-from kinelast.figures.results import Peak, Results, drive_words, peak_positions
+from elastic import FIELDS, PRIMARY, Kind
+from kinelast.figures.results import EXTREME_FIELDS, Peak, Results, drive_words, peak_positions
 from kinelast.figures.summary import greatest_beam
 from kinelast.figures.trust import CAUTION, GOOD, POOR, verdict
 from kinelast.page.charts import Axis, line_charts
-from kinelast.page.cycle_charts import MOST_MAPPED, NAMES, SYMBOLS, axis, cycle_charts, cycle_maps, legend
+from kinelast.page.cycle_charts import MOST_MAPPED, axis, cycle_charts, cycle_maps, legend
 from kinelast.page.drawing import mechanism_drawing
 from kinelast.page.numbers import coordinate, number, quantity
 
@@ -26,7 +26,8 @@ VERDICTS = {
     CAUTION: "These figures are to be taken with care",
     POOR: "Some of these figures are not to be relied on",
 }
-TABLED = (*FIELDS, "chord")
+TABLED = [field for field in FIELDS.values() if field.key in EXTREME_FIELDS and field.kind is not Kind.STRESS]
+STRESSES = [field for field in FIELDS.values() if field.key in EXTREME_FIELDS and field.kind is Kind.STRESS]
 AT_END = 1e-6
 
 
@@ -39,7 +40,13 @@ def _template() -> Template:
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.globals.update(
-        quantity=_quantity, hertz=_hertz, rpm=_rpm, direction=_direction, percent=_percent, share=_share, checked=FIELDS
+        quantity=_quantity,
+        hertz=_hertz,
+        rpm=_rpm,
+        direction=_direction,
+        percent=_percent,
+        share=_share,
+        checked=PRIMARY,
     )
     return environment.get_template("report.html")
 
@@ -100,13 +107,14 @@ def report_html(results: Results, found: dict[str, list[Peak]], figures: dict[st
     level, reasons = verdict(figures["trust"])
     return _template().render(
         figures=figures,
-        fields=[(field, NAMES[field], Markup(SYMBOLS.get(field, field))) for field in TABLED],
+        fields=TABLED,
+        stresses=STRESSES,
         drawing=Markup(drawing),
         caption=caption,
         charts=[(chart.heading, legend(chart), Markup(svg)) for chart, svg in zip(charts, svgs, strict=True)],
-        maps=Markup(cycle_maps(results, over)) if labels else "",
+        maps=[Markup(row) for row in cycle_maps(results, over)] if labels else [],
         unmapped=max(0, len(labels) - MOST_MAPPED),
-        stressed=any(peaks["normal_stress"]["value"] is not None for peaks in figures["peaks"].values()),
+        stressed=any(peaks["normal"]["value"] is not None for peaks in figures["peaks"].values()),
         verdict=level,
         verdict_words=VERDICTS[level],
         reasons=reasons,

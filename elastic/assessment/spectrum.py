@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.sampling import sample
+from elastic.solution import Deflection
 from rigid import Reals
 
 POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
-HELD = 0.05
-ROUND_OFF = 1e-12
+HELD = 0.05  # share of the strain energy's root from which a harmonic is strong
+ROUND_OFF = 1e-12  # share below which a harmonic is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +52,10 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     -------
     Up to half the number of positions; shares nan where a position is singular, or nothing bends.
     """
-    count = deflection.N.shape[-1]
-    if deflection.N.ndim != 3:
-        raise ValueError(f"columns of shape {deflection.N.shape[2:]}: expected one design")
+    columns = deflection.motion.columns
+    if len(columns) != 1:
+        raise ValueError(f"columns of shape {columns}: expected one design")
+    count = columns[0]
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     moment = sample(deflection, "M", (nodes + 1) / 2)
     spectrum = np.abs(np.fft.rfft(moment, axis=1)) / count
@@ -62,7 +63,7 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     twice[0] = 1.0
     if count % 2 == 0:
         twice[-1] = 1.0
-    per_length = deflection.length * deflection.soft.bend
+    per_length = deflection.length * deflection.compliance.bend
     energy = np.einsum("bks,s,b->k", np.square(spectrum), weights, per_length[:, 0]) * twice
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.sqrt(energy / energy.sum())

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from elastic.extremes import Extreme
+from elastic.extreme_values import Extreme
 from rigid import Motion, PinDrive, Reals
 
-EVEN = 1e-9
+EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
 
 
 @dataclass(frozen=True, eq=False)
