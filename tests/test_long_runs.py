@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
+from elastic import deflection
 from kinelast import weight
 from kinelast.command import main
 from kinelast.figures import long_runs
