@@ -160,7 +160,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
     from kinelast.folder import RequestError
-    from kinelast.tables import summary_row, write_summary
+    from kinelast.tables import summary_row, write_index, write_summary
 
     if not options.out.is_dir():
         return
@@ -168,9 +168,9 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Names
         (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
     }
     try:
-        write_summary(options.out, {row[0]: row for row in rows.values()})
+        write_index(options.out, write_summary(options.out, {row[0]: row for row in rows.values()}))
     except (RequestError, OSError, ValueError) as error:
-        say(f"deflection-report: summary.csv: {error}", sys.stderr)
+        say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 
 
 def _named_once(line: str, task: Task) -> str:
@@ -210,6 +210,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         frames=options.frames,
         picture=options.format,
         mesh=options.mesh,
+        stills=options.stills,
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,

@@ -16,13 +16,14 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from kinelast.scene.error import plain
 
-USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "structure.txt", "skeleton.svg"}
+USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg"}
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -39,6 +40,7 @@ class Request:
     frames: int | None = None
     picture: str = "mp4"
     mesh: bool = False
+    stills: bool = False
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
@@ -46,6 +48,12 @@ class Request:
 
 class RequestError(ValueError):
     """Something is asked for that cannot be given."""
+
+
+@cache
+def version() -> str:
+    """Version of the program, looked up once: that takes a while."""
+    return metadata.version("kinelast")
 
 
 def made_from(content: bytes, request: Request) -> dict[str, Any]:
@@ -114,8 +122,18 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
 
 def write_json(path: Path, data: Any) -> None:
     """Indented, strict JSON."""
-    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    path.write_text(text, encoding="utf-8", errors="backslashreplace")
+    path.write_bytes(json_bytes(data, indent=1) + b"\n")
+
+
+def json_bytes(data: Any, indent: int = 0) -> bytes:
+    """Data as strict JSON; nan is null, and what no text may hold, of a file's name, is told by its number."""
+    import msgspec
+
+    try:
+        text = msgspec.json.encode(data)
+    except UnicodeEncodeError:
+        text = json.dumps(data, allow_nan=False).encode()
+    return msgspec.json.format(text, indent=indent) if indent else text
 
 
 def sizes(folder: Path) -> dict[str, int]:
@@ -129,7 +147,7 @@ def sizes(folder: Path) -> dict[str, int]:
 def finished(folder: Path, made: Mapping[str, Any]) -> dict[str, Any] | None:
     """The summary of a folder that was made from just this by this version and is whole; None of any other."""
     before = _summary_in(folder)
-    if not before or before.get("made_from") != made or before.get("kinelast") != metadata.version("kinelast"):
+    if not before or before.get("made_from") != made or before.get("kinelast") != version():
         return None
     try:
         found = sizes(folder)

@@ -12,7 +12,7 @@ from kinelast.page.numbers import coordinate, number, quantity
 def gist(figures: Mapping[str, Any]) -> str:
     """The gist of a scene in one line."""
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
-    largest = figures["largest_deflection"]
+    largest, accepted = figures["largest_deflection"], figures["acceptance"]
     if largest:
         place = quantity(largest["along"]["value"], "m", 3)
         drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
@@ -33,10 +33,22 @@ def gist(figures: Mapping[str, Any]) -> str:
         words.append(_check(figures["check"]))
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("no film: nothing is drawn along links without beams")
+    if accepted["passed"] is not None:
+        failed = ", ".join(_exceeded(row) for row in accepted["limits"] if not row["passed"])
+        words.insert(0, f"NOT ACCEPTABLE: {failed}" if failed else "acceptable")
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
         words.append(f"{level}: {', '.join(reasons)}")
     return "; ".join(words)
+
+
+def _exceeded(row: Mapping[str, Any]) -> str:
+    """A limit that is not kept, in a few words."""
+    found, limit = row["found"], row["limit"]
+    if found["value"] is None:
+        return f"{row['kind']} cannot be judged"
+    size, allowed = quantity(abs(found["value"]), found["unit"]), quantity(limit["value"], limit["unit"])
+    return f"{row['kind']} {size}, allowed {allowed}"
 
 
 def questions(figures: Mapping[str, Any]) -> list[str]:

@@ -95,6 +95,9 @@ def _parser() -> argparse.ArgumentParser:
     add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
     add("--format", choices=FORMATS, help=f"of the movies; png: stills [{FORMATS[0]}]")
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
+    add(
+        "--stills", action="store_true", help="also draw curves, maps and the mechanism as SVG for print (stills/*.svg)"
+    )
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from elastic import Deflection, deflection
 from kinelast import tables
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.results import Peak, Results, peaks
-from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, write_json
+from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration, require_reached
@@ -189,7 +188,7 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     found = peaks(results)
     if request.refine:
         found = refined_peaks(results, found)
-    figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
+    figures = {"kinelast": version(), **summary(results, found), "made_from": made}
     if figures["check"]:
         write_json(part / "check.json", figures["check"])
     failed = figures["failed"] = {}
@@ -306,10 +305,15 @@ def _drawings(
     name = results.scene.name
 
     def report() -> None:
-        from kinelast.page.report import report_html
+        from kinelast.page.report import report_page
 
-        html = report_html(results, found, figures)
-        (part / "report.html").write_text(html, encoding="utf-8", errors="replace")
+        (part / "report.html").write_bytes(report_page(results, found, figures, gist(figures)))
+
+    def stills() -> None:
+        from kinelast.stills.write import write_stills
+
+        progress(f"{name}: stills", 0, 1)
+        write_stills(part / "stills", results, found)
 
     def meshes() -> None:
         from fem_check import write_vtu_series
@@ -328,6 +332,8 @@ def _drawings(
             raise RequestError(f"--animate {diagram}: {error}") from None
 
     yield "report.html", report
+    if request.stills:
+        yield "stills", stills
     if request.mesh:
         yield "mesh", meshes
     for diagram in request.animate if results.scene.labels else ():  # nothing is drawn along links without beams
@@ -335,5 +341,6 @@ def _drawings(
 
 
 def _differs(figures: Mapping[str, Any]) -> bool:
-    check = figures.get("check")
-    return check is not None and check["passed"] is False
+    """Whether the check failed or a limit of the scene is not kept."""
+    check, limits = figures.get("check"), figures.get("acceptance", {})
+    return (check is not None and check["passed"] is False) or limits.get("passed") is False

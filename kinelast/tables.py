@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
@@ -55,11 +56,17 @@ def _add_vector(columns: dict[str, Any], name: str, values: Any) -> None:
 def write_positions(path: Path, results: Results, more: bool = False) -> None:
     """One row a position, all digits; a cell is empty where there is no number. `more`: rows after others."""
     columns = position_columns(results)
-    rows = np.array(list(columns.values())).T.tolist()
-    with path.open("a" if more else "w", encoding="utf-8", newline="") as file:
-        if not more:
-            file.write(",".join(columns) + "\n")
-        file.writelines(",".join("" if value != value else repr(value) for value in row) + "\n" for row in rows)  # noqa: PLR0124
+    head = b"" if more else (",".join(columns) + "\n").encode()
+    with path.open("ab" if more else "wb") as file:
+        file.write(head + _lines(np.array(list(columns.values())).T))
+
+
+def _lines(table: Reals) -> bytes:
+    """Rows of numbers as lines: shortest digits that give them back; nothing for nan."""
+    if np.isinf(table).any():  # for which JSON has no word
+        rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
+        return ("\n".join(rows) + "\n").encode()
+    return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
 
 
 class FieldFile:
@@ -111,8 +118,10 @@ def write_fields(path: Path, results: Results, stations: int) -> None:
     file.close()
 
 
-HEAD = ("scene", "state", "status", "largest_deflection [m]", "beam", "largest_stress [Pa]", "stressed_beam",
-        "safety [1]", "condition [1]", "grade", "check", "message")  # fmt: skip
+HEAD = ("scene", "state", "status", "accepted", "largest_deflection [m]", "beam", "largest_chord [m]", "bent_beam",
+        "largest_stress [Pa]", "stressed_beam", "safety [1]", "output_error [m]", "output_error [rad]", "output",
+        "condition [1]", "grade", "check", "message")  # fmt: skip
+ACCEPTED = {None: "", True: "yes", False: "no"}
 
 
 def summary_row(outcome: Outcome, name: str) -> list[str]:
@@ -124,13 +133,21 @@ def summary_row(outcome: Outcome, name: str) -> list[str]:
     check = (figures.get("check") or {"passed": None})["passed"]
     grade = verdict(figures["trust"])[0] if figures else ""
     passed = "" if check is None else "agrees" if check else "differs"
-    cells = [name, outcome.state, outcome.status, deflection.get("value"), deflection.get("label"), stress.get("value"),
-             stress.get("label"), safety, condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
+    chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
+    accepted = ACCEPTED[figures["acceptance"]["passed"]] if figures else ""
+    errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
+    cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
+             chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
+             output.get("name"), condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
     return ["" if cell is None else plain(str(cell), 300) for cell in cells]
 
 
-def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> None:
+def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> list[Sequence[str]]:
     """A row a scene into OUT/summary.csv, instead of older rows of these scenes, beside those of others still there.
+
+    Returns
+    -------
+    All rows that are there now.
 
     Raises
     ------
@@ -150,5 +167,20 @@ def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> None:
             known = {row[0]: row for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
         part = out / f"{hidden}.part"
         with part.open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows([HEAD, *{**known, **rows}.values()])
+            whole = {**known, **rows}
+            csv.writer(file, lineterminator="\n").writerows([HEAD, *whole.values()])
+        part.replace(path)
+    return list(whole.values())
+
+
+def write_index(out: Path, rows: Sequence[Sequence[str]]) -> None:
+    """OUT/index.html: the rows of summary.csv as a page; raises as `write_summary`."""
+    from kinelast.page.index import MARK, index_page
+
+    path = out / "index.html"
+    with held(path) as hidden:
+        if path.exists() and MARK not in path.read_bytes():
+            raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
+        part = out / f"{hidden}.part"
+        part.write_bytes(index_page(out, HEAD, rows))
         part.replace(path)

@@ -36,7 +36,7 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
         raise RequestError(f"--mesh writes a file for every position: ask for {MOST_MESHES} --positions at most")
     disk = positions * DIGITS * _columns(scene)
     if request.fields:
-        disk += 2 * positions * request.stations * sum(each.main for each in FIELDS.values()) * beams * NUMBER
+        disk += 2 * positions * request.stations * sum(field.main for field in FIELDS.values()) * beams * NUMBER
     elements = request.check or 0
     memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
     for need, free, where, less in (

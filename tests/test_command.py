@@ -203,7 +203,7 @@ def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
     assert '"bra"' in said.err
     assert said.out.startswith("arm: ")
     assert said.err.splitlines()[-1].startswith("1 done, 1 failed, 0 skipped, ")
-    assert sorted(entry.name for entry in (tmp_path / "out").iterdir()) == ["arm", "summary.csv"]
+    assert sorted(entry.name for entry in (tmp_path / "out").iterdir()) == ["arm", "index.html", "summary.csv"]
     rows = {row["scene"]: row for row in rows_of(tmp_path / "out" / "summary.csv")}
     assert (rows["arm"]["state"], rows["bad"]["state"], rows["bad"]["status"]) == ("done", "failed", "2")
     stress = 7850 * (50.0 * 0.2) ** 2 / 2

@@ -162,7 +162,8 @@ class Results:
             return []
         period = None if math.isnan(self.period) else self.period
         if self.whole is None:
-            return exceedances(self.counted_deflection, self.frequencies, period)
+            known = None if self.ill.any() else self.extremes
+            return exceedances(self.counted_deflection, self.frequencies, period, found=known)
         found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
         shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
         return [*found, *(replace(one, position=None) for one in shown)]

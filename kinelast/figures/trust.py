@@ -65,9 +65,13 @@ def findings(results: Results) -> list[Finding]:
 
 
 def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and what has it."""
-    level = min((finding["level"] for finding in trust if finding["level"] != OPEN), key=ORDER.index)
-    return level, list(dict.fromkeys(finding["heading"].lower() for finding in trust if finding["level"] == level))
+    """The worst level of findings as plain data, and what has it.
+
+    Strength does not count: that a link yields is a bad answer, not a doubtful one.
+    """
+    about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
+    level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
+    return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
 
 
 def _positions(results: Results) -> Finding:

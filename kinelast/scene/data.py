@@ -8,6 +8,7 @@ from functools import cached_property
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
+from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
 from rigid.dynamics import ForwardError, IntegratedMotion, forward
 
@@ -47,6 +48,16 @@ class Material:
     yield_stress: float | None
 
 
+@dataclass(frozen=True)
+class Making:
+    """What a beam is made of, by the names in the file: section, its shape and sizes [m], material or nothing."""
+
+    section: str
+    shape: str
+    sizes: Mapping[str, tuple[float, ...]]
+    material: str
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A mechanism that is ready to move.
@@ -72,6 +83,12 @@ class Scene:
         Instants to look at.
     outlines
         Corners of the links' drawings in their own axes [m], by link; only links that have one.
+    limits, output
+        What the answer is held against, and what the machine is there for where the file says so.
+    made_of
+        Section and material of every beam, in the order of `sections`.
+    text
+        The file as it was read; empty where the scene comes from tables.
     """
 
     name: str
@@ -86,6 +103,10 @@ class Scene:
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
     outlines: Mapping[str, tuple[complex, ...]]
+    limits: tuple[Limit, ...] = ()
+    output: Output | None = None
+    made_of: tuple[Making, ...] = ()
+    text: str = ""
 
     @cached_property
     def course(self) -> IntegratedMotion | None:

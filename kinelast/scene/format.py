@@ -20,6 +20,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.limits import LimitsTable
 from kinelast.scene.quantities import (
     Acceleration,
     Area,
@@ -126,7 +127,7 @@ class LinkTable(Table, frozen=True, kw_only=True):
 
 
 class RunTable(Table, frozen=True, kw_only=True):
-    """Which positions are computed, gravity, and the theory of beams."""
+    """Which positions are computed, gravity, the theory of beams, and the output."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
@@ -134,6 +135,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 2000
+    output: str = ""
 
 
 class SceneTable(Table, frozen=True, kw_only=True):
@@ -156,6 +158,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
     loads: list[LoadTable] = field(default_factory=list)
     gears: list[GearTable] = field(default_factory=list)
     springs: list[SpringTable] = field(default_factory=list)
+    limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
 
 

@@ -42,6 +42,14 @@ class Angle(Quantity):
     most = FARTHEST
 
 
+class Allowance(Quantity):
+    """How far an output may be off [m or rad]."""
+
+    expected = 'a length, as in "0.1 mm", or an angle, as in "0.1 deg"'
+    units = ("m", "rad")
+    above = 0.0
+
+
 class Abscissa(Quantity):
     """Time [s], angle [rad] or slide [m]: what a table is against."""
 

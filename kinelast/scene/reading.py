@@ -14,11 +14,13 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
+from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.parts import Parts, build_parts
+from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
@@ -69,7 +71,7 @@ def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
     SceneError
         The text holds a mistake.
     """
-    return scene_from_dict(toml_tables(text, path), name, path)
+    return replace(scene_from_dict(toml_tables(text, path), name, path), text=text)
 
 
 def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
@@ -108,6 +110,9 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         parts.laws,
         run,
         {body.link.name: body.outline for body in parts.bodies if body.outline},
+        build_limits(table, mechanism),
+        build_output(table, mechanism),
+        tuple(making(table, body.link.name, k) for body, k in beams),
     )
     require_determined(scene)
     return scene

@@ -144,15 +144,28 @@ class Quantity(float):
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         number, name = float(form[1]), form[2].strip()
         try:
-            given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
+            found = _factor(name, cls.units)
         except pint.UndefinedUnitError as error:
             raise ValueError(f"expected {cls.expected}, {_unknown(error, name, cls.units)}") from None
         except Exception:  # pint's parser raises whatever it stumbles over
             raise ValueError(f"expected {cls.expected}, got {shown(text)}") from None
-        for unit in cls.units:
-            if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
-                return float(registry().convert(number, given, unit)), unit
-        raise ValueError(f"expected {cls.expected}, got {shown(text)}")
+        if found is None:
+            raise ValueError(f"expected {cls.expected}, got {shown(text)}")
+        factor, unit = found
+        return number * factor, unit
+
+
+@cache
+def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
+    """What a unit is in the one of some SI units that has its dimension, and which that is; None where none has.
+
+    Looked up once for all scenes of a batch: pint takes longer than the deflection. Raises whatever its parser does.
+    """
+    given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
+    for unit in units:
+        if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
+            return float(registry().convert(1.0, given, unit)), unit
+    return None
 
 
 def _float(value: float) -> float:
