@@ -30,18 +30,10 @@ class Placement:
     direction: list[Columns]
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
     slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
-    approach: int = 0  # leading positions that only lead there from the drawing
     near: Posture | None = None  # as for `motion`
-
-    def at(self, places: Any) -> Placement:
-        """The same at some of the positions; all of them for None."""
-        if places is None:
-            return self
-        origin, direction, sine = (
-            [value[..., places] if np.ndim(value) else value for value in values]
-            for values in (self.origin, self.direction, self.sine)
-        )
-        return Placement(self.mechanism, self.drive[:, places], origin, direction, sine)
+    shape: tuple[int, ...] = ()  # of the columns
+    led: dict[Any, Any] = field(default_factory=dict)  # about where the joints are that drive gears [rad]
+    seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
 
     def point(self, link: int, local: Any) -> Columns:
         """Place of a point given in a link's axes."""
@@ -86,6 +78,11 @@ class Placement:
         parent, child = joint.parent, joint.child
         if joint.slider is None:
             turned = np.angle(self.direction[child] * np.conj(self.direction[parent]))
+            key = (joint.name, parent, child)
+            expected = self.led.get(key)
+            if expected is not None and np.isfinite(expected).any():
+                self.seen[key] = turned + 2 * np.pi * np.round((expected - turned) / (2 * np.pi))
+                return self.seen[key]
             whole = np.unwrap(np.atleast_1d(turned), axis=-1)
             return whole + 2 * np.pi * np.round((near - whole[..., :1]) / (2 * np.pi))
         opened = self.point(child, joint.at_child) - self.point(parent, joint.at_parent)
