@@ -31,10 +31,15 @@ EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in o
 
 
 class Branch:
-    """Knots on the way of the drives of a mechanism; `table` holds them."""
+    """Knots on the way of the drives of a mechanism; `table` holds them.
 
-    def __init__(self, mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any):
-        self.mechanism, self.structure, self.path, self.forms = mechanism, structure, path, forms
+    `edge`, of a stride, is how near the end of its reach is closed in on.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
+    ) -> None:
+        self.mechanism, self.structure, self.path, self.forms, self.edge = mechanism, structure, path, forms, edge
         self.low, self.high = low, high
         self.drawing = Drawing(mechanism)
         self.designs = lengths(mechanism)
@@ -122,6 +127,7 @@ class Branch:
             if key in placed.seen:
                 table["led"][:, k] = flat(placed.seen[key])
         if not group.free:
+            table["sine"][:, number] = np.where(np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan)
             return
         tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
         table["sine"][:, number] = flat(sine)
@@ -136,7 +142,7 @@ class Branch:
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
         """Knots half way between others, with all groups up to one placed."""
-        middle = some(low, slice(None))
+        middle = some(low, np.arange(len(low["place"])))
         middle["place"] = 0.5 * (low["place"] + high["place"])
         middle["coarse"] = np.zeros(len(middle["place"]), bool)
         middle["led"] = 0.5 * (low["led"] + high["led"])
@@ -182,22 +188,21 @@ class Branch:
                 certificate.fill(box)
         raise AssertionError
 
-    def _refine(self, number: int, which: Any = None) -> None:
-        """Halve the steps of a group until they are certain, or as fine as they get."""
-        which = steps(self.table) if which is None else which
+    def refine(self, number: int, which: Any, finest: float = FINEST) -> None:
+        """Halve some steps of a group until they are certain, or as fine as `finest` of a stride."""
         low, high = some(self.table, which), some(self.table, which + 1)
         kept: list[Table] = []
         outside = np.ones(len(self.table["place"]), bool)
         outside[which] = False
         kept.append(some(self.table, outside))
-        edge = (EDGE if self.forms[number] else FINEST) * self.path.stride
+        edge = (EDGE if all(self.forms) else self.edge if self.forms[number] else finest) * self.path.stride
         while True:
             box, before = self.certify(low, high, number)
             sure = np.isfinite(box).all(axis=1)
             low[f"box{number}"], low[f"sure{number}"] = box, sure
             length = high["place"] - low["place"]
             known = np.isfinite(np.array([end["sine"][:, number] for end in (low, high)]))
-            split = ~sure & (length > FINEST * self.path.stride) & before & known.any(axis=0)
+            split = ~sure & (length > finest * self.path.stride) & before & known.any(axis=0)
             split &= known.all(axis=0) | (length > edge)
             kept.append(some(low, ~split))
             if not split.any():
@@ -234,7 +239,7 @@ class Branch:
     def _fold(self, number: int) -> None:
         """Follow a dyad: its sign changes where it passes a change point."""
         self._set(self.table, number)
-        self._refine(number)
+        self.refine(number, steps(self.table))
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
         sine = np.abs(self.table["sine"][:, number])

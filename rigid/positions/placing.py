@@ -10,7 +10,7 @@ from rigid.closure import Closure, closure
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import Branch, measured_drivers
 from rigid.positions.drawing import Drawing
-from rigid.positions.drive_path import BLOCK, STILL, Path, drawn_drives, path_through, size_of
+from rigid.positions.drive_path import BLOCK, FINEST, STILL, Path, drawn_drives, path_through, size_of
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
 from rigid.positions.newton import correct, hung, newton, require_closed, sine_of
@@ -24,6 +24,7 @@ FIRM = 0.5  # sine of dyads above which, at near positions, they pass no change 
 NEAR = 0.1  # steps of a drive [rad], and of such a sine, that are near
 TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may be where it was
 SAME = 1e-7
+DEEP = 2.0**-46  # of a stride: how near the end of a reach is closed in on where positions are asked there
 CLOSE = 1e-6  # beyond the box that is certain
 
 
@@ -123,8 +124,11 @@ def _firm(sines: Any) -> bool:
 def _followed(mechanism: Mechanism, structure: Structure, drive: Any, lead: Any) -> Placement:
     """Place all links on the branch that is followed from the drawing."""
     path = path_through(mechanism, drive, lead)
-    branch, places = _branch_through(mechanism, structure, path)
-    at = located(branch.table, places, branch.rows)
+    for edge in (FINEST, DEEP):
+        branch, places = _branch_through(mechanism, structure, path, edge)
+        at = located(branch.table, places, branch.rows)
+        if all(branch.forms) or not _at_an_end(branch, places, at):
+            break
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
     shape = (*branch.designs[:1], drive.shape[1]) if branch.designs else drive.shape[1:]
@@ -155,6 +159,13 @@ def _followed(mechanism: Mechanism, structure: Structure, drive: Any, lead: Any)
     return placed
 
 
+def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
+    """Whether a position is asked so near the end of the reach that it may still be within."""
+    place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
+    near = [np.abs(places - place[one]) <= branch.reach_of_change for one in (at, at + 1)]
+    return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
+
+
 def _between(placed: Placement, branch: Branch, number: int, at: Any, part: Any, wide: Any) -> Any:
     """Place a group between knots of its branch."""
     group, table = branch.structure.groups[number], branch.table
@@ -173,11 +184,11 @@ def _between(placed: Placement, branch: Branch, number: int, at: Any, part: Any,
     return sine_of(hung(placed, group, found))
 
 
-def _branch_through(mechanism: Mechanism, structure: Structure, path: Path) -> tuple[Branch, Any]:
+def _branch_through(mechanism: Mechanism, structure: Structure, path: Path, edge: float) -> tuple[Branch, Any]:
     """The branch of a mechanism, as far as the positions asked go, and these on it."""
     forms = tuple(_closed_form(group) for group in structure.groups)
     if path.vertices is not None:
-        return Branch(mechanism, structure, path, 0.0, 0.0, forms), path.asked
+        return Branch(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
     kept = mechanism.__dict__.setdefault("_branches", {})
     low, high = float(path.asked.min()), float(path.asked.max())
     begin, block = path.begin, BLOCK * path.stride
@@ -187,18 +198,20 @@ def _branch_through(mechanism: Mechanism, structure: Structure, path: Path) -> t
         path = Path(begin - shift, path.asked - shift, path.stride, path.turn)
         begin, low, high = path.begin, low - shift, high - shift
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
-        whole = _known(mechanism, structure, path, begin, begin + turns * path.turn, forms, kept)
+        whole = _known(mechanism, structure, path, begin, begin + turns * path.turn, forms, edge, kept)
         if not _returns(whole, begin, begin + turns * path.turn):
             if _ends(whole):
-                return _from_both_sides(mechanism, structure, path, forms, kept)
+                return _from_both_sides(mechanism, structure, path, forms, edge, kept)
             continue
         return whole, begin + np.mod(path.asked - begin, turns * path.turn)
     low, high = min(low, begin), max(high, begin)
     below, above = (np.ceil(way / block) * block for way in (begin - low, high - begin))
     above = above or block
-    found = _known(mechanism, structure, path, begin - below, begin + above, forms, kept)
-    if path.turn and _ends(found):
-        return _from_both_sides(mechanism, structure, path, forms, kept)
+    found = _known(mechanism, structure, path, begin - below, begin + above, forms, edge, kept)
+    lost = np.isnan(found.table["sine"]).any(axis=1)
+    at = located(found.table, path.asked, found.rows)
+    if path.turn and (lost[at] | lost[at + 1]).any():
+        return _from_both_sides(mechanism, structure, path, forms, edge, kept)
     return found, path.asked
 
 
@@ -221,11 +234,11 @@ def _ends(branch: Branch) -> bool:
 
 
 def _from_both_sides(
-    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, kept: Any
+    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
 ) -> tuple[Branch, Any]:
     """A branch that ends before a whole turn, and the positions asked on it, as they are reached from the drawing."""
     begin, turn = path.begin, path.turn
-    branch = _known(mechanism, structure, path, begin - turn, begin + turn, forms, kept)
+    branch = _known(mechanism, structure, path, begin - turn, begin + turn, forms, edge, kept)
     above = begin + np.mod(path.asked - begin, turn)
     lost = np.isnan(branch.table["sine"]).any(axis=1)
     gone, there = (lost[at] | lost[at + 1] for at in (located(branch.table, x, branch.rows) for x in (above, above - turn)))
@@ -233,12 +246,12 @@ def _from_both_sides(
 
 
 def _known(
-    mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, kept: Any
+    mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
 ) -> Branch:
     """The branch from one place to another, made once."""
-    branch = kept.get(forms)
+    branch = kept.get((forms, edge))
     if branch is None or not (branch.low <= low + STILL and high - STILL <= branch.high):
         if branch is not None:
             low, high = min(low, branch.low), max(high, branch.high)
-        branch = kept[forms] = Branch(mechanism, structure, path, low, high, forms)
+        branch = kept[forms, edge] = Branch(mechanism, structure, path, low, high, forms, edge)
     return branch

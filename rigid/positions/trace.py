@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid.positions.drive_path import FINEST
 from rigid.positions.knots import Table, merged, some, steps
 
 if TYPE_CHECKING:
@@ -16,6 +15,8 @@ BESIDE = 0.02  # of a stride: how far beside a change point the branches are tol
 SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
 TRIES = 24  # to go on from where a walk went astray
 MOST = 400  # steps of a march
+ROUGH = 2.0**-6  # of a stride: how fine a walk is made certain at first
+CLOSE = 1e-6  # [rad or m]: what is the same
 
 
 class Trace:
@@ -34,8 +35,8 @@ class Trace:
         start = np.repeat(drawn[:, None], branch.rows, axis=1)
         for way in (1, -1):
             self._walk(coarse[:, begin::way], start)
-        self._fill(np.flatnonzero(~branch.table["coarse"]))
-        branch._refine(self.number)
+        self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
+        branch.refine(self.number, steps(branch.table), ROUGH)
         for row in range(branch.rows):
             for way in (1, -1):
                 self._mend(row, way)
@@ -72,40 +73,48 @@ class Trace:
         turns = np.array([self.group.tree[at].slider is None for at in self.group.free])[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
-    def _fill(self, which: Any) -> None:
+    def _fill(self, which: Any, coarse: Any) -> None:
         """Place the group at knots between coarse ones."""
+        table = self.branch.table
+        after = np.searchsorted(coarse, which)
+        which, after = which[after < len(coarse)], after[after < len(coarse)]
         if not len(which):
             return
-        table = self.branch.table
-        coarse = np.flatnonzero(table["coarse"])
-        after = np.searchsorted(coarse, which)
         low, high = some(table, coarse[after - 1]), some(table, coarse[after])
         part = (table["place"][which] - low["place"]) / (high["place"] - low["place"])
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
 
     def _mend(self, row: int, way: int) -> None:
         """Go outward from the drawing and see to every run of steps that are not certain."""
-        branch, number = self.branch, self.number
-        passed = branch.path.begin
+        branch = self.branch
+        passed, closed_in = branch.path.begin, False
         for _ in range(TRIES):
-            table = branch.table
-            first = self._next(row, way, passed)
-            if first is None:
+            run = self._next(row, way, passed)
+            if run is None:
                 return
-            inner, outer = first
-            stop = table["place"][outer]
-            if abs(stop - table["place"][inner]) <= branch.reach_of_change and self._smooth(row, way, inner, outer):
-                passed = stop
+            place = branch.table["place"]
+            inner, outer = run
+            stop = float(place[outer])
+            if abs(stop - place[inner]) <= branch.reach_of_change:
+                if self._smooth(row, way, inner, outer):
+                    passed = stop
+                    closed_in = False
+                    continue
+            elif not closed_in and np.isfinite(branch.table["sine"][[inner, outer], self.number]).all():
+                closed_in = True
+                near = np.arange(min(run), max(run))
+                branch.refine(self.number, near[np.abs(place[near + (way < 0)] - place[inner]) <= branch.path.stride])
                 continue
-            found = self._march(row, way, inner)
-            if found is None:
-                break
-            passed = table["place"][inner]
-        else:
-            inner = self._next(row, way, passed)[0] if self._next(row, way, passed) else None
-            if inner is None:
+            closed_in = False
+            found, ended = self._march(row, way, inner)
+            if ended:
+                self._enter(row, found)
+                self._end(row, way, float(found[-1]["place"][0]) if found else float(place[inner]))
                 return
-        self._end(row, way, inner)
+            self._onward(row, way, found)
+        run = self._next(row, way, passed)
+        if run is not None:
+            self._end(row, way, float(branch.table["place"][run[0]]))
 
     def _next(self, row: int, way: int, passed: float) -> tuple[int, int] | None:
         """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
@@ -118,13 +127,13 @@ class Trace:
                     return inner, outer
         return None
 
-    def _single(self, row: int, place: float, like: int, guess: Any) -> Table:
+    def _single(self, row: int, place: float, guess: Any) -> Table:
         """A knot of one design anywhere, with the group placed from a guess and those before it from the knots."""
         branch = self.branch
         at = branch.before(row, place)
         low, high = some(branch.table, [at]), some(branch.table, [at + 1])
         part = (place - low["place"]) / (high["place"] - low["place"])
-        knot = some(low, slice(None))
+        knot = some(low, [0])
         knot["place"], knot["coarse"] = np.array([place]), np.zeros(1, bool)
         knot["led"] = low["led"] + part[:, None] * (high["led"] - low["led"])
         for k in range(self.number):
@@ -138,16 +147,18 @@ class Trace:
         knot[f"sure{self.number}"] = np.zeros(1, bool)
         return knot
 
-    def _beyond(self, row: int, way: int, inner: int) -> Table | None:
-        """The smooth branch a little beyond a change point, continued from before it."""
+    def _beyond(self, row: int, way: int, place: float, here: Table) -> Table | None:
+        """The smooth branch a little beyond a change point, continued from before it; None where there is none."""
         branch, name = self.branch, f"free{self.number}"
-        from_, step = branch.table["place"][inner], way * BESIDE * branch.path.stride
+        step = way * BESIDE * branch.path.stride
+        table = branch.table
+        if (place + step - table["place"][table["row"] == row][::way][-1]) * way > 0:
+            return None
         with np.errstate(all="ignore"):
-            two, one = (self._single(row, from_ - k * step, inner, None) for k in (2, 1))
-            here = some(branch.table, [inner])
+            two, one = (self._single(row, place - k * step, None) for k in (2, 1))
             slope = branch.ways(self.number, two, one)
             guess = one[name] + 2 * slope
-            knot = self._single(row, from_ + step, inner, guess.T)
+            knot = self._single(row, place + step, guess.T)
             off = np.abs(self._whole(knot[name].T, guess.T).T - guess).max()
         known = np.abs(slope).max() * SMOOTH + 1e-9
         return knot if np.isfinite(here[name]).all() and off <= known else None
@@ -155,127 +166,114 @@ class Trace:
     def _smooth(self, row: int, way: int, inner: int, outer: int) -> bool:
         """Whether the table goes on smoothly behind a change point; made to, where the walk took the other branch."""
         branch, name = self.branch, f"free{self.number}"
+        place = float(branch.table["place"][inner])
         if not branch.path.onward(*sorted(branch.table["place"][[inner, outer]])):
             return True
-        knot = self._beyond(row, way, inner)
+        ahead = place + way * BESIDE * branch.path.stride
+        if (ahead - branch.table["place"][branch.table["row"] == row][::way][-1]) * way > 0:
+            return True
+        knot = self._beyond(row, way, place, some(branch.table, [inner]))
         if knot is None:
             return False
-        at = branch.before(row, float(knot["place"][0]))
-        if not 0 <= at < len(branch.table["place"]) - 1:
-            return True
-        low, high = some(branch.table, [at]), some(branch.table, [at + 1])
-        part = (knot["place"] - low["place"]) / (high["place"] - low["place"])
-        seen = (low[name] + part[:, None] * branch.ways(self.number, low, high)).T
-        away = np.abs(self._whole(seen, knot[name].T) - knot[name].T).max()
-        if away <= 10 * SMOOTH * BESIDE * branch.path.stride:
-            return True
-        self._onward(row, way, [knot])
+        seen = self._single(row, ahead, None)
+        away = np.abs(self._whole(seen[name].T, knot[name].T) - knot[name].T).max()
+        if not away <= CLOSE:
+            self._onward(row, way, [knot])
+            back = self._next(row, way, float(np.nextafter(place, -way * np.inf)))
+            if back is not None and np.isfinite(branch.table["sine"][list(back), self.number]).all():
+                branch.refine(self.number, np.arange(min(back), max(back)))
         return True
 
-    def _march(self, row: int, way: int, inner: int) -> float | None:
-        """Certain steps outward from a knot, and the walk again from their end; None where there are none."""
+    def _march(self, row: int, way: int, inner: int) -> tuple[list[Table], bool]:
+        """Certain steps outward from a knot, and whether there are no more."""
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
         here = some(table, [inner])
-        end = table["place"][table["row"] == row][:: way][-1]
+        end = float(table["place"][table["row"] == row][::way][-1])
         before = inner - way
-        known = 0 <= before < len(table["row"]) and table["row"][before] == row
         slope = np.zeros_like(here[name])
-        step = stride / 8
-        if known and np.isfinite(table[name][before]).all():
+        if 0 <= before < len(table["row"]) and table["row"][before] == row:
             back = some(table, [before])
-            slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])
+            slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])[:, None]
         found: list[Table] = []
-        gone = 0.0
+        step, gone = stride / 8, 0.0
         with np.errstate(all="ignore"):
             for _ in range(MOST):
-                if step < FINEST * stride or gone >= stride:
+                if step < branch.edge * stride or gone >= stride or here["place"][0] == end:
                     break
                 to = float(here["place"][0]) + way * step
-                if (to - end) * way > 0:
-                    to = float(end)
-                knot = self._single(row, to, inner, (here[name] + slope * (to - here["place"])).T)
+                to = end if (to - end) * way > 0 else to
+                knot = self._single(row, to, (here[name] + slope * (to - here["place"])).T)
                 pair = (here, knot) if way > 0 else (knot, here)
                 box, _ = branch.certify(*pair, self.number)
                 if not np.isfinite(box).all():
                     step /= 2
                     continue
-                pair[0][f"box{self.number}"], pair[0][f"sure{self.number}"] = box, np.ones(1, bool)
                 slope = branch.ways(self.number, here, knot) / (knot["place"] - here["place"])
                 found.append(knot)
-                here, gone = knot, gone + abs(step)
-                step *= 2
-                if to == end:
-                    break
-        if not found or gone < 64 * FINEST * stride:
-            knot = self._beyond(row, way, inner)
-            if knot is None:
-                return None
-            found = [knot]
-        elif step < FINEST * stride:
-            self._onward(row, way, found)
-            return None if self._stuck(row, way, found) else gone
-        self._onward(row, way, found)
-        return gone
+                here, gone, step = knot, gone + step, 2 * step
+        if gone >= stride or here["place"][0] == end:
+            return found, False
+        knot = self._beyond(row, way, float(here["place"][0]), here)
+        return ([*found, knot], False) if knot is not None else (found, True)
 
-    def _stuck(self, row: int, way: int, found: list[Table]) -> bool:
-        """Whether a march ended for good."""
-        at = self.branch.before(row, float(found[-1]["place"][0]))
-        place = self.branch.table["place"]
-        at = at if abs(place[at] - found[-1]["place"][0]) <= abs(place[at + 1] - found[-1]["place"][0]) else at + 1
-        knot = self._beyond(row, way, at)
-        if knot is None:
-            return True
-        self._onward(row, way, [knot])
-        return False
+    def _enter(self, row: int, found: list[Table]) -> None:
+        """Enter knots in place of those between them, but for the grid, and make their steps certain."""
+        branch, name = self.branch, f"free{self.number}"
+        if not found:
+            return
+        table = branch.table
+        ends = sorted(float(found[k]["place"][0]) for k in (0, -1))
+        mine = (table["row"] == row) & (table["place"] >= ends[0]) & (table["place"] <= ends[1])
+        grid = mine & table["coarse"]
+        for knot in found:
+            knot["coarse"] = np.array([bool((grid & (table["place"] == knot["place"])).any())])
+        places = {float(knot["place"][0]) for knot in found}
+        kept = ~mine | (grid & ~np.isin(table["place"], list(places)))
+        branch.table = table = merged([some(table, kept), *found])
+        known = np.isin(table["place"], list(places))
+        inside = (table["row"] == row) & (table["place"] > ends[0]) & (table["place"] < ends[1]) & ~known
+        after = np.flatnonzero(known & (table["row"] == row))
+        for at in np.flatnonzero(inside):
+            k = int(np.searchsorted(after, at))
+            low, high = some(table, after[k - 1 : k]), some(table, after[k : k + 1])
+            part = (table["place"][at] - low["place"]) / (high["place"] - low["place"])
+            self._place([at], (low[name] + part[:, None] * branch.ways(self.number, low, high)).T)
+        at = steps(table)
+        mine = (table["row"][at] == row) & (table["place"][at + 1] >= ends[0]) & (table["place"][at] <= ends[1])
+        branch.refine(self.number, at[mine])
 
     def _onward(self, row: int, way: int, found: list[Table]) -> None:
-        """Enter knots, walk on from the last of them, and make the steps beyond the first certain again."""
-        branch = self.branch
-        table = branch.table
-        first, last = float(found[0]["place"][0]), float(found[-1]["place"][0])
-        mine = table["row"] == row
-        start = branch.path.begin
-        dropped = mine & ((table["place"] - min(first, last)) * 1.0 >= 0) & (table["place"] <= max(first, last))
-        dropped &= ~table["coarse"]
-        for knot in found:
-            same = mine & (table["place"] == knot["place"])
-            knot["coarse"] = np.array([bool((table["coarse"] & same).any())])
-            dropped |= same
-        inside = mine & table["coarse"] & ~dropped & ((table["place"] - first) * way > 0) & ((last - table["place"]) * way > 0)
-        branch.table = merged([some(table, ~dropped), *found])
+        """Enter knots, walk on from the last of them, and make the steps beyond certain again."""
+        branch, name = self.branch, f"free{self.number}"
+        last = float(found[-1]["place"][0])
+        self._enter(row, found)
         table = branch.table
         mine = table["row"] == row
-        between = mine & table["coarse"] & ((table["place"] - first) * way > 0) & ((last - table["place"]) * way > 0)
-        for at in np.flatnonzero(between):
-            low, high = some(table, [at - 1]), some(table, [at + 1])
-            part = (table["place"][at] - low["place"]) / (high["place"] - low["place"])
-            self._place([at], (low[f"free{self.number}"] + part[:, None] * branch.ways(self.number, low, high)).T)
-        del inside, start
         outer = np.flatnonzero(mine & ((table["place"] - last) * way > 0))[::way]
-        at_last = int(np.flatnonzero(mine & (table["place"] == last))[0])
-        at_before = at_last - way
-        order = np.concatenate([[at_before, at_last], outer[table["coarse"][outer]]]).astype(int)
-        self._walk(order[None], table[f"free{self.number}"][at_before][:, None])
-        coarse = table["coarse"].copy()
-        table["coarse"][[at_last]] = True
-        if len(outer):
-            self._fill(outer[~table["coarse"][outer]])
-        table["coarse"] = coarse
+        if not len(outer):
+            return
+        at = int(np.flatnonzero(mine & (table["place"] == last))[0])
+        grid = outer[table["coarse"][outer]]
+        self._walk(np.array([[at - way, at, *grid]]), table[name][at - way][:, None])
+        self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         at = steps(table)
-        beyond = (table["row"][at] == row) & ((np.minimum(table["place"][at] * way, table["place"][at + 1] * way)) >= (min(first * way, last * way)) - 2 * branch.path.stride)
-        branch._refine(self.number, at[beyond])
+        beyond = mine[at] & (np.minimum(table["place"][at] * way, table["place"][at + 1] * way) >= last * way)
+        branch.refine(self.number, at[beyond], ROUGH)
 
-    def _end(self, row: int, way: int, inner: int) -> None:
-        """Nothing is known outward of a knot."""
-        table = self.branch.table
-        lost = (table["row"] == row) & ((table["place"] - table["place"][inner]) * way > 0)
-        for link in self.group.links:
-            table["origin"][lost, link] = np.nan
-            table["direction"][lost, link] = np.nan
-        table["sine"][lost, self.number] = np.nan
+    def _end(self, row: int, way: int, place: float) -> None:
+        """Nothing is known outward of a place."""
+        table, number = self.branch.table, self.number
+        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
+        self.branch.table = table = some(table, ~lost | table["coarse"])
+        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
+        for name in ("origin", "direction"):
+            for link in self.group.links:
+                table[name][lost, link] = np.nan
+        table["sine"][lost, number] = np.nan
         for name in ("free", "columns", "duals"):
-            table[f"{name}{self.number}"][lost] = np.nan
+            table[f"{name}{number}"][lost] = np.nan
         at = steps(table)
-        lost_steps = at[lost[at] | lost[at + 1]]
-        table[f"sure{self.number}"][lost_steps] = False
+        at = at[lost[at] | lost[at + 1]]
+        table[f"sure{number}"][at] = False
+        table[f"box{number}"][at] = np.nan
