@@ -219,12 +219,6 @@ class Branch:
         runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
         return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
-    def narrow(self, first: int, last: int, number: int) -> bool:
-        """Whether a run is so short that it may be a change point."""
-        place, sine = self.table["place"], self.table["sine"][:, number]
-        short = place[last] - place[first] <= self.reach_of_change
-        return bool(short and np.isfinite(sine[[first, last]]).all())
-
     @property
     def reach_of_change(self) -> float:
         """How wide what is not certain about a change point may be."""
@@ -242,16 +236,33 @@ class Branch:
         self.refine(number, steps(self.table))
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
-        sine = np.abs(self.table["sine"][:, number])
-        for first, last in self.doubtful(number):
-            if self.narrow(first, last, number) and self.path.onward(place[first], place[last]):
-                with np.errstate(invalid="ignore"):
-                    at = first + int(np.nanargmin(sine[first : last + 1]))
+        for at in self._touches(number):
+            if self.path.onward(place[at - 1], place[at + 1]):
                 beyond = place > place[at] if place[at] >= self.path.begin else place < place[at]
                 sign[beyond & (row == row[at])] *= -1.0
         if (sign < 0).any():
             self.table["sign"][:, number] = sign
             self._set(self.table, number)
+
+    def _touches(self, number: int) -> list[int]:
+        """Knots nearest to where the sine of a dyad comes to zero and goes on.
+
+        There it falls to a part of what it changes by from one knot to the next; where it only comes near zero it turns
+        around gently.
+        """
+        place, row, sine = self.table["place"], self.table["row"], np.abs(self.table["sine"][:, number])
+        sure, fine = self.table[f"sure{number}"], np.diff(place) <= 2 * FINEST * self.path.stride
+        before, here, after = sine[:-2], sine[1:-1], sine[2:]
+        with np.errstate(invalid="ignore"):
+            least = (here <= before) & (here < after) & (row[:-2] == row[2:])
+            least &= 2 * (np.maximum(before, after) - here) >= here
+        least &= fine[:-1] & fine[1:] & ~sure[:-2] & ~sure[1:-1]
+        found: list[int] = []
+        for at in np.flatnonzero(least) + 1:
+            if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.reach_of_change:
+                continue
+            found.append(int(at))
+        return found
 
     # Any other group
 

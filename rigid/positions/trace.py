@@ -108,10 +108,10 @@ class Trace:
             closed_in = False
             found, ended = self._march(row, way, inner)
             if ended:
-                self._enter(row, found)
+                self._enter(row, float(place[inner]), found)
                 self._end(row, way, float(found[-1]["place"][0]) if found else float(place[inner]))
                 return
-            self._onward(row, way, found)
+            self._onward(row, way, float(place[inner]), found)
         run = self._next(row, way, passed)
         if run is not None:
             self._end(row, way, float(branch.table["place"][run[0]]))
@@ -178,7 +178,7 @@ class Trace:
         seen = self._single(row, ahead, None)
         away = np.abs(self._whole(seen[name].T, knot[name].T) - knot[name].T).max()
         if not away <= CLOSE:
-            self._onward(row, way, [knot])
+            self._onward(row, way, place, [knot])
             back = self._next(row, way, float(np.nextafter(place, -way * np.inf)))
             if back is not None and np.isfinite(branch.table["sine"][list(back), self.number]).all():
                 branch.refine(self.number, np.arange(min(back), max(back)))
@@ -217,19 +217,20 @@ class Trace:
         knot = self._beyond(row, way, float(here["place"][0]), here)
         return ([*found, knot], False) if knot is not None else (found, True)
 
-    def _enter(self, row: int, found: list[Table]) -> None:
-        """Enter knots in place of those between them, but for the grid, and make their steps certain."""
+    def _enter(self, row: int, inner: float, found: list[Table]) -> None:
+        """Enter knots in place of those from a place on, but for the grid, and make their steps certain."""
         branch, name = self.branch, f"free{self.number}"
         if not found:
             return
         table = branch.table
-        ends = sorted(float(found[k]["place"][0]) for k in (0, -1))
+        ends = sorted((inner, float(found[-1]["place"][0])))
         mine = (table["row"] == row) & (table["place"] >= ends[0]) & (table["place"] <= ends[1])
         grid = mine & table["coarse"]
         for knot in found:
             knot["coarse"] = np.array([bool((grid & (table["place"] == knot["place"])).any())])
         places = {float(knot["place"][0]) for knot in found}
-        kept = ~mine | (grid & ~np.isin(table["place"], list(places)))
+        kept = ~mine | (grid & ~np.isin(table["place"], list(places))) | (table["place"] == inner)
+        places.add(inner)
         branch.table = table = merged([some(table, kept), *found])
         known = np.isin(table["place"], list(places))
         inside = (table["row"] == row) & (table["place"] > ends[0]) & (table["place"] < ends[1]) & ~known
@@ -243,11 +244,11 @@ class Trace:
         mine = (table["row"][at] == row) & (table["place"][at + 1] >= ends[0]) & (table["place"][at] <= ends[1])
         branch.refine(self.number, at[mine])
 
-    def _onward(self, row: int, way: int, found: list[Table]) -> None:
+    def _onward(self, row: int, way: int, inner: float, found: list[Table]) -> None:
         """Enter knots, walk on from the last of them, and make the steps beyond certain again."""
         branch, name = self.branch, f"free{self.number}"
         last = float(found[-1]["place"][0])
-        self._enter(row, found)
+        self._enter(row, inner, found)
         table = branch.table
         mine = table["row"] == row
         outer = np.flatnonzero(mine & ((table["place"] - last) * way > 0))[::way]
