@@ -76,7 +76,16 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
 
 
 def _along(mechanism: Mechanism, asked: tuple[Any, ...], columns: int) -> Iterator[Motion]:
-    """The positions in order, every chunk drawn anew where the last one ended."""
+    """The positions in order.
+
+    Of a single drive every place on its way is known from the drawing; of several the chunk before tells the way, and
+    every chunk is drawn anew where the last one ended.
+    """
+    if len(asked[0]) == 1:
+        for first in range(0, asked[0].shape[-1], columns):
+            drive, rate, rate2, time = (value[..., first : first + columns] for value in asked)
+            yield motion(mechanism, drive, rate, rate2, time, lead=asked[0][:, :1])
+        return
     drawn = mechanism
     lead: Any = None
     for first in range(0, asked[0].shape[-1], columns):

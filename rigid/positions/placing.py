@@ -42,13 +42,13 @@ def place(
     lead
         Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n).
     """
-    links = len(mechanism.links)
-    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
-    if near is not None:
+    if near is None:
+        placed = _followed(mechanism, structure, path_through(mechanism, drive, lead), drive)
+    else:
+        links = len(mechanism.links)
+        placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
         for group in structure.groups:
             _place_near(placed, group, near)
-    elif not _plainly(placed, structure, lead):
-        placed = _followed(mechanism, structure, drive, lead)
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
@@ -84,13 +84,10 @@ def _place_near(placed: Placement, group: Group, near: Posture) -> None:
         placed.sine.append(place_dyad(placed, group, drawing, np.where(away[1] < away[0], -1.0, 1.0)))
 
 
-def _plainly(placed: Placement, structure: Structure, lead: Any) -> bool:
-    """Place all links as drawn, where that is plainly right: as drawn, or dyads far from a change point all the way."""
-    path = path_through(placed.mechanism, placed.drive, lead)
-    drawn = path.vertices is None and np.abs(path.asked - path.begin).max() <= STILL
-    if not drawn and (measured_drivers(structure) or not all(_closed_form(group) for group in structure.groups)):
-        return False
-    drawing = Drawing(placed.mechanism)
+def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> Placement:
+    """All links, every dyad folded as drawn, any other group as near to the drawing as it gets."""
+    links, drawing = len(mechanism.links), Drawing(mechanism)
+    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
     for group in structure.groups:
         if not group.free:
             _drive(placed, group)
@@ -100,11 +97,13 @@ def _plainly(placed: Placement, structure: Structure, lead: Any) -> bool:
             shape = np.broadcast_shapes(placed.drive.shape[1:], placed.mechanism.designs)
             start = [np.full(shape, drawing.coordinate(group.tree[at])) for at in group.free]
             placed.sine.append(sine_of(hung(placed, group, newton(placed, group, np.stack(start)))))
-    return bool(drawn or not placed.sine or (path.vertices is None and _dense(path) and _firm(placed.sine)))
+    return placed
 
 
 def _dense(path: Path) -> bool:
     """Whether positions asked are near one another, and the drawing is among them."""
+    if path.vertices is not None:
+        return False
     places = path.asked
     covered = places.min() - NEAR <= path.begin <= places.max() + NEAR
     covered |= bool(path.turn) and np.ptp(places) >= path.turn - NEAR
@@ -121,14 +120,26 @@ def _firm(sines: Any) -> bool:
     return all(np.ndim(sine) or abs(sine) >= FIRM for sine in sines)
 
 
-def _followed(mechanism: Mechanism, structure: Structure, drive: Any, lead: Any) -> Placement:
+def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> Placement:
     """Place all links on the branch that is followed from the drawing."""
-    path = path_through(mechanism, drive, lead)
+    drawn = path.vertices is None and np.abs(path.asked - path.begin).max(initial=0.0) <= STILL
+    dyads = all(_closed_form(group) for group in structure.groups) and not measured_drivers(structure)
+    plain = _as_drawn(mechanism, structure, drive) if drawn or dyads else None
+    if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
+        return plain
     for edge in (FINEST, DEEP):
         branch, places = _branch_through(mechanism, structure, path, edge)
+        if plain is not None and (branch.table["sign"] > 0).all():
+            return plain
         at = located(branch.table, places, branch.rows)
         if all(branch.forms) or not _at_an_end(branch, places, at):
             break
+    return _on(branch, places, at, drive)
+
+
+def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
+    """Place all links at places of a branch, `at` the knots before them."""
+    mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
     shape = (*branch.designs[:1], drive.shape[1]) if branch.designs else drive.shape[1:]
