@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -113,8 +114,8 @@ def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             settled |= np.all(shut, axis=0) & (length > before / 4)
             before = length
             if closed.tensions:
-                size = np.abs([np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column])
-                settled &= np.abs(gaps).max(axis=0) <= FITS * size.max(axis=0)
+                sizes = (np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column)
+                settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= FITS * reduce(np.maximum, sizes)
             done = done | settled
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
                 break

@@ -15,6 +15,7 @@ BESIDE = 0.02  # of a stride: how far beside a change point the branches are tol
 SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
 TRIES = 24  # to go on from where a walk went astray
 MOST = 400  # steps of a march
+EASY = 2  # certain steps after which a march goes in longer ones
 ROUGH = 2.0**-6  # of a stride: how fine a walk is made certain at first
 CLOSE = 1e-6  # [rad or m]: what is the same
 
@@ -196,7 +197,7 @@ class Trace:
             back = some(table, [before])
             slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])[:, None]
         found: list[Table] = []
-        step, gone = stride / 8, 0.0
+        step, gone, easy = stride / 8, 0.0, 0
         with np.errstate(all="ignore"):
             for _ in range(MOST):
                 if step < branch.edge * stride or gone >= stride or here["place"][0] == end:
@@ -207,11 +208,12 @@ class Trace:
                 pair = (here, knot) if way > 0 else (knot, here)
                 box, _ = branch.certify(*pair, self.number)
                 if not np.isfinite(box).all():
-                    step /= 2
+                    step, easy = step / 2, 0
                     continue
                 slope = branch.ways(self.number, here, knot) / (knot["place"] - here["place"])
                 found.append(knot)
-                here, gone, step = knot, gone + step, 2 * step
+                here, gone, easy = knot, gone + step, easy + 1
+                step = 2 * step if easy > EASY else step
         if gone >= stride or here["place"][0] == end:
             return found, False
         knot = self._beyond(row, way, float(here["place"][0]), here)

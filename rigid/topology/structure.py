@@ -14,6 +14,8 @@ from itertools import combinations
 from rigid.mechanism import Complex, Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
 from rigid.names import counted
 
+PARALLEL = 1e-9  # sine of the angle between lines that are parallel
+
 
 @dataclass(frozen=True, eq=False)
 class Tie:
@@ -255,7 +257,9 @@ class _Net:
                 joints = self.joints(links, known)
                 drives = sum(joint.moved for joint in joints)
                 led = {end for joint in joints if joint.gear for end in joint.gear.ends}
-                if 2 * len(joints) + drives == 3 * size and led <= known and not _hopeless(joints, links):
+                if 2 * len(joints) + drives != 3 * size or not led <= known or _hopeless(joints, links):
+                    continue
+                if not self.doubled(links, known):
                     yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
@@ -263,8 +267,35 @@ class _Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                if 2 * len(joints) > 3 * size:
+                if 2 * len(joints) > 3 * size and 2 * len(joints) - self.doubled(links, known) >= 3 * size:
                     yield links
+
+    def doubled(self, links: Sequence[int], known: set[int]) -> int:
+        """Conditions that hold two links to one another a second time: twin rods, a block in two parallel guides."""
+        kin = {link: link for link in (*links, *known)}
+
+        def eldest(link: int) -> int:
+            while kin[link] != link:
+                link = kin[link]
+            return link
+
+        found = 0
+        pairs = sorted({(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(kin)})
+        for one, other in pairs:
+            held, needed = self._held(one, other)
+            if eldest(one) != eldest(other):
+                if held > needed:
+                    found += held - needed
+                    kin[eldest(one)] = eldest(other) if needed == 3 else eldest(one)
+        return found
+
+    def _held(self, one: int, other: int) -> tuple[int, int]:
+        """Conditions between two links, and how many of them it takes."""
+        pair = {one, other}
+        pins = sum(pair <= set(links) for links in self.pins.values())
+        lines = [first_of(slider.direction) for slider, on, link in self.sliders.values() if {on, link} == pair]
+        parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= PARALLEL for line in lines)
+        return 2 * (pins + len(lines)), 2 if parallel else 3
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Connected sets of unknown links of one size that touch a known one, each once."""
@@ -358,6 +389,11 @@ class _Net:
         if idle:
             name = next(key[0] for key, number in self.drives.items() if number in idle)
             raise MechanismError(f'too many drives: the one at "{name}" has no freedom left to move')
+
+
+def first_of(value: Complex) -> complex:
+    """A quantity of the first of the designs."""
+    return value if isinstance(value, (int, float, complex)) else complex(value.flat[0])
 
 
 def _hopeless(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
