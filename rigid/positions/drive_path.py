@@ -12,9 +12,11 @@ import numpy as np
 from rigid.mechanism import Mechanism
 from rigid.positions.drawing import Drawing
 
-STRIDE = 2 * math.pi / 64  # of a pin's drive from one knot to the next [rad]
+TURN = 64  # knots
+STRIDE = 2 * math.pi / TURN  # of a pin's drive from one knot to the next [rad]
 SLIDES = 50  # strides of a slider's drive in the size of the drawing
 BLOCK = 16  # knots by which a branch is known further
+ASIDE = 0.0618  # of a stride
 STILL = 1e-9  # the drawing is the first position [rad or m]
 FINEST = 2.0**-20  # of a stride: how near a change point is closed in on
 
@@ -58,7 +60,9 @@ class Path:
         """Knots from `low` to `high` at least, the drawing among them."""
         if self.vertices is None:
             below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
-            return self.begin + self.stride * np.arange(-max(below, 0), max(above, 0) + 1)
+            number = np.arange(-max(below, 0), max(above, 0) + 1)
+            # Off the even places, at which mechanisms are often singular.
+            return self.begin + self.stride * (number + np.where(number % TURN, ASIDE, 0.0))
         return np.arange(self.vertices.shape[1], dtype=float)
 
     def onward(self, low: float, high: float) -> bool:

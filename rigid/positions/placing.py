@@ -26,6 +26,7 @@ TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may be where it wa
 SAME = 1e-7
 DEEP = 2.0**-46  # of a stride: how near the end of a reach is closed in on where positions are asked there
 CLOSE = 1e-6  # beyond the box that is certain
+ASIDE = 2  # knots beside a change point between which it is passed
 
 
 def place(
@@ -159,15 +160,38 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
     for number, group in enumerate(structure.groups):
         if not group.free:
             _drive(placed, group)
-        elif branch.forms[number]:
-            sign = 1.0
-            if (table["sign"][:, number] < 0).any():
-                nearer = np.where(part < 0.5, wide(table["sign"][at, number]), wide(table["sign"][at + 1, number]))
-                sign = nearer
+            continue
+        finite = np.isfinite(table["sine"][at, number] + table["sine"][at + 1, number])
+        changing = ~table[f"sure{number}"][at] & finite & (high - low <= branch.reach_of_change)
+        if branch.forms[number]:
+            signs = [wide(table["sign"][which, number]) for which in (at, at + 1)]
+            sign = np.where(part < 0.5, *signs) if (table["sign"][:, number] < 0).any() else 1.0
             placed.sine.append(place_dyad_with_slack(placed, group, branch.drawing, sign))
         else:
             placed.sine.append(_between(placed, branch, number, at, part, wide))
+        if changing.any():
+            _through(placed, branch, number, at, places, wide, wide(changing))
     return placed
+
+
+def _through(placed: Placement, branch: Branch, number: int, at: Any, places: Any, wide: Any, where: Any) -> None:
+    """Place a group at a change point, which it passes smoothly, where round-off leaves nothing of its equations."""
+    table, shape = branch.table, np.shape(placed.sine[-1])
+    row = table["row"][at]
+    ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-ASIDE, ASIDE + 1)]
+    low, high = (np.where(table["row"][end] == row, end, at + k) for k, end in enumerate(ends))
+    part = wide((places - table["place"][low]) / (table["place"][high] - table["place"][low]))
+    for link in branch.structure.groups[number].links:
+        (here, there), (before, after) = (
+            [wide(table[name][which, link]) for which in (low, high)] for name in ("direction", "origin")
+        )
+        turned = here * np.exp(1j * part * np.angle(there * np.conj(here)))
+        direction = np.broadcast_to(placed.direction[link], shape)
+        lost = where & ~(np.abs(direction - turned) <= CLOSE)
+        placed.direction[link] = np.where(lost, turned, direction)
+        origin = np.broadcast_to(placed.origin[link], shape)
+        placed.origin[link] = np.where(lost, before + part * (after - before), origin)
+        placed.sine[-1] = np.where(lost, 0.0, placed.sine[-1])
 
 
 def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
