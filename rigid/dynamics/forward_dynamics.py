@@ -20,6 +20,7 @@ from rigid.motion import Motion, motion, with_rates
 from rigid.names import counted
 from rigid.postures import Posture
 
+EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 
@@ -28,7 +29,21 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued."""
+    """A motion that cannot be continued.
+
+    Attributes
+    ----------
+    course
+        What was integrated until then, to be asked as any other; None where nothing was.
+    """
+
+    def __init__(self, message: str, course: Course | None = None) -> None:
+        super().__init__(message)
+        self.course = course
+
+
+class _Enough(Exception):
+    """The bound on evaluations is reached."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +93,8 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
+    evaluations: int = EVALUATIONS,
+    progress: Callable[[float], object] | None = None,
 ) -> Course:
     """Motion of a mechanism under given efforts from time 0.
 
@@ -95,12 +112,16 @@ def forward(
     tolerance
         Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
         at the end, which a mechanism may magnify.
+    evaluations
+        Of the equation of motion, at most.
+    progress
+        Called with the time [s] that is reached after every step of the integrator; what it raises is passed on.
 
     Raises
     ------
     ForwardError
-        The mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
-        drive given as effort that moves no mass.
+        It takes more evaluations; or the mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
+        drive given as effort that moves no mass. Its `course` is what was reached.
     MechanismError
         It cannot be assembled at the start.
 
@@ -118,37 +139,76 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     tracker = Tracker(mechanism, start)
-    system = _System(tracker, drives, free)
+    system = _System(tracker, drives, free, evaluations)
     unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
     scale = tolerance * np.concatenate([unit, unit / duration])
-    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, progress)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> Course:
+def _integrated(
+    system: _System,
+    begin: Reals,
+    duration: float,
+    tolerance: float,
+    scale: Any,
+    progress: Callable[[float], object] | None,
+) -> Course:
     """Steps from time 0 to the duration, and where the links are at each."""
-    from scipy.integrate import DOP853, OdeSolution
+    from scipy.integrate import DOP853
 
     tracker = system.tracker
-    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
     tracker.restart()
-    times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
-    while solver.status == "running":
-        solver.step()
-        reached = tracker.go(system.laws(solver.t, solver.y)[0])
-        if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            raise ForwardError(_stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker)))
-        tracker.mark()
-        times.append(solver.t)
-        pieces.append(solver.dense_output())
-        origins.append(tracker.origin)
-        directions.append(tracker.direction)
-    postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
-    return Course(
-        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
-    )
+    steps = _Steps(system)
+    try:
+        solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
+        tracker.restart()
+        while solver.status == "running":
+            solver.step()
+            reached = tracker.go(system.laws(solver.t, solver.y)[0])
+            if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
+                why = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+                raise ForwardError(why, steps.course())
+            tracker.mark()
+            steps.add(solver.t, solver.dense_output())
+            if progress is not None:
+                progress(float(solver.t))
+    except _Enough:
+        raise ForwardError(
+            f"the motion took more than {system.most} evaluations until {steps.times[-1]:.6g} s of {duration:g} s: "
+            "allow more evaluations, a greater tolerance or a shorter duration",
+            steps.course(),
+        ) from None
+    return steps.course()
+
+
+class _Steps:
+    """The steps of an integration so far."""
+
+    def __init__(self, system: _System) -> None:
+        self.system = system
+        self.times, self.pieces = [0.0], []
+        self.origins, self.directions = [system.tracker.origin], [system.tracker.direction]
+
+    def add(self, time: float, piece: Any) -> None:
+        """One more, to where the tracker is."""
+        self.times.append(time)
+        self.pieces.append(piece)
+        self.origins.append(self.system.tracker.origin)
+        self.directions.append(self.system.tracker.direction)
+
+    def course(self) -> Course | None:
+        """The motion so far; None before the first step."""
+        from scipy.integrate import OdeSolution
+
+        if not self.pieces:
+            return None
+        mechanism, drives = self.system.tracker.mechanism, self.system.drives
+        postures = Posture(mechanism, *(np.concatenate(each, axis=-1) for each in (self.origins, self.directions)))
+        state = OdeSolution(self.times, self.pieces)
+        return Course(mechanism, drives, np.array(self.times), postures, state, self.system.evaluations)
 
 
 def motion_during(course: Course, time: Any) -> Motion:
@@ -180,19 +240,40 @@ def motion_during(course: Course, time: Any) -> Motion:
 class _System:
     """Right-hand side of the equation of motion; its only memory is where the links were last."""
 
-    def __init__(self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int]) -> None:
+    def __init__(
+        self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int], most: float
+    ) -> None:
         self.tracker, self.drives, self.free = tracker, drives, free
+        self.evaluations, self.most = 0, most
+
+    def effort(self, coasting: Motion) -> Reals:
+        """Efforts of all drives; 0 where a drive follows a law."""
+        found = np.zeros(len(self.drives))
+        for number in self.free:
+            found[number] = np.ravel(self.drives[number](coasting))[0]
+        return found
 
     def __call__(self, time: float, state: Any) -> Any:
         """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
-        if not self.tracker.go(drive):
-            return np.full(2 * half, np.nan)
-        inertia, balance, coasting = self.tracker.equation(time, rate)
-        for number in self.free:
-            balance[number] += np.ravel(self.drives[number](coasting))[0]
-        balance -= inertia @ rate2
+        self.evaluations += 1
+        if self.evaluations > self.most:
+            raise _Enough
+        reached = self.tracker.go(drive)
+        if reached and not self.tracker.narrow:
+            inertia, balance, coasting = self.tracker.equation(time, rate)
+            balance += self.effort(coasting)
+        else:
+            beside = self.tracker.equation_beside(time, rate, drive, self.effort)
+            if beside is not None:
+                inertia, balance = beside
+            elif reached:
+                inertia, balance, coasting = self.tracker.equation(time, rate)
+                balance += self.effort(coasting)
+            else:
+                return np.full(2 * half, np.nan)
+        balance = balance - inertia @ rate2
         try:
             found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
         except np.linalg.LinAlgError:
