@@ -162,10 +162,12 @@ def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
     if whole and np.abs(ways[1][-1] - ways[1][0]).max() > 1e-6:
         return  # comes back otherwise after a turn: needs a walk of all turns
     mark = ~(found.condition <= 1e12)
-    owners = {name: next(k for k, link in enumerate(mechanism.links) if k and name in link.points) for name in frame.free}
-    seen = np.array([
-        found.origin[at] + found.direction[at] * mechanism.links[at].points[name] for name, at in owners.items()
-    ]).T
+    owners = {
+        name: next(k for k, link in enumerate(mechanism.links) if k and name in link.points) for name in frame.free
+    }
+    seen = np.array(
+        [found.origin[at] + found.direction[at] * mechanism.links[at].points[name] for name, at in owners.items()]
+    ).T
     for k, step in enumerate(steps):
         count.asked += 1
         up = int(step % FINE)
@@ -193,9 +195,9 @@ def parallelogram(rng: np.random.Generator, start: float) -> tuple[Mechanism, Ca
     tip = CRANK * np.exp(1j * start)
     links = (Link("ground", {"O": 0.0, "D": base}), rod("crank", "O", "A", CRANK), rod("coupler", "A", "B", base))
     drawing = {"O": 0j, "D": base, "A": tip, "B": base + tip}
-    return Mechanism((*links, rod("rocker", "D", "B", CRANK)), (PinDrive("crank", "O"),), drawing), lambda angle: np.exp(
-        1j * angle
-    )
+    return Mechanism(
+        (*links, rod("rocker", "D", "B", CRANK)), (PinDrive("crank", "O"),), drawing
+    ), lambda angle: np.exp(1j * angle)
 
 
 def kite(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[Any], Any]]:
@@ -208,14 +210,19 @@ def kite(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[A
 
     links = (Link("ground", {"O": 0.0, "D": CRANK}), rod("crank", "O", "A", CRANK), rod("coupler", "A", "B", side))
     drawing = {"O": 0j, "D": CRANK, "A": CRANK * np.exp(1j * start), "B": complex(fold(start))}
-    return Mechanism((*links, rod("rocker", "D", "B", side)), (PinDrive("crank", "O"),), drawing), lambda angle: (
-        fold(angle) - CRANK
-    ) / side
+    return Mechanism(
+        (*links, rod("rocker", "D", "B", side)), (PinDrive("crank", "O"),), drawing
+    ), lambda angle: (fold(angle) - CRANK) / side
 
 
 def isosceles(rng: np.random.Generator, start: float) -> tuple[Mechanism, Callable[[Any], Any]]:
     """A slider-crank whose rod is as long as the crank goes straight through: the rod mirrors the crank."""
-    links = (Link("ground", {"O": 0.0}), rod("crank", "O", "A", CRANK), rod("rod", "A", "B", CRANK), Link("block", {"B": 0.0}))
+    links = (
+        Link("ground", {"O": 0.0}),
+        rod("crank", "O", "A", CRANK),
+        rod("rod", "A", "B", CRANK),
+        Link("block", {"B": 0.0}),
+    )
     drawing = {"O": 0j, "A": CRANK * np.exp(1j * start), "B": 2 * CRANK * np.cos(start) + 0j}
     guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
     return Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,)), lambda angle: np.exp(-1j * np.asarray(angle))

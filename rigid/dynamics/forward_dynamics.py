@@ -240,9 +240,7 @@ def motion_during(course: Course, time: Any) -> Motion:
 class _System:
     """Right-hand side of the equation of motion; its only memory is where the links were last."""
 
-    def __init__(
-        self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int], most: float
-    ) -> None:
+    def __init__(self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int], most: float) -> None:
         self.tracker, self.drives, self.free = tracker, drives, free
         self.evaluations, self.most = 0, most
 

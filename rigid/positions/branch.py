@@ -127,7 +127,9 @@ class Branch:
             if key in placed.seen:
                 table["led"][:, k] = flat(placed.seen[key])
         if not group.free:
-            table["sine"][:, number] = np.where(np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan)
+            table["sine"][:, number] = np.where(
+                np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan
+            )
             return
         tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
         table["sine"][:, number] = flat(sine)
@@ -177,7 +179,9 @@ class Branch:
             for k, group in enumerate(self.structure.groups[: number + 1]):
                 ways = self.ways(k, low, high)
                 free = np.array([low[f"free{k}"], low[f"free{k}"] + ways]).transpose(0, 2, 1)
-                sides = (np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}"))
+                sides = (
+                    np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}")
+                )
                 certificate = Certificate(group, self.loops[k], step, Ends(free, *sides))
                 box = certificate.box
                 if k == number:
@@ -209,7 +213,9 @@ class Branch:
                 break
             low, high = some(low, split), some(high, split)
             middle = self._between(low, high, number)
-            low, high = ({name: np.concatenate([a[name], b[name]]) for name in a} for a, b in ((low, middle), (middle, high)))
+            low, high = (
+                {name: np.concatenate([a[name], b[name]]) for name in a} for a, b in ((low, middle), (middle, high))
+            )
         self.table = merged(kept)
 
     def doubtful(self, number: int) -> list[tuple[int, int]]:

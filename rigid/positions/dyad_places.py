@@ -78,7 +78,9 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
     along = _carry(placed, slide)
     start = placed.point(slide.child, inner.at(slide.child))
     ahead = drawing.along(slide) * slide.sense
-    side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin.name, slide.name, inner.name))
+    side = flip * drawing.side(
+        dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin.name, slide.name, inner.name)
+    )
     direction, way, sine = dyads.circle_line(
         center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
     )
@@ -104,7 +106,9 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
     foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
     ahead = drawing.along(inner)
-    side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner.name, block.name, inner.name))
+    side = flip * drawing.side(
+        dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner.name, block.name, inner.name)
+    )
     direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
     _hold(placed, owner, pins[0], direction)
     _hold(placed, block, pins[1], direction * slider.turn)

@@ -220,7 +220,9 @@ class Certificate:
                     bent[j, c] = turned**2 / 8 + bend
                     for k in range(free):
                         turns = self.group.tree[self.group.free[k]].slider is None
-                        held = (hinge.child in self.carried[k]) + (each.owner is not None and each.owner in self.carried[k])
+                        held = (hinge.child in self.carried[k]) + (
+                            each.owner is not None and each.owner in self.carried[k]
+                        )
                         slope[j, k, c] = turns * held * (hinge.child != each.owner)
         with np.errstate(all="ignore"):
             return self._boxed(gap, twist, bent, slope)

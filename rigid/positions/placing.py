@@ -256,7 +256,10 @@ def _returns(branch: Branch, first: float, last: float) -> bool:
         return False
     ends = [branch.before(row, place + STILL) for row in range(branch.rows) for place in (first, last)]
     place = branch.table["place"]
-    ends = [at + 1 if abs(place[at + 1] - to) < abs(place[at] - to) else at for at, to in zip(ends, [first, last] * branch.rows, strict=True)]
+    ends = [
+        at + 1 if abs(place[at + 1] - to) < abs(place[at] - to) else at
+        for at, to in zip(ends, [first, last] * branch.rows, strict=True)
+    ]
     one, other = ({name: branch.table[name][ends[k::2]] for name in ("origin", "direction", "sign")} for k in (0, 1))
     size = size_of(branch.mechanism)
     away = [np.abs(one["origin"] - other["origin"]).max() / size, np.abs(one["direction"] - other["direction"]).max()]
@@ -276,7 +279,9 @@ def _from_both_sides(
     branch = _known(mechanism, structure, path, begin - turn, begin + turn, forms, edge, kept)
     above = begin + np.mod(path.asked - begin, turn)
     lost = np.isnan(branch.table["sine"]).any(axis=1)
-    gone, there = (lost[at] | lost[at + 1] for at in (located(branch.table, x, branch.rows) for x in (above, above - turn)))
+    gone, there = (
+        lost[at] | lost[at + 1] for at in (located(branch.table, x, branch.rows) for x in (above, above - turn))
+    )
     return branch, np.where(gone & ~there, above - turn, above)
 
 

@@ -280,7 +280,9 @@ class _Net:
             return link
 
         found = 0
-        pairs = sorted({(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(kin)})
+        pairs = sorted(
+            {(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(kin)}
+        )
         for one, other in pairs:
             held, needed = self._held(one, other)
             if eldest(one) != eldest(other):
