@@ -36,9 +36,11 @@ class Framework:
 
     @property
     def free(self) -> tuple[str, ...]:
+        """Points that its bars hold."""
         return tuple(name for name in self.places if name not in self.fixed and name not in ("O", "A"))
 
     def mechanism(self) -> Mechanism:
+        """All its bars as links."""
         ground = {"O": 0.0} | {name: self.places[name] for name in self.fixed}
         links = [Link("ground", ground), Link("crank", {"O": 0.0, "A": CRANK})]
         for k, (one, other) in enumerate(self.bars):
@@ -141,7 +143,7 @@ class Count:
 
 def asked(rng: np.random.Generator, start: float) -> Any:
     """Positions of one run: few or many a turn, evenly over its turns or anywhere."""
-    turns = int(rng.choice(TURNS)) * int(rng.choice([-1, 1]))
+    turns = int(rng.choice(TURNS)) * int(rng.choice((-1, 1)))
     count = int(rng.integers(20, 160))
     if rng.random() < 0.5:
         steps = np.round(np.linspace(0, turns * FINE, count))
@@ -186,6 +188,7 @@ def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
 
 
 def rod(name: str, one: str, other: str, length: float) -> Link:
+    """A link of two points."""
     return Link(name, {one: 0.0, other: length})
 
 

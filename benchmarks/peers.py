@@ -23,7 +23,8 @@ from exact_fields import DATA
 from jobs import AREA, DENSITY, INERTIA, SPEED, E, steel_four_bar
 
 from elastic import FIELDS, deflection, sample
-from rigid import beam_loads, motion, position_of
+from rigid import motion, position_of
+from rigid.loads import beam_loads
 
 MIDDLE = 1e3  # of the figure [us]
 BEAMS = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))

@@ -11,7 +11,9 @@ import numpy as np
 from elastic.beams.line import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.deflection import Deflection, deflection
-from rigid import Mechanism, columns_of, design_chunks, motion_in_chunks, of_designs
+from rigid import Mechanism, motion_in_chunks
+from rigid.chunks import columns_of, design_chunks
+from rigid.positions import of_designs
 
 
 def deflection_in_chunks(

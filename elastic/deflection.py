@@ -15,25 +15,15 @@ from elastic.links.beam_trees import Frame, frame
 from elastic.links.clamped_links import Response, beyond_contact
 from elastic.links.compatibility import brought_together, opening, require_joints
 from elastic.links.free_body import Contact, Stance, node_loads, root_of
-from rigid import (
-    SINGULAR,
-    JointForces,
-    Mechanism,
-    MechanismError,
-    Motion,
-    Reals,
-    amplified,
-    balancing_forces,
-    beam_directions,
-    beam_loads,
-    beam_table,
-    displacements,
-    force_condition,
-    hopeless,
-    repeated,
-    self_stresses,
-    stacked,
-)
+from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals, structure
+from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
+from rigid.constants import beam_table
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import repeated, stacked
+from rigid.loads import beam_directions, beam_loads
+from rigid.plane import ZERO
+from rigid.statics import balancing_forces, force_condition
 
 FIELDS = ("N", "V", "M", "u", "w", "phi")
 
@@ -100,13 +90,14 @@ class Deflection:
         As `Motion.condition`, and more where joint forces, or the displacements that bring the bent links together, are
         small beside what they are the difference of. Beyond SINGULAR the fields are nan.
         """
-        asked: list[Any] = []
         with np.errstate(all="ignore"):
             found = force_condition(self.motion, self.forces)
             if self.sections:
-                still = [0.0] * len(self.motion.mechanism.links)
-                displacements(self.motion.closures, self.gaps, self.turns, still, asked)
-                turned = reduce(np.maximum, asked, 0.0)
+                closures = self.motion.closures
+                still = [ZERO] * len(self.motion.mechanism.links)
+                *_, openings = displacements(closures, self.gaps, self.turns, still)
+                bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
+                turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
                 found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
         found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
@@ -115,10 +106,10 @@ class Deflection:
     @cached_property
     def lost(self) -> Any:
         """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
-        singular = ~(self.motion.condition <= SINGULAR)
+        singular = np.logical_not(self.motion.condition <= SINGULAR)
         if not self.motion.suspect:
             return singular
-        return singular | hopeless(self.motion, self.condition)
+        return singular | ill_conditioned(self.motion, self.condition)
 
     def beyond(self, contact: Contact, field: str) -> tuple[Any, ...]:
         """What a field beyond a contact is more than before it, in powers of xi - contact.xi."""
@@ -196,9 +187,9 @@ def deflection(
         if states:
             forces = brought_together(motion, stance, soft, joints, forces, opened, states)
             opened = opening(motion, stance, soft, joints, forces, nodes, q)
-        shifts, turning = displacements(motion.closures, opened.gaps, opened.turns, [0.0] * len(mechanism.links))
+        shifts, turning, _ = displacements(motion.closures, opened.gaps, opened.turns, [ZERO] * len(mechanism.links))
         shift = stacked(shifts, motion.columns, complex)
-        angle = stacked([np.imag(value) for value in turning], motion.columns, float)
+        angle = stacked([value.imag for value in turning], motion.columns, float)
         found = opened.response
         _carry(stance, found, shift, angle)
     line = found.line
@@ -248,7 +239,7 @@ def _require_prismatic_rails(mechanism: Mechanism, links: Frame, sections: tuple
     for place, beam in links.rails.items():
         if sections[beam].taper is not None:
             owner = mechanism.links[mechanism.beams[beam][0]].name
-            name = mechanism.structure.joints[place].name
+            name = structure(mechanism).joints[place].name
             raise MechanismError(
                 f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
             )

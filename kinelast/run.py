@@ -16,7 +16,8 @@ from elastic import Deflection, deflection
 from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, made_from, write_json
 from kinelast.scene.reading import Scene, SceneError, read_scene, scene_motion, scene_motion_at
-from rigid import MechanismError, Motion, reachable
+from rigid import MechanismError, Motion
+from rigid.analysis import reachable
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 Progress = Callable[[str, int, int], None]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid import GROUND, PinDrive, Posture, Slider, cross
+from rigid import GROUND, PinDrive, Posture, Slider
+from rigid.plane import cross
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

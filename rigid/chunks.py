@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import Link, Mechanism
-from rigid.motion import Motion, courses, motion
+from rigid.drive_arrays import drive_arrays
+from rigid.kinematics import Motion, motion
+from rigid.mechanism import Mechanism
+from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives
 from rigid.positions.rows import of_designs
 
@@ -52,12 +54,12 @@ def motion_in_chunks(
     >>> [len(chunk.time) for chunk in motion_in_chunks(turning, [0.1 * k for k in range(20)], columns=8)]
     [8, 8, 4]
     """
-    asked = courses(mechanism, drive, drive_rate, drive_acceleration, time)
-    columns = columns_of(mechanism, len(asked[-1])) if columns is None else columns
+    given = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
+    columns = columns_of(mechanism, len(given[-1])) if columns is None else columns
     if columns <= SEAM:
         raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
-    for rows in design_chunks(mechanism.designs, len(asked[-1]), columns):
-        yield from _along(of_designs(mechanism, rows, mechanism.designs), asked, columns)
+    for rows in design_chunks(mechanism.designs, len(given[-1]), columns):
+        yield from _along(of_designs(mechanism, rows, mechanism.designs), given, columns)
 
 
 def columns_of(mechanism: Mechanism, positions: int) -> int:
@@ -75,25 +77,25 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
         yield slice(first, min(first + step, count))
 
 
-def _along(mechanism: Mechanism, asked: tuple[Any, ...], columns: int) -> Iterator[Motion]:
+def _along(mechanism: Mechanism, given: tuple[Any, ...], columns: int) -> Iterator[Motion]:
     """The positions in order.
 
     Of a single drive every place on its way is known from the drawing; of several the chunk before tells the way, and
     every chunk is drawn anew where the last one ended.
     """
-    if len(asked[0]) == 1:
-        for first in range(0, asked[0].shape[-1], columns):
-            drive, rate, rate2, time = (value[..., first : first + columns] for value in asked)
-            yield motion(mechanism, drive, rate, rate2, time, lead=asked[0][:, :1])
+    if len(given[0]) == 1:
+        for first in range(0, given[0].shape[-1], columns):
+            drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
+            yield motion(mechanism, drive, rate, rate2, time, lead=given[0][:, :1])
         return
     drawn = mechanism
     lead: Any = None
-    for first in range(0, asked[0].shape[-1], columns):
-        drive, rate, rate2, time = (value[..., first : first + columns] for value in asked)
+    for first in range(0, given[0].shape[-1], columns):
+        drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
         turns = 0.0 if drawn is mechanism else _whole_turns(drawn, lead[:, 0])
         way = None if lead is None else lead - turns
         found = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
-        if first + columns < asked[0].shape[-1]:
+        if first + columns < given[0].shape[-1]:
             drawn, lead = _drawn_anew(drawn, lead, found[0])
         yield found.pop()  # kept, it would crowd the next one out of the cache
 
@@ -111,9 +113,7 @@ def _drawn_anew(drawn: Mechanism, lead: Any, found: Motion) -> tuple[Mechanism, 
         for point in _telling(link, drawn):
             place = found.origin[at, ..., last] + found.direction[at, ..., last] * link.points[point]
             drawing[point] = complex(np.ravel(place)[0])
-    again = replace(drawn, drawing=drawing)
-    again.__dict__["structure"] = drawn.structure  # which does not depend on the drawing
-    return again, found.drive[:, last:]
+    return replace(drawn, drawing=drawing), found.drive[:, last:]
 
 
 def _telling(link: Link, drawn: Mechanism) -> list[str]:

@@ -14,41 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid.plane import cross, minus, plus
-from rigid.topology.structure import Group, Joint
-
-Columns = Any  # an array of shape (..., positions), or 0.0 where it is zero at every position
-
-
-@dataclass(frozen=True, eq=False)
-class JointPlace:
-    """A joint where it is now.
-
-    Attributes
-    ----------
-    joint
-        What it joins.
-    arm_parent, arm_child
-        From the origin of either link's axes to the joint's point [m], complex.
-    along
-        Unit vector of a slider's line; None for a pin.
-    """
-
-    joint: Joint
-    arm_parent: Columns
-    arm_child: Columns
-    along: Columns = None
-
-    def arm(self, link: int) -> Columns:
-        """From the origin of one of its links' axes to the joint's point."""
-        return self.arm_child if self.joint.child == link else self.arm_parent
-
-    def row(self, displacement: Columns, rotation: Columns) -> Columns:
-        """The two conditions of a cut joint on a relative displacement and rotation, as one complex number.
-
-        A pin: the displacement. A slider: rotation + i (displacement across its line).
-        """
-        return displacement if self.along is None else rotation + 1j * cross(self.along, displacement)
+from rigid.decomposition.groups import Group
+from rigid.joints import Columns, JointPlace
+from rigid.plane import ZERO
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +62,7 @@ def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, .
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:
     """Gap that opens at cut joint c per unit of free coordinate k: columns[k][c]."""
-    effects: list[list[Columns]] = [[0.0] * len(cut) for _ in group.free]
+    effects: list[list[Columns]] = [[ZERO] * len(cut) for _ in group.free]
     carrier = {link: number for number, link in enumerate(group.links)}
     for c, closing in enumerate(cut):
         ends = ((closing.joint.child, closing.arm_child, 1.0), (closing.joint.parent, closing.arm_parent, -1.0))
@@ -103,13 +71,11 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
             while link in carrier:
                 number = carrier[link]
                 hinge = tree[number]
-                reach = minus(reach, hinge.arm_child)
+                reach = reach - hinge.arm_child
                 if not hinge.joint.moved:
-                    turning = hinge.along is None
-                    shift, rotation = (reach * (1j * sign), sign) if turning else (hinge.along * sign, 0.0)
                     k = group.free.index(number)
-                    effects[k][c] = plus(effects[k][c], closing.row(shift, rotation))
-                reach = plus(reach, hinge.arm_parent)
+                    effects[k][c] = effects[k][c] + closing.row(*hinge.effect(reach, sign))
+                reach = reach + hinge.arm_parent
                 link = hinge.joint.parent
     return effects
 
@@ -170,5 +136,5 @@ def reach_from(closed: Closure, chain: tuple[int, ...]) -> Columns:
     """From the origin of the link that the first of a chain of tree joints carries to the last [m], complex."""
     reach = closed.tree[chain[0]].arm_child
     for below, above in pairwise(chain):
-        reach = plus(minus(reach, closed.tree[below].arm_parent), closed.tree[above].arm_child)
+        reach = reach - closed.tree[below].arm_parent + closed.tree[above].arm_child
     return reach

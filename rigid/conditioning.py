@@ -8,26 +8,47 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from rigid.closure import Closure, Columns
-from rigid.plane import plus, times
-
-if TYPE_CHECKING:
-    from rigid.mechanism import Mechanism
-    from rigid.motion import Motion
+from rigid.closure import Closure
+from rigid.displacements import Openings
+from rigid.joints import Columns
+from rigid.mechanism import Mechanism
+from rigid.plane import ZERO, number
 
 SINGULAR = 1e12  # condition beyond which a position is marked and its velocities and forces are nan
 REGULAR = 1e-2  # sine from which on no position comes to that
 MILD = 4.0  # by how much larger than their sum parts may be without counting
-TINY = np.finfo(float).tiny
-
-Asked = list[Columns]  # per group, what its openings could ask of it at worst
+TINY = np.finfo(float).tiny  # instead of a zero to divide by
 
 
-def asked_turn(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
+class Moving(Protocol):
+    """What of a `Motion` tells its condition."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """What moves."""
+
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """Its groups, placed."""
+
+    @property
+    def angular_velocity(self) -> Any:
+        """Of every link [rad/s]."""
+
+    @property
+    def turning(self) -> Any:
+        """i eps - w^2 of every link [1/s^2]."""
+
+    @property
+    def sine(self) -> Any:
+        """Least sine at which the links of a group meet."""
+
+
+def greatest_rotation(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> Columns:
     """Greatest rotation of a free pin that openings of the sizes of these could ask for, shape (..., positions).
 
     Parameters
@@ -35,23 +56,23 @@ def asked_turn(closed: Closure, openings: Sequence[tuple[Columns, Columns]]) -> 
     openings
         Of the cut joints: displacement, complex, and rotation, also those that a slider leaves free.
     """
-    total: Columns = 0.0
+    total: Columns = ZERO
     for c, (displacement, rotation) in enumerate(openings):
-        lever, twist = _leverage(closed, c)
-        total = plus(total, plus(times(lever, np.abs(displacement)), times(twist, np.abs(rotation))))
-    return total
+        per_displacement, per_rotation = _leverage(closed, c)
+        total = total + (abs(displacement) * per_displacement + abs(rotation) * per_rotation)
+    return number(total)
 
 
-def asked_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
+def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
     """Greatest force at a cut joint [N] that loads of such sizes on the links could ask for, shape (..., positions)."""
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
-        asked: Columns = 0.0
-        for k, number in enumerate(closed.group.free):
+        needed: Columns = 0.0
+        for k, at in enumerate(closed.group.free):
             dual = closed.duals[k, c] if closing.along is None else closed.duals[k, c].real
-            loads = moment if closed.tree[number].along is None else force
-            asked = asked + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
-        total = np.maximum(total, asked)
+            loads = moment if closed.tree[at].along is None else force
+            needed = needed + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
+        total = np.maximum(total, needed)
     return total
 
 
@@ -59,7 +80,7 @@ def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
     """Greatest rotations of free pins per displacement [rad/m], and per rotation, that opens a cut joint."""
     duals = closed.duals[_pins(closed), c]
     if closed.cut[c].along is None:
-        return np.abs(duals).max(axis=0, initial=0.0), 0.0
+        return np.abs(duals).max(axis=0, initial=0.0), ZERO
     return np.abs(duals.real).max(axis=0, initial=0.0), np.abs(duals.imag).max(axis=0, initial=0.0)
 
 
@@ -79,7 +100,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
 
 
 def _pins(closed: Closure) -> list[int]:
-    return [k for k, number in enumerate(closed.group.free) if closed.tree[number].along is None]
+    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].along is None]
 
 
 def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:
@@ -116,7 +137,7 @@ def suspect(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
     return any(not narrowness(mechanism, closed).min() >= REGULAR for closed in free)
 
 
-def conditions(course: Motion, openings: tuple[Asked, Asked]) -> list[Columns]:
+def condition_numbers(motion: Moving, openings: tuple[Openings, Openings]) -> list[Columns]:
     """By how much every group multiplies round-off when it moves: errors are of this many eps, (..., positions).
 
     1/s^2 where the links come to a stop, more behind another group that is singular. Where they pass smoothly what is
@@ -126,45 +147,46 @@ def conditions(course: Motion, openings: tuple[Asked, Asked]) -> list[Columns]:
     Parameters
     ----------
     openings
-        From the velocities and the accelerations, see `asked_turn`.
+        Of the velocities and of the accelerations, as from `displacements`.
     """
     found: list[Columns] = []
     before: Columns = 1.0
-    for closed, speed, growth in zip(course.closures, *openings, strict=True):
+    for closed, *lacking in zip(motion.closures, *openings, strict=True):
         if not closed.group.free:
             found.append(1.0)
             continue
-        narrow = narrowness(course.mechanism, closed)
+        narrow = narrowness(motion.mechanism, closed)
         worst = 1.0 / (before * np.square(narrow))
         if _pins(closed):
-            spin, turning = (_greatest(values, closed) for values in (course.angular_velocity, course.turning))
+            speed, growth = (greatest_rotation(closed, part) for part in lacking)
+            omega, turning = (_greatest(values, closed) for values in (motion.angular_velocity, motion.turning))
             cuts = range(len(closed.cut))
-            most = reduce(np.maximum, (_multiple(course.mechanism, closed, c) for c in cuts))
-            faster = np.minimum(speed / np.maximum(spin, TINY), most)
-            more = np.minimum((growth + most * np.square(spin)) / np.maximum(turning, TINY), most)
+            most = reduce(np.maximum, (_multiple(motion.mechanism, closed, c) for c in cuts))
+            faster = np.minimum(speed / np.maximum(omega, TINY), most)
+            more = np.minimum((growth + most * np.square(omega)) / np.maximum(turning, TINY), most)
             worst = np.maximum(worst, np.square(faster) * more)
         before = np.minimum(before, narrow)
         found.append(worst)
     return found
 
 
-def amplified(asked: Columns, done: Columns) -> Columns:
-    """By how much less is done than could be asked for, 1 at least: what cancels leaves its round-off."""
-    return np.maximum(1.0, asked / (MILD * np.maximum(done, TINY)))
+def amplified(bound: Columns, done: Columns) -> Columns:
+    """By how much a figure is less than its bound, 1 at least: what cancels leaves its round-off."""
+    return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 
-def hopeless(course: Motion, condition: Columns) -> Any:
+def ill_conditioned(motion: Moving, condition: Columns) -> Any:
     """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
-    return (course.sine < REGULAR) & ~(condition <= SINGULAR)
+    return (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
 
 
-def marked(course: Motion, openings: tuple[Asked, Asked]) -> tuple[Closure, ...]:
+def marked(motion: Moving, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
-    told = []
-    for closed, condition in zip(course.closures, conditions(course, openings), strict=True):
-        singular = ~(condition <= SINGULAR)
+    found = []
+    for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):
+        singular = np.logical_not(condition <= SINGULAR)
         if np.any(singular) and closed.group.free:
-            told.append(replace(closed, duals=np.where(singular, np.nan, closed.duals), whole=closed))
+            found.append(replace(closed, duals=np.where(singular, np.nan, closed.duals), whole=closed))
         else:
-            told.append(closed)
-    return tuple(told)
+            found.append(closed)
+    return tuple(found)

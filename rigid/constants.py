@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import Beam, Complex, Link, Mechanism, Real
+from rigid.mechanism import Mechanism
+from rigid.parts import Beam, Complex, Link, Real
 from rigid.plane import dot
 
 
@@ -58,18 +59,18 @@ class BeamTable:
 def beam_table(mechanism: Mechanism, ndim: int) -> BeamTable:
     """Beams of a mechanism in the order of `Mechanism.beams`, for columns of `ndim` axes."""
     links = [at for at, _ in mechanism.beams]
-    starts, ways, masses = [], [], []
+    starts, vectors, masses = [], [], []
     for at, beam in mechanism.beams:
         points = mechanism.links[at].points
         starts.append(points[beam.start])
-        ways.append(points[beam.end] - points[beam.start])
+        vectors.append(points[beam.end] - points[beam.start])
         masses.append(beam.mass_per_length)
-    way = per_row(ways, ndim, complex)
-    length = np.abs(way)
+    vector = per_row(vectors, ndim, complex)
+    length = np.abs(vector)
     first = links[0] if links else 0
     row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
     mass = per_row(masses, ndim, float)
-    return BeamTable(row, per_row(starts, ndim, complex), way / length, length, mass, _tapers(mechanism, ndim))
+    return BeamTable(row, per_row(starts, ndim, complex), vector / length, length, mass, _tapers(mechanism, ndim))
 
 
 def _tapers(mechanism: Mechanism, ndim: int) -> Any:
@@ -107,13 +108,13 @@ def mass_moments(link: Link) -> tuple[Real, Complex, Real]:
 
 def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Complex, Real]:
     """Mass, first and second moment of a beam about the origin of its link's axes."""
-    way = end - start
+    vector = end - start
     mass, once, twice = (
-        beam.mass_per_length * np.abs(way) * sum(part / (k + more) for k, part in enumerate(beam.mass_taper))
+        beam.mass_per_length * np.abs(vector) * sum(part / (k + more) for k, part in enumerate(beam.mass_taper))
         for more in (1, 2, 3)
     )
-    second = mass * np.abs(start) ** 2 + 2 * once * dot(start, way) + twice * np.abs(way) ** 2
-    return mass, mass * start + once * way, second
+    second = mass * np.abs(start) ** 2 + 2 * once * dot(start, vector) + twice * np.abs(vector) ** 2
+    return mass, mass * start + once * vector, second
 
 
 def per_row(values: Any, ndim: int, kind: type) -> Any:

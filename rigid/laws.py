@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import polynomial
 
-from rigid.mechanism import Reals
+from rigid.parts import Reals
 
 Triple = tuple[Reals, Reals, Reals]
-JUMP = 1e-9
+JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
+SAME = 1e-12  # of its duration, by which an instant may miss the end of a segment
 
 
 class LawError(ValueError):
@@ -170,10 +171,12 @@ class SegmentedLaw:
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape.
 
-        Where two segments meet the later one counts, at the very end the last.
+        Where two segments meet the later one counts, at the very end the last. An instant that misses an end by
+        round-off is at it.
         """
         time = np.asarray(time, float)
-        at = np.minimum(np.searchsorted(self._ends, time, side="right"), len(self.segments) - 1)
+        ends = self._ends[:-1]
+        at = np.searchsorted(ends - SAME * self._ends[-1], time, side="right")
         value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
         level = self.start
         for k, segment in enumerate(self.segments):
@@ -182,7 +185,7 @@ class SegmentedLaw:
             rise, speed, bend = _stretched(segment, self._speeds[k], z)
             value[here], rate[here], acceleration[here] = level + rise, speed / lasts, bend / lasts**2
             level += segment.rise
-        over = time > self.duration
+        over = time > self.duration * (1 + SAME)
         rate[over] = acceleration[over] = 0.0
         return value, rate, acceleration
 

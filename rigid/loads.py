@@ -1,22 +1,17 @@
-"""What the links feel: distributed inertia loads, point loads, and the joint forces that balance them."""
+"""What the links feel: distributed inertia loads, line loads, and loads at points."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from rigid.closure import Columns
-from rigid.conditioning import amplified, asked_force, extents, hopeless
 from rigid.constants import beam_table, mass_table
-from rigid.forces import JointForces, joint_forces, self_stresses
-from rigid.mechanism import LineLoad, Reals
-from rigid.motion import Motion
-from rigid.plane import cross
-
-UNSTRESSED = 1e-9
+from rigid.joints import Columns
+from rigid.kinematics import Motion
+from rigid.parts import LineLoad, Load, MechanismError, PointForce
+from rigid.plane import ZERO, cross
 
 
 def beam_loads(motion: Motion) -> Any:
@@ -32,17 +27,17 @@ def beam_loads(motion: Motion) -> Any:
     mechanism = motion.mechanism
     table = beam_table(mechanism, len(motion.columns))
     turning = motion.turning[table.link]
-    felt = _felt(motion, table.link)
+    relative = _relative_acceleration(motion, table.link)
     if table.offset:
-        felt = felt + turning * motion.direction[table.link] * table.start
-    loads = np.empty((1 + len(table.mass_taper), *felt.shape), complex)
-    felt = felt * np.conj(beam_directions(motion))
+        relative = relative + turning * motion.direction[table.link] * table.start
+    loads = np.empty((1 + len(table.mass_taper), *relative.shape), complex)
+    relative = relative * np.conj(beam_directions(motion))
     mass, moment = table.resistance
-    np.multiply(felt, mass[0], out=loads[0])
+    np.multiply(relative, mass[0], out=loads[0])
     np.multiply(turning, moment[0], out=loads[1])
     if len(loads) > 2:
         loads[2:] = 0.0
-        loads[1:-1] += mass[1:] * felt
+        loads[1:-1] += mass[1:] * relative
         loads[2:] += moment[1:] * turning
     for load in mechanism.loads:
         if isinstance(load, LineLoad):
@@ -53,8 +48,8 @@ def beam_loads(motion: Motion) -> Any:
     return loads
 
 
-def _felt(motion: Motion, links: Any) -> Any:
-    """What mass at the origins of some links feels: their acceleration less gravity [m/s^2], complex."""
+def _relative_acceleration(motion: Motion, links: Any) -> Any:
+    """Acceleration of the origins of some links less gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
     return acceleration - gravity if gravity else acceleration
 
@@ -92,8 +87,24 @@ def point_loads(motion: Motion) -> Iterator[tuple[int, str, Columns, Columns]]:
             yield at, lump.point, force, moment
     for load in mechanism.loads:
         if not isinstance(load, LineLoad):
-            for name, point, force, moment in load.forces(motion):
+            for name, point, force, moment in _forces(load, motion):
                 yield mechanism.index[name], point, force, moment
+
+
+def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
+    """Forces of a load at points.
+
+    Raises
+    ------
+    MechanismError
+        It acts on a point that it does not name.
+    """
+    known = set(load.points)
+    for found in load.forces(motion):
+        if found[:2] not in known:
+            elsewhere = f'a load acts on the point "{found[1]}" of "{found[0]}", which is not among its points'
+            raise MechanismError(elsewhere, kind="name", links=found[:1])
+        yield found
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
@@ -106,13 +117,13 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     mechanism = motion.mechanism
     mass, first, second = mass_table(mechanism, len(motion.columns))
     moving = slice(1, None)
-    felt, turning = _felt(motion, moving), motion.turning[moving]
+    relative, turning = _relative_acceleration(motion, moving), motion.turning[moving]
     back = motion.direction[moving] * -first[moving]
-    force = [0.0, *(turning * back - mass[moving] * felt)]
-    moment = [0.0, *(cross(back, felt) - second[moving] * turning.imag)]
-    for at, pull, twist in given_loads(motion):
+    force = [ZERO, *(turning * back - mass[moving] * relative)]
+    moment = [ZERO, *(cross(back, relative) - second[moving] * turning.imag)]
+    for at, pull, couple in given_loads(motion):
         force[at] = force[at] + pull
-        moment[at] = moment[at] + twist
+        moment[at] = moment[at] + couple
     return force, moment
 
 
@@ -128,9 +139,9 @@ def given_loads(motion: Motion) -> Iterator[tuple[int, Columns, Columns]]:
         if isinstance(load, LineLoad):
             yield mechanism.index[load.link], *_line_load(motion, load)
             continue
-        for name, point, pull, twist in load.forces(motion):
+        for name, point, pull, couple in _forces(load, motion):
             at = mechanism.index[name]
-            yield at, pull, cross(motion.direction[at] * mechanism.links[at].points[point], pull) + twist
+            yield at, pull, cross(motion.direction[at] * mechanism.links[at].points[point], pull) + couple
 
 
 def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
@@ -144,80 +155,3 @@ def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
     pull = length * (start + end) / 2
     arm = motion.direction[at] * link.points[link.beams[load.beam].start]
     return pull, cross(arm, pull) + length**2 * cross(along, start / 6 + end / 3)
-
-
-def reactions(motion: Motion) -> JointForces:
-    """Forces in all joints and on the ground; nan at singular positions, and where statics alone does not tell them.
-
-    In the order of `motion.structure.joints`; each acts on the joint's child link, its opposite on the parent.
-    """
-    found = balancing_forces(motion)
-    if motion.suspect:
-        found.mark(hopeless(motion, force_condition(motion, found)))
-    for state in self_stresses(motion.closures):
-        for values, parts in ((found.force, state.force), (found.moment, state.moment)):
-            for number, part in enumerate(parts):
-                values[number] = _open_where(values[number], part)
-    return found
-
-
-def _open_where(value: Columns, part: Columns) -> Columns:
-    """nan in every component that a self-stress has a part in."""
-    if not np.iscomplexobj(part):
-        return np.where(np.abs(part) > UNSTRESSED, np.nan, value) if np.any(np.abs(part) > UNSTRESSED) else value
-    result = np.empty(np.broadcast(value, part).shape, complex)
-    result.real = np.where(np.abs(part.real) > UNSTRESSED, np.nan, np.real(value))
-    result.imag = np.where(np.abs(part.imag) > UNSTRESSED, np.nan, np.imag(value))
-    return result
-
-
-def balancing_forces(motion: Motion) -> JointForces:
-    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        return joint_forces(motion.closures, *link_loads(motion))
-
-
-def force_condition(motion: Motion, forces: JointForces) -> Reals:
-    """By how much round-off grows in joint forces, shape (..., positions): like `Motion.condition`, and more.
-
-    Where loads nearly balance without them, what is left of the forces is wrong by a larger share.
-    """
-    mechanism = motion.mechanism
-    mass, first, second = (np.abs(part) for part in mass_table(mechanism, len(motion.columns)))
-    with np.errstate(all="ignore"):
-        felt, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
-        force: list[Any] = list(mass * felt + first * turning)
-        moment: list[Any] = list(first * felt + second * turning)
-        for at, pull, twist in given_loads(motion):
-            force[at] = force[at] + np.abs(pull)
-            moment[at] = moment[at] + np.abs(twist)
-        pulls = iter(forces.force)
-        for closed in motion.closures:
-            for place, pull in zip(closed.joints, pulls, strict=False):
-                if place.joint.parent not in closed.group.links:
-                    force[place.joint.parent] = force[place.joint.parent] + np.abs(pull)
-        whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
-        asked = (asked_force(closed, force, whole) for closed in motion.closures)
-        greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)
-        found: Reals = motion.condition * amplified(reduce(np.maximum, asked, 0.0), greatest)
-        return found
-
-
-def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
-    """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions)."""
-    efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
-    places = motion.places
-    for number, place in enumerate(places):
-        joint = place.joint
-        if joint.drive is not None:
-            push = forces.moment[number]
-            if place.along is not None:
-                push = _along(place.along, forces.force[number])
-            efforts[joint.drive] = joint.sense * push
-    return efforts
-
-
-def _along(way: Columns, force: Columns) -> Columns:
-    """Component of a force along a way; one across it may be open."""
-    parts = (np.real(way), np.real(force)), (np.imag(way), np.imag(force))
-    return sum(np.where(part == 0, 0.0, part * of_force) for part, of_force in parts)

@@ -4,22 +4,40 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from rigid.mechanism import Link, Mechanism
+from rigid.parts import GROUND, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
 
-UNIT = 1e-9
+UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
 
-def misnamed(mechanism: Mechanism) -> str | None:
+class Parts(Protocol):
+    """What a mechanism is made of."""
+
+    @property
+    def links(self) -> tuple[Link, ...]: ...  # noqa: D102
+
+    @property
+    def drives(self) -> tuple[PinDrive | SliderDrive, ...]: ...  # noqa: D102
+
+    @property
+    def sliders(self) -> tuple[Slider, ...]: ...  # noqa: D102
+
+    @property
+    def loads(self) -> tuple[Load | LineLoad, ...]: ...  # noqa: D102
+
+    @property
+    def gears(self) -> tuple[Gear, ...]: ...  # noqa: D102
+
+
+def misnamed(mechanism: Parts) -> str | None:
     """What is wrong with the first name that is nobody's, or the first beam without length; None where all is well."""
     return next((words for words in _wrong(mechanism) if words), None)
 
 
-def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
+def _wrong(mechanism: Parts) -> Iterator[str | None]:
     for link in mechanism.links:
         for beam in link.beams:
             what = f'beam "{beam.start}"-"{beam.end}" of "{link.name}"'
@@ -29,8 +47,7 @@ def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
     links = {link.name: link for link in mechanism.links}
     ends = [end for gear in mechanism.gears for end in (gear.driver, gear.follower)]
     for mover in (*mechanism.drives, *ends):
-        named = (getattr(mover, "link", None), getattr(mover, "on", None))
-        yield _no_link("a drive or gear", links, (each for each in named if each is not None))
+        yield _no_link("a drive or gear", links, (mover.link, mover.on) if isinstance(mover, PinDrive) else ())
     for called, count in Counter(slider.name for slider in mechanism.sliders).items():
         yield f'{count} sliders are called "{called}"' if count > 1 else None
     for slider in mechanism.sliders:
@@ -38,27 +55,21 @@ def _wrong(mechanism: Mechanism) -> Iterator[str | None]:
         yield _no_unit(f"{what}: its direction", slider.direction) or _no_unit(f"{what}: its turn", slider.turn)
         yield _no_link(what, links, (slider.on, slider.link)) or _no_point(what, links[slider.link], (slider.point,))
     for load in mechanism.loads:
-        name, point, number = (getattr(load, key, None) for key in ("link", "point", "beam"))
-        if not isinstance(name, str):
-            continue
+        yield from _load(load, links)
+
+
+def _load(load: Load | LineLoad, links: Mapping[str, Link]) -> Iterator[str | None]:
+    """Links and points that a load acts on."""
+    if isinstance(load, LineLoad):
+        yield _no_link("a load", links, (load.link,))
+        yield _no_beam(links[load.link], load.beam, moving=load.link != GROUND)
+        return
+    if not hasattr(load, "points"):
+        yield f"the load {load!r} does not say where it acts: give it an attribute points of (link, point)"
+        return
+    for name, point in load.points:
         yield _no_link("a load", links, (name,))
-        if isinstance(point, str):
-            yield _no_point("a load", links[name], (point,))
-        if isinstance(number, int):
-            yield _no_beam(links[name], number, moving=links[name] is not mechanism.links[0])
-        yield from _other_end(load, links)
-
-
-def _other_end(load: object, links: Mapping[str, Link]) -> Iterator[str | None]:
-    """Names of a spring's second link, its anchor there, or the pin that both links share."""
-    name, anchor, pin = (getattr(load, key, None) for key in ("on", "anchor", "at"))
-    if isinstance(name, str):
-        yield _no_link("a spring", links, (name,))
-        if isinstance(anchor, str):
-            yield _no_point("a spring", links[name], (anchor,))
-        if isinstance(pin, str):
-            yield _no_point("a spring", links[name], (pin,))
-            yield _no_point("a spring", links[getattr(load, "link", name)], (pin,))
+        yield _no_point("a load", links[name], (point,))
 
 
 def _no_link(what: str, links: Iterable[str], names: Iterable[str]) -> str | None:

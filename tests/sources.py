@@ -3,7 +3,8 @@
 import numpy as np
 
 from kinelast.scene.reading import read_scene, shipped_scenes
-from rigid import drive_efforts, multiplier_forces, reactions, virtual_work_efforts
+from rigid import drive_efforts, reactions
+from rigid.dynamics import multiplier_forces, virtual_work_efforts
 
 
 def shipped(name):

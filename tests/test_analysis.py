@@ -7,23 +7,17 @@ import pytest
 from mechanisms import ALL, apex, four_bar, inverted_slider_crank, scotch_yoke, six_bar, slider_crank, triad, turn
 from scipy.optimize import fsolve, minimize_scalar
 
-from rigid import (
+from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, motion, position_of
+from rigid.analysis import (
     Distance,
-    Link,
     LinkAngle,
-    Mechanism,
-    MechanismError,
     Offset,
     Path,
-    PinDrive,
     PointCoordinate,
     Slide,
-    Slider,
     dead_points,
     drive_values,
     limits,
-    motion,
-    position_of,
     swing,
     time_ratio,
     transmission_angles,

@@ -13,39 +13,40 @@ from test_gears import geared_four_bar
 from rigid import (
     Beam,
     Link,
-    LinkAngle,
     Lump,
     Mechanism,
     MechanismError,
     PinDrive,
     PointLoad,
-    Slide,
     Slider,
     SliderDrive,
     Spring,
-    TableError,
     TorsionSpring,
     acceleration_of,
+    drive_efforts,
+    motion,
+    position_of,
+    reactions,
+    velocity_of,
+    with_rates,
+)
+from rigid.analysis import LinkAngle, Slide
+from rigid.dynamics import (
+    TableError,
     constant_law,
     dissipated_power,
-    drive_efforts,
     equation_of_motion,
     kinetic_energy,
     law_of,
     law_of_rate,
     law_of_time,
     load_power,
-    motion,
     multiplier_forces,
-    position_of,
     potential_energy,
-    reactions,
     reduced_inertia,
     sum_of_laws,
     table_curve,
-    velocity_of,
     virtual_work_efforts,
-    with_rates,
 )
 
 GRAVITY = 9.81
@@ -311,10 +312,10 @@ class TestSprings:
         [
             (Spring("arms", "A", anchor="C"), 'there is no link "arms"'),
             (Spring("arm", "B", anchor="C"), 'link "arm" has no point "B"'),
-            (Spring("arm", "A", "grounds", "C"), 'a spring: there is no link "grounds"'),
-            (Spring("arm", "A", anchor="G"), 'a spring: link "ground" has no point "G"'),
-            (TorsionSpring("arm", "C"), 'a spring: link "arm" has no point "C"'),
-            (TorsionSpring("arm", "A"), 'a spring: link "ground" has no point "A"'),
+            (Spring("arm", "A", "grounds", "C"), 'a load: there is no link "grounds"'),
+            (Spring("arm", "A", anchor="G"), 'a load: link "ground" has no point "G"'),
+            (TorsionSpring("arm", "C"), 'a load: link "arm" has no point "C"'),
+            (TorsionSpring("arm", "A"), 'a load: link "ground" has no point "A"'),
         ],
     )
     def test_its_ends_must_be_there(self, spring, message):
@@ -391,10 +392,12 @@ class TestForceLaws:
         found, course = moment_under(sum_of_laws(*(law for law, _ in laws.values())))
         np.testing.assert_allclose(found, 10.0 * sum(expected(course) for _, expected in laws.values()), atol=1e-10)
 
-    def test_a_load_of_ones_own_is_any_object_with_forces(self):
+    def test_a_load_of_ones_own_is_any_object_with_points_and_forces(self):
         """Air drag on a point: -c |v| v."""
 
         class Drag:
+            points = (("arm", "A"),)
+
             def forces(self, course):
                 v = velocity_of(course, "arm", "A")
                 return (("arm", "A", -0.3 * np.abs(v) * v, 0.0),)

@@ -42,6 +42,7 @@ from rigid import (
     Slider,
     SliderDrive,
     Spring,
+    TorsionSpring,
     acceleration_of,
     motion,
     position_of,
@@ -580,3 +581,57 @@ class TestWhatIsTold:
         stiff = deflection(going, [Section(1e6, 1e4)])
         assert [caution.kind for caution in cautions(soft, kinds=["vibration"])] == ["vibration"]
         assert cautions(stiff, kinds=["vibration"]) == []
+
+
+class Push:
+    """A load of one's own that says where it acts, and acts elsewhere where told to."""
+
+    def __init__(self, says, acts):
+        self.points, self.acts = (says,), acts
+
+    def forces(self, motion):
+        return ((*self.acts, 40j, 0.0),)
+
+
+class TestNoLoadIsLost:
+    """What acts at a point that no beam of a link with beams reaches is refused, whatever kind of load it is."""
+
+    LINKS = (
+        Link("ground", {"O": 0.0, "G": 1 + 1j}),
+        Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0}, (Beam("O", "A", 1.0),)),
+    )
+
+    def bent(self, load):
+        mechanism = Mechanism(self.LINKS, (PinDrive("arm", "O"),), {"O": 0, "A": 1}, loads=(load,))
+        return deflection(motion(mechanism, [0.0]), [Section(1e6, 1e3)])
+
+    @pytest.mark.parametrize(
+        "load",
+        [
+            PointLoad("arm", "B", 40j),
+            Spring("arm", "B", anchor="G", stiffness=40.0),
+            Spring("ground", "G", on="arm", anchor="B", stiffness=40.0),
+            TorsionSpring("arm", "B", on="arm", stiffness=40.0),
+            Push(("arm", "B"), ("arm", "B")),
+        ],
+        ids=["force", "spring", "its other end", "torsion spring", "one's own"],
+    )
+    def test_at_a_point_without_a_beam(self, load):
+        with pytest.raises(MechanismError, match='"arm": no beam reaches the point "B"'):
+            self.bent(load)
+
+    def test_on_a_point_that_the_load_does_not_name(self):
+        with pytest.raises(
+            MechanismError, match='a load acts on the point "B" of "arm", which is not among its points'
+        ):
+            self.bent(Push(("arm", "A"), ("arm", "B")))
+
+    def test_on_its_beam_it_bends(self):
+        found = self.bent(Push(("arm", "A"), ("arm", "A")))
+        assert found.w[:, 0, 0].sum() == pytest.approx(40.0 / (3 * 1e3), rel=1e-12)
+
+    def test_a_load_must_say_where_it_acts(self):
+        load = Push(("arm", "A"), ("arm", "A"))
+        del load.points
+        with pytest.raises(MechanismError, match="does not say where it acts"):
+            self.bent(load)

@@ -10,8 +10,9 @@ from mechanisms import four_bar
 
 from elastic import FIELDS, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of, repeated
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
 from rigid import motion as motion_of
+from rigid.kinematics import repeated
 
 
 @pytest.fixture(scope="module")

@@ -236,6 +236,8 @@ def test_many_designs_go_through_their_positions_together():
 class Rope:
     """A pull between the crank's and the rocker's ends that grows with their distance."""
 
+    points = (("crank", "A"), ("rocker", "B"), ("ground", "O"))
+
     def forces(self, motion):
         pull = 4e3 * (position_of(motion, "rocker", "B") - position_of(motion, "crank", "A"))
         return ("crank", "A", pull, 0.0), ("rocker", "B", -pull, 2.0), ("ground", "O", 1.0, 0.0)

@@ -14,11 +14,8 @@ from scipy.special import ellipj, ellipk
 from elastic import Section, deflection, sample
 from rigid import (
     ConstantSpeed,
-    Effort,
-    ForwardError,
     Gear,
     Link,
-    LinkAngle,
     Lump,
     Mechanism,
     MechanismError,
@@ -28,17 +25,22 @@ from rigid import (
     Spring,
     TorsionSpring,
     acceleration_of,
+    drive_efforts,
+    motion,
+    position_of,
+    reactions,
+)
+from rigid.analysis import LinkAngle
+from rigid.dynamics import (
+    Effort,
+    ForwardError,
     constant_law,
     dissipated_power,
-    drive_efforts,
     forward,
     kinetic_energy,
     law_of_rate,
-    motion,
     motion_during,
-    position_of,
     potential_energy,
-    reactions,
 )
 
 GRAVITY = 9.81

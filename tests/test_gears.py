@@ -17,16 +17,12 @@ from rigid import (
     PointLoad,
     Slider,
     SliderDrive,
-    assembled,
     drive_efforts,
-    gear_contacts,
-    mobility,
-    mobility_count,
     motion,
-    planar_chain,
     posture,
     reactions,
 )
+from rigid.topology import assembled, gear_contacts, mobility, mobility_count, planar_chain
 
 STEEL = Section(EA=12.6e6, EI=37.8)
 
@@ -173,3 +169,18 @@ def test_gears_count_as_one_condition_each():
     assert mobility_count(course, contacts) == 1
     assert contacts[0].at == pytest.approx(0.05)  # wheels of 50 and 150 mm, 200 mm apart
     assert contacts[1].at == pytest.approx(0.2 - 0.04j)  # the rack passes below the wheel, which turns it forwards
+
+
+@pytest.mark.parametrize(("link", "on", "ratio"), [("arm", "ground", 0.75), ("ground", "arm", -0.75)])
+def test_a_gear_may_name_its_driver_the_other_way_than_the_drive(link, on, ratio):
+    """A wheel on the ground turns by 0.75 of the arm, places as velocities, whichever way the arm's pin is named."""
+    links = (
+        Link("ground", {"O": 0.0, "W": 0.2}),
+        Link("arm", {"O": 0.0, "P": 0.1}),
+        Link("wheel", {"W": 0.0, "Q": 0.1}),
+    )
+    gear = Gear(PinDrive(link, "O", on), PinDrive("wheel", "W"), ratio)
+    drawing = {"O": 0, "P": 0.1, "W": 0.2, "Q": 0.3}
+    going = motion(Mechanism(links, (PinDrive("arm", "O"),), drawing, gears=(gear,)), ANGLES, 10.0)
+    np.testing.assert_allclose(going.angular_velocity[2], 7.5, rtol=1e-14)
+    np.testing.assert_allclose(going.direction[2], np.exp(0.75j * ANGLES), rtol=0, atol=1e-13)

@@ -8,15 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from linkages import linkage, slider_crank, three_cranks
 
-from rigid import (
+from rigid import Link, Mechanism, MechanismError, PinDrive, Slider
+from rigid.topology import (
     Branch,
     Contact,
     Graph,
-    Link,
-    Mechanism,
-    MechanismError,
-    PinDrive,
-    Slider,
     bar_graph,
     components,
     cyclomatic_number,

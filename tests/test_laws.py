@@ -5,7 +5,8 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from rigid import CURVES, ConstantSpeed, LawError, Segment, SegmentedLaw
+from rigid import ConstantSpeed, LawError, Segment, SegmentedLaw
+from rigid.laws import CURVES
 
 RISES = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567")
 
@@ -106,3 +107,17 @@ def test_laws_that_cannot_be_followed_are_refused(segments, number, message):
     with pytest.raises(LawError, match=message) as caught:
         SegmentedLaw(0.0, segments)
     assert caught.value.segment == number
+
+
+@pytest.mark.parametrize(
+    ("durations", "start", "end"),
+    [((0.7, 0.1, 0.2), 0.8, 1.0), ((0.1, 0.2, 0.3), 0.3, 0.6), ((0.1, 0.1, 0.1), 0.2, 0.3)],
+)
+def test_an_instant_at_the_end_of_a_segment_has_a_side_whatever_the_last_digit_of_a_sum(durations, start, end):
+    """A harmonic rise begins and ends with its greatest acceleration, pi^2/2 h/T^2."""
+    law = SegmentedLaw(0.0, tuple(map(Segment, ("dwell", "dwell", "harmonic"), durations, (0.0, 0.0, 2.0))))
+    greatest = pi**2 / 2 * 2.0 / durations[2] ** 2
+    near = np.array([1 - 4e-16, 1.0, 1 + 4e-16])
+    np.testing.assert_allclose(law(start * near)[2], greatest, rtol=1e-6)
+    np.testing.assert_allclose(law(end * near)[2], -greatest, rtol=1e-6)
+    np.testing.assert_array_equal(law(end * np.array([1 + 1e-9]))[2], 0.0)

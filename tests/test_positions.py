@@ -34,17 +34,15 @@ from rigid import (
     MechanismError,
     PinDrive,
     PointLoad,
-    ReachError,
     Slider,
     SliderDrive,
     acceleration_of,
     motion,
     position_of,
-    reachable,
-    require_reach,
-    stops,
+    structure,
     velocity_of,
 )
+from rigid.analysis import ReachError, reachable, require_reach, stops
 
 ROUND = {name: make for name, make in ALL.items() if np.ptp(make().drive[0]) > 6 and name != "triad"}
 EPS = np.finfo(float).eps
@@ -511,7 +509,7 @@ def test_yoke_is_no_four_bar():
     """Guards the list above: the five dyads are five different groups."""
     kinds = set()
     for make in DYADS.values():
-        group = make().mechanism.structure.groups[1]
+        group = structure(make().mechanism).groups[1]
         outer = sorted("RP"[joint.slider is not None] for joint in group.tree)
         kinds.add((tuple(outer), "RP"[group.cut[0].slider is not None]))
     assert len(kinds) == 5

@@ -7,7 +7,8 @@ from scene_texts import FOUR_BAR, QUICK_RETURN, edited
 from elastic import deflection, displacement_of, extremes, sample, stress
 from kinelast.command import main
 from kinelast.scene.reading import scene_from_text, scene_motion
-from rigid import Slide, mass_moments
+from rigid.analysis import Slide
+from rigid.constants import mass_moments
 
 ARM = """
 [materials.steel]

@@ -9,7 +9,8 @@ from scene_texts import FOUR_BAR, edited
 
 from kinelast.command import main
 from kinelast.scene.reading import SceneError, scene_from_text, structure_from_text
-from rigid import assur_groups, mechanism_mobility
+from rigid import assur_groups
+from rigid.topology import mechanism_mobility
 
 CHAIN = """
 title = "A screw"

@@ -10,7 +10,8 @@ import pytest
 from sources import shipped, three_ways
 
 from kinelast.scene.reading import scene_motion, scene_motion_at
-from rigid import PointCoordinate, dead_points, drive_values, motion
+from rigid import motion
+from rigid.analysis import PointCoordinate, dead_points, drive_values
 
 
 def digits(value):

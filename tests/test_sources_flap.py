@@ -7,7 +7,9 @@ import pytest
 from sources import number, shipped, three_ways
 
 from kinelast.scene.reading import SceneError, scene_from_text, scene_motion
-from rigid import LinkAngle, acceleration_of, drive_efforts, motion, position_of, reactions, reduced_inertia
+from rigid import acceleration_of, drive_efforts, motion, position_of, reactions
+from rigid.analysis import LinkAngle
+from rigid.dynamics import reduced_inertia
 
 # The columns of the source's incidence matrix (9 as in its plain, not its reduced form).
 BRANCHES = {1: "4-1", 2: "1-2", 3: "2-3", 4: "3-4", 5: "3-5", 6: "5-4", 7: "3-6", 8: "9-10", 9: "10-4", 10: "5-6",

@@ -4,7 +4,7 @@ import pytest
 
 from kinelast.command import main
 from kinelast.scene.reading import SceneError, read_scene, read_structure, shipped_structures
-from rigid import (
+from rigid.topology import (
     Action,
     cyclomatic_number,
     force_law,

@@ -10,7 +10,8 @@ import pytest
 from sources import number, shipped, three_ways
 
 from kinelast.scene.reading import scene_motion
-from rigid import Link, LinkAngle, Mechanism, PinDrive, motion, position_of, swing, time_ratio, transmission_angles
+from rigid import Link, Mechanism, PinDrive, motion, position_of
+from rigid.analysis import LinkAngle, swing, time_ratio, transmission_angles
 
 
 @pytest.fixture(scope="module")

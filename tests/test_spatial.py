@@ -5,14 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid import (
+from rigid import Link, Mechanism, MechanismError
+from rigid.topology import (
     JOINT_TYPES,
     SYNONYMS,
     Action,
     Contact,
-    Link,
-    Mechanism,
-    MechanismError,
     SpatialJoint,
     assembled,
     force_law,

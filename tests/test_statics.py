@@ -27,6 +27,7 @@ from rigid import (
     motion,
     position_of,
     reactions,
+    structure,
 )
 
 
@@ -68,16 +69,16 @@ def test_equal_one_dense_system_of_all_links(name, position):
 
     forces = reactions(going)
     scale = max(abs(np.broadcast_to(force, going.columns)).max() for force in forces.force)
-    joints = {joint.name: k for k, joint in enumerate(mechanism.structure.joints)}
+    joints = {joint.name: k for k, joint in enumerate(structure(mechanism).joints)}
     for row, (point, one, other) in enumerate(equations.pins):
-        joint = mechanism.structure.joints[joints[point]]
+        joint = structure(mechanism).joints[joints[point]]
         assert {joint.parent, joint.child} == {one, other}
         sign = 1 if joint.child == other else -1
         got = np.broadcast_to(forces.force[joints[point]], going.columns)[position]
         assert abs(got - sign * complex(*multipliers[2 * row : 2 * row + 2])) < 1e-12 * scale, point
     row = 2 * len(equations.pins)
     for slider in mechanism.sliders:
-        joint = mechanism.structure.joints[joints[slider.name]]
+        joint = structure(mechanism).joints[joints[slider.name]]
         along, _ = equations.slid(q, slider)
         got = np.broadcast_to(forces.force[joints[slider.name]], going.columns)[position] * joint.sense
         across = (np.conj(complex(*along) * 1j) * got).real
@@ -140,7 +141,7 @@ class TestClosedForms:
         # the drive holds the crank against the piston force, which pushes it towards O
         expected = -F * r * np.sin(angle + lean) / np.cos(lean)
         np.testing.assert_allclose(drive_efforts(going, forces)[0], expected, rtol=1e-13, atol=1e-11)
-        side = next(k for k, joint in enumerate(mechanism.structure.joints) if joint.slider)
+        side = next(k for k, joint in enumerate(structure(mechanism).joints) if joint.slider)
         np.testing.assert_allclose(abs(forces.force[side]), F * abs(np.tan(lean)), rtol=1e-12, atol=1e-11)
 
     def test_load_on_the_ground_is_the_grounds(self):

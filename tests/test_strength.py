@@ -43,8 +43,9 @@ from elastic import (
     tapered,
     tube,
 )
-from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, beam_loads, motion, reactions
+from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion, reactions
 from rigid.constants import mass_moments
+from rigid.loads import beam_loads
 
 E = 210e9
 

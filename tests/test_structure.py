@@ -8,30 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkages import bar, four_bar, linkage, slider_crank, three_cranks
 
-from rigid import (
+from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture
+from rigid.forces import self_stresses
+from rigid.topology import (
     Contact,
-    Link,
-    Mechanism,
-    MechanismError,
-    PinDrive,
-    Posture,
-    Slider,
-    SliderDrive,
     assembled,
-    assur_groups,
     flat_triangles,
     link_motions,
     mechanism_mobility,
     mobility,
     mobility_count,
-    motion,
     pairs,
     planar_chain,
-    posture,
     redundant_joints,
     self_stress,
     self_stress_forces,
-    self_stresses,
     static_matrix,
     velocity_law,
 )

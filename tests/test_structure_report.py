@@ -11,7 +11,8 @@ from linkages import four_bar, linkage, slider_crank, three_cranks
 from kinelast.structure.planar_report import structure_text
 from kinelast.structure.skeleton import skeleton, skeleton_svg
 from kinelast.structure.spatial_report import spatial_text
-from rigid import Contact, Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive, SpatialJoint
+from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.topology import Contact, SpatialJoint
 
 
 def section(text, name):

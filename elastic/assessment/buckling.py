@@ -11,7 +11,8 @@ from elastic.beams.pieces import in_pieces, pieces
 from elastic.beams.polynomials import evaluate, zeros_of
 from elastic.beams.section import Section
 from elastic.deflection import Deflection
-from rigid import Reals, per_row
+from rigid import Reals
+from rigid.constants import per_row
 
 TERMS = 16
 POINTS = 64

@@ -16,7 +16,8 @@ from elastic.beams.polynomials import turning_points
 from elastic.deflection import Deflection
 from elastic.extremes import Extreme, extremes, greatest, merged
 from elastic.sampling import sample
-from rigid import Reals, per_row
+from rigid import Reals
+from rigid.constants import per_row
 
 STRESSES = ("axial", "left", "right", "shear", "mises")
 GREATEST = ("normal", "shear", "mises")

@@ -20,7 +20,8 @@ from elastic.deflection import Deflection
 from elastic.deflection import deflection as solve
 from elastic.extremes import extremes
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
-from rigid import SINGULAR, PinDrive, motion, per_row
+from rigid import SINGULAR, PinDrive, motion
+from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
 SHEAR_SHARE = 30.0  # 48 E I/(5 k G A l^2) = 30/slenderness^2 at E/G = 2.6, k = 5/6

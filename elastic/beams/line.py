@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import Section
-from rigid import per_row
+from rigid.constants import per_row
 
 SETTLED = 40.0
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid import Link, Mechanism, MechanismError, PointLoad, cross
+from rigid import LineLoad, Link, Mechanism, MechanismError, structure
+from rigid.plane import cross
 
 LINED_UP = 1e-9
 
@@ -90,7 +91,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, s
     while waiting:
         found = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
         if found is None:
-            raise MechanismError(f'link "{link.name}": its beams do not hang together')
+            raise MechanismError(f'link "{link.name}": its beams do not hang together', links=(link.name,))
         waiting.remove(found)
         number, beam = found
         forward = beam.start in reached
@@ -105,22 +106,23 @@ def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, s
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> None:
     """Raise where a joint or a load is at a point that no beam of its link reaches."""
-    used = {(joint.parent, joint.parent_point) for joint in mechanism.structure.joints}
-    used |= {(joint.child, joint.child_point) for joint in mechanism.structure.joints}
-    used |= {(mechanism.index[load.link], load.point) for load in mechanism.loads if isinstance(load, PointLoad)}
+    used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
+    at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
+    used |= {(mechanism.index[link], point) for load in at_points for link, point in load.points}
     used |= {(at, lump.point) for at, link in enumerate(mechanism.links) for lump in link.lumps}
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
         for point in sorted(point for owner, point in used if owner == at and point and point not in nodes):
             name = mechanism.links[at].name
-            raise MechanismError(f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load')
+            bare = f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load'
+            raise MechanismError(bare, links=(name,), joints=(point,))
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:
     """The beam along which each slider on a link with beams moves."""
     rails = {}
-    for place, joint in enumerate(mechanism.structure.joints):
-        owner = joint.parent if joint.sense > 0 else joint.child
+    for place, joint in enumerate(structure(mechanism).joints):
+        owner = joint.owner
         if joint.slider is None or owner not in trees:
             continue
         link = mechanism.links[owner]

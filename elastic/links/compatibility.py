@@ -12,8 +12,9 @@ from elastic.beams.line import Compliance
 from elastic.beams.section import JointCompliance
 from elastic.links.clamped_links import Response, beyond_contact, respond
 from elastic.links.free_body import Contact, Nodes, Stance, contacts, with_joints
-from elastic.links.gearing import led
-from rigid import JointForces, Motion, dot, minus, plus
+from elastic.links.gearing import gear_gap
+from rigid import JointForces, Motion
+from rigid.plane import ZERO, dot
 
 UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
 
@@ -53,24 +54,23 @@ def opening(
     found = respond(stance, soft, with_joints(nodes, motion, stance.frame, forces), q, moving)
     gaps: list[Any] = []
     turns: list[Any] = []
-    nothing = (0.0, 0.0)
+    nothing = (ZERO, ZERO)
     places = motion.places
     on_rails = dict(zip(stance.frame.rails, moving, strict=True))
     for number, joint in enumerate(motion.structure.joints):
         child = found.bent.get((joint.child, joint.child_point or ""), nothing)
         parent = found.bent.get((joint.parent, joint.parent_point or ""), nothing)
         if number in on_rails:
-            owner = joint.parent if joint.sense > 0 else joint.child
-            at_block = _at_contact(motion, stance, found, soft, owner, on_rails[number], moving)
-            child, parent = (child, at_block) if joint.sense > 0 else (at_block, parent)
-        gap, turn = minus(parent[0], child[0]), minus(parent[1], child[1])
+            at_block = _at_contact(motion, stance, found, soft, joint.owner, on_rails[number], moving)
+            child, parent = (child, at_block) if joint.owner == joint.parent else (at_block, parent)
+        gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in joints:
             own = joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
-        along, turned = led(places[number], found.bent)
-        gaps.append(plus(gap, along))
-        turns.append(plus(turn, turned))
+        along, turned = gear_gap(places[number], found.bent)
+        gaps.append(gap + along)
+        turns.append(turn + turned)
     return Opening(found, moving, gaps, turns)
 
 

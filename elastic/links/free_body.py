@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 
 from elastic.links.beam_trees import Branch, Frame
-from elastic.links.gearing import gear_loads
-from rigid import JointForces, Motion, beam_directions, beam_table, cross, dot, point_loads
+from elastic.links.gearing import driver_loads
+from rigid import JointForces, Motion
+from rigid.constants import beam_table
+from rigid.loads import beam_directions, point_loads
+from rigid.plane import cross, dot
 
 ON_BEAM = 1e-12
 
@@ -82,7 +85,7 @@ def with_joints(nodes: Nodes, motion: Motion, frame: Frame, forces: JointForces)
             put(nodes, child, force, moment)
         if parent in frame.tips:
             put(nodes, parent, -force, -moment)
-    for at, point, force, moment in gear_loads(motion, forces):
+    for at, point, force, moment in driver_loads(motion, forces):
         if (at, point) in frame.tips:
             put(nodes, (at, point), force, moment)
     return nodes
@@ -96,8 +99,8 @@ def block_places(motion: Motion, frame: Frame) -> list[Any]:
     for number, beam in frame.rails.items():
         place = motion.places[number]
         joint = place.joint
-        at, arm = (joint.parent, place.arm_parent) if joint.sense > 0 else (joint.child, place.arm_child)
-        xi = dot(directions[beam], arm - motion.direction[at] * table.start[beam]) / table.length[beam]
+        at = joint.owner
+        xi = dot(directions[beam], place.arm(at) - motion.direction[at] * table.start[beam]) / table.length[beam]
         found.append(np.where((xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM), np.clip(xi, 0.0, 1.0), np.nan))
     return found
 

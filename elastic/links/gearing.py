@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-
-from rigid import JointForces, JointPlace, Motion, dot
+from rigid import JointForces, Motion
+from rigid.gears import gear_input, gear_loads
+from rigid.joints import JointPlace
+from rigid.plane import ZERO
 
 Bent = Mapping[tuple[int, str], tuple[Any, Any]]
-STILL = (0.0, 0.0)
+STILL = (ZERO, ZERO)
 
 
-def gear_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
+def driver_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
     """What followers ask of the links that drive them, at the driving joints.
 
     Yields
@@ -21,30 +22,20 @@ def gear_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, 
     Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
     """
     for place, force, moment in zip(motion.places, forces.force, forces.moment, strict=True):
-        gear = place.joint.gear
-        if gear is None:
-            continue
-        effort = -place.joint.sense * gear.ratio * (moment if place.along is None else dot(place.along, force))
-        on, link = gear.ends
-        slider = gear.driver.slider
-        if slider is None:
-            yield link, gear.driver.name, 0.0, effort
-            yield on, gear.driver.name, 0.0, -effort
-        else:
-            yield link, slider.point, effort * slider.direction, 0.0
+        if place.joint.gear is not None:
+            driver = place.joint.gear.driver
+            for link, pull, couple in gear_loads(place, force, moment):
+                yield link, driver.point(link) or "", pull, couple
 
 
-def led(place: JointPlace, bent: Bent) -> tuple[Any, Any]:
+def gear_gap(place: JointPlace, bent: Bent) -> tuple[Any, Any]:
     """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because its driving links bend."""
     gear = place.joint.gear
     if gear is None:
         return STILL
-    on, link = gear.ends
-    slider = gear.driver.slider
-    if slider is None:
-        name = gear.driver.name
-        moved = bent.get((link, name), STILL)[1] - bent.get((on, name), STILL)[1]
-    else:
-        moved = dot(slider.direction, np.asarray(bent.get((link, slider.point), STILL)[0]))
-    moved = place.joint.sense * gear.ratio * moved
-    return (0.0, moved) if place.along is None else (moved * place.along, 0.0)
+    moved = gear_input(
+        place.joint,
+        lambda link: bent.get((link, gear.driver.name), STILL)[1],
+        lambda driver, link: bent.get((link, driver.point(link) or ""), STILL)[0],
+    )
+    return place.driven(moved)

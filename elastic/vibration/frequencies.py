@@ -13,7 +13,8 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import frame
 from elastic.links.free_body import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
-from rigid import SINGULAR, Motion, Reals, repeated
+from rigid import SINGULAR, Motion, Reals
+from rigid.kinematics import repeated
 
 SETTLED = 1e-3
 REFINEMENTS = (1, 3, 5, 7, 9, 12)

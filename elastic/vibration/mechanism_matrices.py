@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,9 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import frame
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
-from rigid import Joint, JointPlace, Motion
+from rigid import Motion
+from rigid.gears import gear_input
+from rigid.joints import Joint, JointPlace
 
 MASSLESS = 1e-13
 NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
@@ -93,7 +95,7 @@ class VibratingStructure:
         marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
         for number, rail in self._rails.items():
             joint = self._places[number].joint
-            if at == (joint.parent if joint.sense > 0 else joint.child):
+            if at == joint.owner:
                 beam = link.beams[rail - first_beam]
                 start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
                 for mark, local in zip(marks, self._local(at, self._arm(number, at)), strict=True):
@@ -104,8 +106,7 @@ class VibratingStructure:
         return [vibrating_link(*divided(link, scaled, mark), inner) for mark in marks]
 
     def _arm(self, number: int, at: int) -> Any:
-        place = self._places[number]
-        return place.arm_parent if place.joint.parent == at else place.arm_child
+        return self._places[number].arm(at)
 
     def _local(self, at: int, arm: Any) -> Any:
         """A place in the axes of a link, in units of length, shape (positions,)."""
@@ -141,27 +142,22 @@ class VibratingStructure:
         if place.along is not None or joint.drive is not None:
             self._hold([turned], soft.rotation * self._scale**2)
         if joint.gear is not None:
-            driver = joint.gear.driver
-            followed = self._coordinate(place.along, joint.sense, shift, turned)
-            compliance = soft.translation if place.along is not None else soft.rotation
-            self._hold([followed - joint.gear.ratio * self._led(driver)], compliance)
+            followed = turned / self._scale if place.turns else self._along(place.along, shift)
+            compliance = soft.rotation if place.turns else soft.translation
+            self._hold([followed - gear_input(joint, self._turned_at(joint.gear.driver), self._shift_of)], compliance)
 
-    def _led(self, driver: Joint) -> Any:
-        """Coordinate of a joint that drives a gear, per coordinate of the structure."""
-        if driver.slider is None:
-            turned = [self._moved(None, at, driver.name)[1] for at in (driver.child, driver.parent)]
-            return self._coordinate(None, driver.sense, None, turned[0] - turned[1])
+    def _turned_at(self, driver: Joint) -> Callable[[int], Any]:
+        """Rotation of a link at the pin that drives a gear."""
+        return lambda at: self._moved(None, at, driver.name)[1] / self._scale
+
+    def _shift_of(self, driver: Joint, at: int) -> Any:
+        """Displacement of the sliding point of a rack that drives a gear; its line does not move."""
         number = next(k for k, place in enumerate(self._places) if place.joint.name == driver.name)
-        joint = self._places[number].joint
-        child = self._moved(number, joint.child, joint.child_point)
-        parent = self._moved(number, joint.parent, joint.parent_point)
-        return self._coordinate(self._places[number].along, joint.sense, child[0] - parent[0], None)
+        return self._moved(number, at, driver.point(at))[0]
 
-    def _coordinate(self, along: Any, sense: int, shift: Any, turned: Any) -> Any:
-        """Coordinate of a pin [rad] or slider [m], from how its child moves and turns on its parent."""
-        if along is None:
-            return sense * turned / self._scale
-        return sense * (np.conj(self._at(along))[:, None] * shift).real
+    def _along(self, along: Any, shift: Any) -> Any:
+        """Component of displacements along a slider's line."""
+        return (np.conj(self._at(along))[:, None] * shift).real
 
     def _hold(self, rows: list[Any], compliance: float) -> None:
         for row in rows:

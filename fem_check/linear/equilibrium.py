@@ -12,7 +12,8 @@ from fem_check.linear.beams import Beams
 from fem_check.linear.frame import Frame, Place
 from fem_check.linear.loads import concentrated
 from fem_check.linear.ties import Row
-from rigid import SINGULAR, Motion, cross
+from rigid import SINGULAR, Motion
+from rigid.plane import cross
 
 
 @dataclass(frozen=True, eq=False)

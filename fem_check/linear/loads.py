@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fem_check.linear.frame import Frame, Place
-from rigid import LineLoad, cross
+from rigid import LineLoad
+from rigid.plane import cross
 
 
 def distributed(frame: Frame, stations: Any) -> Any:

@@ -10,7 +10,8 @@ import numpy as np
 
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, Place
-from rigid import Joint, Mechanism, PinDrive, Slider, SliderDrive
+from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
+from rigid.joints import Joint
 
 Part = tuple[Place | None, Any, Any]
 """A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
@@ -116,7 +117,7 @@ def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
 
 def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
     """Raise where a name is no joint's, or that of several between which it does not tell."""
-    names = [joint.name for joint in mechanism.structure.joints]
+    names = [joint.name for joint in structure(mechanism).joints]
     for name in joints:
         count = names.count(name)
         if count != 1:
@@ -145,5 +146,5 @@ class _Soft:
 
     def _joint(self, name: str, parent: int, child: int) -> Joint:
         ends = {parent, child}
-        found = self.mechanism.structure.joints
+        found = structure(self.mechanism).joints
         return next(joint for joint in found if joint.name == name and {joint.parent, joint.child} == ends)

@@ -12,7 +12,8 @@ from kinelast.figures.results import Results, points_of
 from kinelast.page.charts import INK, SOFT, STYLE, svg_of
 from kinelast.page.numbers import quantity, round_down
 from kinelast.sheet import Sheet
-from rigid import Posture, beam_directions, position_of
+from rigid import Posture, position_of
+from rigid.loads import beam_directions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

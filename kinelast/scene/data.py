@@ -8,7 +8,8 @@ from functools import cached_property
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
-from rigid import Course, Mechanism, forward
+from rigid import Mechanism
+from rigid.dynamics import IntegratedMotion, forward
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Scene:
     outlines: Mapping[str, tuple[complex, ...]]
 
     @cached_property
-    def course(self) -> Course | None:
+    def course(self) -> IntegratedMotion | None:
         """The motion as integrated over the run where a drive is an effort; None where laws tell the motion.
 
         Raises

@@ -17,7 +17,6 @@ from kinelast.scene.quantities import Coordinate
 from rigid import (
     GROUND,
     ConstantSpeed,
-    Effort,
     LawError,
     Link,
     Motion,
@@ -28,6 +27,7 @@ from rigid import (
     Slider,
     SliderDrive,
 )
+from rigid.dynamics import Effort
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
 Drive = PinDrive | SliderDrive

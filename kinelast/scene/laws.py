@@ -12,7 +12,9 @@ import numpy as np
 
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format_motion import DriveTable, LoadTable
-from rigid import Law, LinkAngle, Reals, Slide, TableError, law_of, law_of_time, table_curve
+from rigid import Law, Reals
+from rigid.analysis import LinkAngle, Slide
+from rigid.dynamics import TableError, law_of, law_of_time, table_curve
 
 Triple = tuple[Reals, Reals, Reals]
 OVER = 1e-12

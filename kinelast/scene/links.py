@@ -10,7 +10,9 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
-from rigid import GROUND, Beam, Link, Lump, Slider, cross, mass_moments
+from rigid import GROUND, Beam, Link, Lump, Slider
+from rigid.constants import mass_moments
+from rigid.plane import cross
 
 ALONG = 1e-9
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")

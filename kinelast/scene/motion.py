@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -10,20 +9,10 @@ import numpy as np
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from rigid import (
-    SINGULAR,
-    Mechanism,
-    MechanismError,
-    Motion,
-    ReachError,
-    Reals,
-    TableError,
-    assembled,
-    flat_triangles,
-    motion,
-    motion_during,
-    require_reach,
-)
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, Reals, motion
+from rigid.analysis import ReachError, require_reach
+from rigid.dynamics import TableError, motion_during
+from rigid.topology import assembled, flat_triangles
 
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:
@@ -55,7 +44,7 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
         try:
             require_reach(course)
         except ReachError as error:
-            table = "links" if "cannot be assembled" in str(error) else "drives[1]"
+            table = "links" if error.kind == "unreachable" else "drives[1]"
             raise SceneError(scene.path, table, "", str(error)) from None
     _require_tables(scene, course)
     return course
@@ -71,7 +60,7 @@ def scene_motion_at(scene: Scene, time: Any) -> Motion:
         coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))
         return motion(scene.mechanism, coordinates, rates, accelerations, time)
     except MechanismError as error:
-        raise SceneError(scene.path, _table(scene.mechanism, str(error)), "", str(error)) from None
+        raise SceneError(scene.path, _table(scene.mechanism, error), "", str(error)) from None
     except TableError as error:
         raise SceneError(scene.path, "drives", "", str(error)) from None
 
@@ -98,7 +87,7 @@ def require_determined(scene: Scene) -> None:
         _require_no_flat_triangle(scene)
     except MechanismError as error:
         _require_no_flat_triangle(scene)
-        raise SceneError(scene.path, _table(mechanism, str(error)), "", str(error)) from None
+        raise SceneError(scene.path, _table(mechanism, error), "", str(error)) from None
 
 
 def _require_no_flat_triangle(scene: Scene) -> None:
@@ -113,16 +102,12 @@ def _require_no_flat_triangle(scene: Scene) -> None:
         raise SceneError(scene.path, f"links.{flat[0][0]}", "", problem + "make them one link with three points")
 
 
-def _table(mechanism: Mechanism, message: str) -> str:
-    """The table that a message of the mechanism is about, by the first thing that it names."""
-    quoted = re.findall(r'"([^"]*)"', message)
-    if "is not drawn" in message or "are drawn in line" in message:
-        return "points"
-    if "drive" in message.partition(":")[0]:
-        return "drives"
-    slots = {slider.name for slider in mechanism.sliders if slider.link == f"{slider.name} block"}
+def _table(mechanism: Mechanism, error: MechanismError) -> str:
+    """The table that an error of the mechanism is about."""
+    if error.kind in ("drawing", "drives"):
+        return "points" if error.kind == "drawing" else "drives"
     for slider in mechanism.sliders:
-        if f'the slider "{slider.name}"' in message:
-            return f"{'slots' if slider.name in slots else 'sliders'}.{slider.name}"
-    links = [f"links.{name}" for name in quoted if name in mechanism.index and " " not in name]
-    return links[0] if len(links) == 1 else "links"
+        if error.joints == (slider.name,):
+            return f"{'slots' if slider.link == f'{slider.name} block' else 'sliders'}.{slider.name}"
+    links = [name for name in error.links if " " not in name]
+    return f"links.{links[0]}" if len(links) == 1 else "links"

@@ -13,7 +13,8 @@ from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
 from kinelast.scene.parts import build_parts
 from kinelast.scene.text import file_text, of_file, toml_tables
-from rigid import Contact, Mechanism, MechanismError, SpatialJoint, spatial_chain
+from rigid import Mechanism, MechanismError
+from rigid.topology import Contact, SpatialJoint, spatial_chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +95,7 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
         try:
             spatial_chain([made])
         except MechanismError as error:
-            raise fault(where, _key(str(error)), str(error).partition(": ")[2] or str(error)) from None
+            raise fault(where, error.kind, str(error).removeprefix(f'joint "{key}": ')) from None
         if (made.kind.name == "helical") != (joint.pitch is not None):
             problem = "the key is missing: advance per radian" if joint.pitch is None else "belongs to a helical joint"
             raise fault(where, "pitch", problem)
@@ -106,8 +107,3 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
     return StructureScene(
         name, table.title or name.replace("_", " "), table.source, path, None, (), tuple(joints), table.fixed
     )
-
-
-def _key(message: str) -> str:
-    """The key that a message about a joint is about."""
-    return next((key for key in ("type", "normal", "axis") if key in message), "")

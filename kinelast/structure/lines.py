@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
-from rigid import Graph, Mobility, fundamental_loops, loop_walk
+from rigid.topology import Graph, Mobility, fundamental_loops, loop_walk
 
 WIDTH = 110
 NEARLY = 1e-3

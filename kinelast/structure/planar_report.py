@@ -17,16 +17,14 @@ from kinelast.structure.lines import (
     table_lines,
     wrapped_lines,
 )
-from rigid import (
-    AssurGroup,
+from rigid import Mechanism, MechanismError, assur_groups
+from rigid.decomposition import AssurGroup
+from rigid.topology import (
     Contact,
     Graph,
-    Mechanism,
-    MechanismError,
     Mobility,
     Pair,
     assembled,
-    assur_groups,
     bar_graph,
     flat_triangles,
     fundamental_loops,

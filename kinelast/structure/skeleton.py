@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinelast.sheet import PAPER, Sheet
-from rigid import Mechanism, assembled
+from rigid import Mechanism
+from rigid.topology import assembled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinelast.structure.lines import loop_lines, rank_lines, redundancy_lines, section, table_lines
-from rigid import Graph, SpatialJoint, joint_rates, mobility, spatial_chain, stressed_joints
+from rigid.topology import Graph, SpatialJoint, joint_rates, mobility, spatial_chain, stressed_joints
 
 
 def spatial_text(joints: Sequence[SpatialJoint], title: str = "", fixed: str | None = None) -> str:

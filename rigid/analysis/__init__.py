@@ -1,1 +1,16 @@
-"""What is asked of a moving linkage: limits, dead points, transmission, reach, inverse kinematics."""
+"""What is asked of a motion: limits, reach, transmission, inverse kinematics."""
+
+from rigid.analysis.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
+from rigid.analysis.inverse import drive_values
+from rigid.analysis.reach import ReachError, reachable, require_reach, stops
+from rigid.analysis.turning_points import (
+    DeadPoint,
+    LimitPosition,
+    Transmission,
+    dead_points,
+    limits,
+    swing,
+    time_ratio,
+    transmission_angles,
+    velocity_ratio,
+)

@@ -7,9 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rigid.mechanism import GROUND, MechanismError
-from rigid.motion import Motion, position_of, velocity_of
+from rigid.kinematics import Motion
+from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
+from rigid.points import position_of, velocity_of
 
 
 class Rated(Protocol):
@@ -28,7 +29,7 @@ class Coordinate(Rated, Protocol):
         ...
 
     def difference(self, motion: Motion, value: Any) -> Any:
-        """How far the quantity is beyond a value; angles the short way round. Shape (..., positions)."""
+        """How far the quantity is beyond a value; angles by less than half a turn. Shape (..., positions)."""
         ...
 
 
@@ -70,15 +71,15 @@ class _Plain:
 
 @dataclass(frozen=True)
 class Slide(_Plain):
-    """Way of a slider along its line [m]."""
+    """Slide of a slider along its line [m]."""
 
     slider: str
 
     def value(self, motion: Motion) -> Any:
         """The slide."""
         line, block, on = self._of(motion)
-        way = position_of(motion, block, line.point) - position_of(motion, on, line.origin)
-        return dot(motion.direction[on] * line.direction, way)
+        vector = position_of(motion, block, line.point) - position_of(motion, on, line.origin)
+        return dot(motion.direction[on] * line.direction, vector)
 
     def rate(self, motion: Motion) -> Any:
         """Its rate [m/s]."""
@@ -150,22 +151,22 @@ class Distance(_Plain):
 
     def value(self, motion: Motion) -> Any:
         """The distance."""
-        return np.abs(self._way(motion))
+        return np.abs(self._vector(motion))
 
     def rate(self, motion: Motion) -> Any:
         """Its rate [m/s]; nan where the points meet."""
         opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
-        way = self._way(motion)
+        vector = self._vector(motion)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return dot(way, opening) / np.abs(way)
+            return dot(vector, opening) / np.abs(vector)
 
-    def _way(self, motion: Motion) -> Any:
+    def _vector(self, motion: Motion) -> Any:
         return position_of(motion, self.link, self.point) - position_of(motion, self.other_link, self.other_point)
 
 
 @dataclass(frozen=True)
 class Path:
-    """Way of a point along its path [m]: it has a rate, the point's speed [m/s], and no value of its own."""
+    """Length of the path of a point [m]: it has a rate, the point's speed [m/s], and no value of its own."""
 
     link: str
     point: str

@@ -1,4 +1,4 @@
-"""The way between the positions of a motion: where, between two of them, a quantity passes zero."""
+"""Where a quantity passes zero between two positions of a motion."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import MechanismError, PinDrive, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
-CLOSES = 1e-6
-STEPS = 60
-SETTLED = 2e-16
+CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
+STEPS = 60  # of Ridders' method
+SETTLED = 2e-16  # of an interval, in which the zero is known
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Straight ways of the drives between neighbouring positions of a motion, round the turn where it closes.
+    """Straight courses of the drives between neighbouring positions of a motion, round the turn where it closes.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Intervals:
         A motion of one design.
     left, right
         Numbers of the positions at the ends of every interval, shape (intervals,).
-    low, way
+    low, change
         Coordinates of the drives at the left end, and how far it is to the right end, shape (drives, intervals).
     """
 
@@ -35,7 +35,7 @@ class Intervals:
     left: Any
     right: Any
     low: Reals
-    way: Reals
+    change: Reals
 
     def at(self, number: Any, part: Any) -> Motion:
         """Positions at given parts (0 to 1) of intervals of given numbers, both of shape (n,).
@@ -44,12 +44,12 @@ class Intervals:
         """
         near = self.left[number]
         here = Posture(self.course.mechanism, self.course.origin[:, near], self.course.direction[:, near])
-        way = self.way[:, number]
-        return motion(self.course.mechanism, self.low[:, number] + part * way, way, 0.0, part, here)
+        change = self.change[:, number]
+        return motion(self.course.mechanism, self.low[:, number] + part * change, change, 0.0, part, here)
 
     def ends(self) -> tuple[Motion, Motion]:
         """The left and the right ends of all intervals, at rates per interval."""
-        return tuple(with_rates(positions(self.course, at), self.way) for at in (self.left, self.right))  # type: ignore[return-value]
+        return tuple(with_rates(positions(self.course, at), self.change) for at in (self.left, self.right))  # type: ignore[return-value]
 
 
 def intervals(course: Motion) -> Intervals:
@@ -65,10 +65,10 @@ def intervals(course: Motion) -> Intervals:
     count = course.columns[0]
     left = np.arange(count if turn_closes(course) else count - 1)
     right = (left + 1) % count
-    way = course.drive[:, right] - course.drive[:, left]
+    change = course.drive[:, right] - course.drive[:, left]
     if len(left) == count:
-        way[:, -1] = course.drive[:, -1] - course.drive[:, -2]
-    return Intervals(course, left, right, course.drive[:, left], way)
+        change[:, -1] = course.drive[:, -1] - course.drive[:, -2]
+    return Intervals(course, left, right, course.drive[:, left], change)
 
 
 def turn_closes(course: Motion) -> bool:

@@ -8,20 +8,20 @@ import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
 from rigid.analysis.crossings import intervals, positions, zeros
-from rigid.analysis.limits import turning_points
-from rigid.mechanism import Reals
-from rigid.motion import Motion
+from rigid.analysis.turning_points import turning_points
+from rigid.kinematics import Motion
+from rigid.parts import Reals
 
-TOUCH = 64 * np.finfo(float).eps
+TOUCH = 64 * np.finfo(float).eps  # of the coordinate's size, by which it may miss a value that it touches
 
 
 def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
-    """All coordinates of the drives, on the way of a motion, at which a coordinate has a value, to round-off.
+    """All coordinates of the drives, on the course of a motion, at which a coordinate has a value, to round-off.
 
     Parameters
     ----------
     course
-        A motion of one design, the way to search; where it closes, the step from the last position to the first too.
+        A motion of one design, the course to search; where it closes, the step from the last position to the first too.
     coordinate
         A `PointCoordinate` (a point's x or y), `LinkAngle`, `Slide`, `Distance` or `Offset` (height of one point over
         another). Angles are equal where they differ by whole turns.
@@ -30,7 +30,7 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
 
     Returns
     -------
-    Shape (drives, solutions), in the order of the way; no solutions where it does not reach the value. A value that is
+    Shape (drives, solutions), in the order of the course; none where it does not reach the value. A value that is
     touched at a limit of the coordinate is one solution. Two turns of the coordinate between the same two positions are
     not seen.
     """
@@ -56,7 +56,7 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
     if len(between.left) < course.columns[0] and abs(beyond[0]) <= TOUCH * _scale(course, coordinate, value):
         found_at, found = np.append(found_at, len(between.left) - 1), np.append(found, 1.0)
     order = np.lexsort((found, found_at))
-    return np.asarray(between.low[:, found_at[order]] + found[order] * between.way[:, found_at[order]])
+    return np.asarray(between.low[:, found_at[order]] + found[order] * between.change[:, found_at[order]])
 
 
 def _turns(coordinate: Coordinate) -> bool:

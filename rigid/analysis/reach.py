@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import MechanismError, PinDrive
-from rigid.motion import Motion, motion
+from rigid.decomposition.groups import Group
+from rigid.kinematics import Motion, motion
+from rigid.parts import MechanismError, PinDrive
 from rigid.plane import cross
 from rigid.postures import Posture
-from rigid.topology.structure import Group
 
-HALVINGS = 60
+HALVINGS = 60  # of a step of the drives: to round-off
 
 
 class ReachError(MechanismError):
@@ -58,14 +58,20 @@ def require_reach(course: Motion) -> None:
     if not closes.any():
         joint, why = opening_joint(course), _shortfall(course)
         raise ReachError(
-            f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position{why}'
+            f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position{why}',
+            kind="unreachable",
+            joints=(joint,),
+            positions=range(course.columns[-1]),
         )
-    limits = "; ".join(
-        f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in stops(course)
-    )
+    found = stops(course)
+    limits = "; ".join(f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in found)
     share = np.count_nonzero(~closes) / closes.size
     raise ReachError(
-        f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}"
+        f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}",
+        kind="reach",
+        joints=[joint for _, joint in found],
+        drives=range(len(course.drive)),
+        positions=np.flatnonzero(~closes.reshape(-1, course.columns[-1]).all(axis=0)).tolist(),
     )
 
 

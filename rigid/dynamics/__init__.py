@@ -1,1 +1,20 @@
-"""Forces against motion: springs, laws, energy, drive efforts by further routes, forward dynamics."""
+"""Efforts, energy, laws and springs, and motions found from efforts."""
+
+from rigid.dynamics.effort import (
+    EquationOfMotion,
+    equation_of_motion,
+    multiplier_forces,
+    reduced_inertia,
+    virtual_work_efforts,
+)
+from rigid.dynamics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
+from rigid.dynamics.force_laws import (
+    TableError,
+    constant_law,
+    law_of,
+    law_of_rate,
+    law_of_time,
+    sum_of_laws,
+    table_curve,
+)
+from rigid.dynamics.forward_dynamics import Effort, ForwardError, IntegratedMotion, MotionLaw, forward, motion_during

@@ -1,6 +1,7 @@
-"""All joints of a mechanism as one set of conditions on the coordinates (x, y, angle) of all moving links.
+"""All joints of a mechanism as one set of constraints on the coordinates (x, y, angle) of all moving links.
 
-An independent way to what the groups answer one after the other: nothing here knows of groups, dyads or an order.
+A second route to what the groups answer one after the other: nothing here knows of groups, dyads or an order, and what
+a joint holds and a gear couples is written anew on purpose, so that the one checks the other.
 Derivation: docs/dynamics.md.
 """
 
@@ -14,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import per_row
+from rigid.decomposition.order import structure
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
-from rigid.topology.structure import Joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class JointTable:
 @lru_cache(maxsize=64)
 def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
     """Joints of a mechanism for columns of `ndim` axes."""
-    joints = mechanism.structure.joints
+    joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
     turned = [joint.slider is not None and joint.sense < 0 for joint in everyone]
@@ -107,7 +109,7 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Any, Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Conditions:
+class Constraints:
     """The joints where the links are.
 
     Attributes
@@ -115,7 +117,7 @@ class Conditions:
     toward
         What multiplies a vector to give its components along and across a slider's line, those in x and y at a pin;
         complex, shape (joints, ..., positions).
-    way
+    vector
         From the owner's origin to the block's point [m], complex.
     foot, tip
         From the owner's origin to its point, from the block's origin to its point [m], complex.
@@ -123,39 +125,39 @@ class Conditions:
 
     table: JointTable
     toward: Any
-    way: Any
+    vector: Any
     foot: Any
     tip: Any
 
     @property
     def opening(self) -> Any:
         """How far the block's point is from the owner's [m], complex: (along, across), (x, y) at a pin."""
-        return self.toward * (self.way - self.foot)
+        return self.toward * (self.vector - self.foot)
 
 
-def conditions(table: JointTable, origin: Any, direction: Any) -> Conditions:
+def constraints_at(table: JointTable, origin: Any, direction: Any) -> Constraints:
     """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip = direction[block] * table.tip
     toward = np.where(table.slides, np.conj(direction[owner] * table.along), 1.0)
-    return Conditions(table, toward, origin[block] + tip - origin[owner], direction[owner] * table.foot, tip)
+    return Constraints(table, toward, origin[block] + tip - origin[owner], direction[owner] * table.foot, tip)
 
 
-def constraint_matrix(here: Conditions, links: int) -> Any:
-    """Rates of all conditions per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
+def constraint_matrix(here: Constraints, links: int) -> Any:
+    """Rates of all constraints per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
 
     Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive and every gear.
     As many as columns, or more where the mechanism is redundant.
     """
     table = here.table
-    count, shape, slides = table.count, here.way.shape[1:], table.slides.ravel()
+    count, shape, slides = table.count, here.vector.shape[1:], table.slides.ravel()
     matrix = np.zeros((*shape, 2 * count + len(table.shares), 3 * links))
     first, second = 2 * np.arange(count), 2 * np.arange(count) + 1
     coordinates = np.zeros((*shape, len(table.moved), 3 * links))
     pins, lines = (np.flatnonzero(kind[:count]) for kind in (~slides, slides))
     turning, sliding = (np.flatnonzero(kind[table.moved]) for kind in (~slides, slides))
     turned, slid = table.moved[turning], table.moved[sliding]
-    reach = np.where(table.slides, here.way, here.foot)
+    reach = np.where(table.slides, here.vector, here.foot)
     for end, arm, sign in ((table.block, here.tip, 1.0), (table.owner, reach, -1.0)):
         for axis, unit in enumerate((1.0, 1j, 1j * arm)):
             effect = np.moveaxis(sign * unit * here.toward, 0, -1)
@@ -168,18 +170,18 @@ def constraint_matrix(here: Conditions, links: int) -> Any:
     return matrix[..., 3:]
 
 
-def centripetal(here: Conditions, velocity: Any, spin: Any) -> Any:
-    """Second rates of the conditions when no link accelerates, shape (..., positions, rows).
+def centripetal(here: Constraints, velocity: Any, omega: Any) -> Any:
+    """Second rates of the constraints when no link accelerates, shape (..., positions, rows).
 
     Parameters
     ----------
-    velocity, spin
+    velocity, omega
         Of the origins [m/s], complex, and of the links [rad/s], shape (links, ..., positions).
     """
     table, count = here.table, here.table.count
-    owner, block = spin[table.owner], spin[table.block]
+    owner, block = omega[table.owner], omega[table.block]
     opening = velocity[table.block] + 1j * block * here.tip - velocity[table.owner]
-    carried = np.where(table.slides, -2j * owner * opening - owner**2 * here.way, owner**2 * here.foot)
+    carried = np.where(table.slides, -2j * owner * opening - owner**2 * here.vector, owner**2 * here.foot)
     second = np.moveaxis(here.toward * (carried - block**2 * here.tip), 0, -1)
     slides = table.slides.ravel()
     rows = np.empty((*second.shape[:-1], 2 * count + len(table.shares)))

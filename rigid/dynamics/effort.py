@@ -13,12 +13,13 @@ import numpy as np
 
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_table
-from rigid.dynamics.constraints import conditions, constraint_matrix, joint_table
+from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
 from rigid.forces import JointForces
-from rigid.loads import UNSTRESSED, given_loads, link_loads
-from rigid.mechanism import MechanismError, Reals
-from rigid.motion import Motion, with_rates
+from rigid.kinematics import Motion, with_rates
+from rigid.loads import given_loads, link_loads
+from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
+from rigid.statics import UNSTRESSED
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +89,11 @@ def _inertia_power(one: Motion, other: Motion) -> Any:
     """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
     mass, first, second = mass_table(one.mechanism, len(one.columns))
     arm = one.direction * first
-    spin, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
+    omega, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
     return (
         mass.real * dot(one.velocity, other.velocity)
         + dot(one.velocity, turned * arm)
-        + dot(other.velocity, spin * arm)
+        + dot(other.velocity, omega * arm)
         + second * one.angular_velocity * other.angular_velocity
     )[1:].sum(axis=0)
 
@@ -112,8 +113,8 @@ def _reduced_loads(motion: Motion, units: list[Motion]) -> Any:
     mass, first, _ = mass_table(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)
     power = np.stack([(dot(u.velocity, weight) + u.angular_velocity * tilt)[1:].sum(axis=0) for u in units])
-    for at, pull, twist in given_loads(motion):
-        power += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * twist for unit in units]
+    for at, pull, couple in given_loads(motion):
+        power += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
     return power
 
 
@@ -124,7 +125,7 @@ def multiplier_forces(motion: Motion) -> JointForces:
     is redundant and its loads alone do not tell the force.
     """
     links, columns = len(motion.mechanism.links), motion.columns
-    here = conditions(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
+    here = constraints_at(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
     load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
     good = motion.condition <= SINGULAR
@@ -148,15 +149,15 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> Jo
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
     count = table.count
-    pulls, twists = [], []
+    pulls, couples = [], []
     moving = np.tensordot(table.shares.T, multiplier[2 * count :], 1)
     effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
         one, other = multiplier[2 * number], multiplier[2 * number + 1]
         if joint.slider is None:
             pulls.append(one + 1j * other)
-            twists.append(effort.get(number, 0.0))
+            couples.append(effort.get(number, 0.0))
         else:
             pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * other))
-            twists.append(joint.sense * one)
-    return JointForces(motion.closures, pulls, twists, ground)
+            couples.append(joint.sense * one)
+    return JointForces(motion.closures, pulls, couples, ground)

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import mass_table
+from rigid.kinematics import Motion
 from rigid.loads import given_loads
-from rigid.motion import Motion
 from rigid.plane import dot
 
 
 def kinetic_energy(motion: Motion) -> Any:
     """Of all links [J], shape (..., positions)."""
     mass, first, second = mass_table(motion.mechanism, len(motion.columns))
-    spin = motion.angular_velocity
-    momentum = mass * motion.velocity / 2 + 1j * spin * motion.direction * first
-    return (dot(motion.velocity, momentum) + second * spin**2 / 2)[1:].sum(axis=0)
+    omega = motion.angular_velocity
+    momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
+    return (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
 
 
 def potential_energy(motion: Motion) -> Any:
@@ -35,8 +35,8 @@ def dissipated_power(motion: Motion) -> Any:
 def load_power(motion: Motion) -> Any:
     """Power of all loads, springs and dampers among them, without weights [W], shape (..., positions)."""
     power = np.zeros(motion.columns)
-    for at, pull, twist in given_loads(motion):
-        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * twist
+    for at, pull, couple in given_loads(motion):
+        power += dot(motion.velocity[at], pull) + motion.angular_velocity[at] * couple
     return power
 
 

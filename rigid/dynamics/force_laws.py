@@ -11,15 +11,22 @@ from typing import Any, Literal
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
-from rigid.mechanism import Law, Reals
-from rigid.motion import Motion
+from rigid.kinematics import Motion
+from rigid.parts import Law, Reals
 
 Curve = Callable[[Any], Any]
-OVER = 1e-12
+OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends
 
 
 class TableError(ValueError):
-    """A table that cannot be, or that does not reach as far as it is asked."""
+    """A table that cannot be, or that does not reach as far as it is asked.
+
+    `place` is where it was asked, `ends` where it begins and ends; None where it cannot be at all.
+    """
+
+    def __init__(self, message: str, place: float | None = None, ends: tuple[float, float] | None = None) -> None:
+        super().__init__(message)
+        self.place, self.ends = place, ends
 
 
 def constant_law(value: float) -> Law:
@@ -97,7 +104,9 @@ def _require_inside(place: Reals, at: Reals) -> None:
     if outside.size:
         raise TableError(
             f"asked at {outside.flat[0]:.6g}, but the table goes from {at[0]:.6g} to {at[-1]:.6g}: "
-            'add entries, or extend = "hold"'
+            'add entries, or extend = "hold"',
+            float(outside.flat[0]),
+            (float(at[0]), float(at[-1])),
         )
 
 

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.analysis.limits import aligned_joint
+from rigid.analysis.turning_points import aligned_joint
 from rigid.dynamics.effort import equation_of_motion
 from rigid.dynamics.tracking import Tracker
-from rigid.mechanism import Law, Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.mechanism import Mechanism
 from rigid.names import counted
+from rigid.parts import Law, MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
@@ -29,20 +30,20 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 
 
 class ForwardError(MechanismError):
-    """A motion that cannot be continued.
+    """A motion that cannot be continued; `time` [s] is the last at which it could.
 
-    Attributes
-    ----------
-    course
-        What was integrated until then, to be asked as any other; None where nothing was.
+    `course` is what was integrated until then, to be asked as any other; None where nothing was. The rest as of
+    `MechanismError`.
     """
 
-    def __init__(self, message: str, course: Course | None = None) -> None:
-        super().__init__(message)
-        self.course = course
+    def __init__(
+        self, message: str, time: float = 0.0, course: IntegratedMotion | None = None, **culprits: Any
+    ) -> None:
+        super().__init__(message, **culprits)
+        self.time, self.course = time, course
 
 
-class _Enough(Exception):
+class _EnoughError(Exception):
     """The bound on evaluations is reached."""
 
 
@@ -61,7 +62,7 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class IntegratedMotion:
     """An integrated motion; `motion_during` gives it at any times.
 
     Attributes
@@ -95,7 +96,7 @@ def forward(
     tolerance: float = 1e-10,
     evaluations: int = EVALUATIONS,
     progress: Callable[[float], object] | None = None,
-) -> Course:
+) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
     Parameters
@@ -120,8 +121,8 @@ def forward(
     Raises
     ------
     ForwardError
-        It takes more evaluations; or the mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
-        drive given as effort that moves no mass. Its `course` is what was reached.
+        It takes more evaluations; or the mechanism comes to a position where its drives no longer say how it moves on,
+        or to an infinite speed; a drive given as effort that moves no mass. Its `course` is what was reached.
     MechanismError
         It cannot be assembled at the start.
 
@@ -143,7 +144,7 @@ def forward(
     unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
-        raise ForwardError(_stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there"))
+        raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     scale = tolerance * np.concatenate([unit, unit / duration])
     return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, progress)
 
@@ -155,7 +156,7 @@ def _integrated(
     tolerance: float,
     scale: Any,
     progress: Callable[[float], object] | None,
-) -> Course:
+) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853
 
@@ -169,17 +170,17 @@ def _integrated(
             solver.step()
             reached = tracker.go(system.laws(solver.t, solver.y)[0])
             if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-                why = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
-                raise ForwardError(why, steps.course())
+                raise _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker), steps.reached)
             tracker.mark()
             steps.add(solver.t, solver.dense_output())
             if progress is not None:
                 progress(float(solver.t))
-    except _Enough:
+    except _EnoughError:
         raise ForwardError(
             f"the motion took more than {system.most} evaluations until {steps.times[-1]:.6g} s of {duration:g} s: "
             "allow more evaluations, a greater tolerance or a shorter duration",
-            steps.course(),
+            steps.times[-1],
+            steps.reached,
         ) from None
     return steps.course()
 
@@ -189,7 +190,8 @@ class _Steps:
 
     def __init__(self, system: _System) -> None:
         self.system = system
-        self.times, self.pieces = [0.0], []
+        self.times = [0.0]
+        self.pieces: list[Any] = []
         self.origins, self.directions = [system.tracker.origin], [system.tracker.direction]
 
     def add(self, time: float, piece: Any) -> None:
@@ -199,19 +201,22 @@ class _Steps:
         self.origins.append(self.system.tracker.origin)
         self.directions.append(self.system.tracker.direction)
 
-    def course(self) -> Course | None:
+    @property
+    def reached(self) -> IntegratedMotion | None:
         """The motion so far; None before the first step."""
+        return self.course() if self.pieces else None
+
+    def course(self) -> IntegratedMotion:
+        """The motion so far."""
         from scipy.integrate import OdeSolution
 
-        if not self.pieces:
-            return None
         mechanism, drives = self.system.tracker.mechanism, self.system.drives
         postures = Posture(mechanism, *(np.concatenate(each, axis=-1) for each in (self.origins, self.directions)))
         state = OdeSolution(self.times, self.pieces)
-        return Course(mechanism, drives, np.array(self.times), postures, state, self.system.evaluations)
+        return IntegratedMotion(mechanism, drives, np.array(self.times), postures, state, self.system.evaluations)
 
 
-def motion_during(course: Course, time: Any) -> Motion:
+def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
     time = np.atleast_1d(np.asarray(time, float))
     if time.min() < 0 or time.max() > course.time[-1]:
@@ -257,7 +262,7 @@ class _System:
         drive, rate, rate2 = self.laws(time, state)
         self.evaluations += 1
         if self.evaluations > self.most:
-            raise _Enough
+            raise _EnoughError
         reached = self.tracker.go(drive)
         if reached and not self.tracker.narrow:
             inertia, balance, coasting = self.tracker.equation(time, rate)
@@ -296,7 +301,16 @@ def _aligned(tracker: Tracker) -> str:
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
-def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> str:
-    names = (getattr(each, "link", None) or getattr(each, "slider", "") for each in mechanism.drives)
+def _stuck(
+    mechanism: Mechanism, time: float, drive: Reals, why: str, course: IntegratedMotion | None = None
+) -> ForwardError:
+    names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
-    return f"the motion cannot go on after {time:.6g} s with {places}: {why}"
+    return ForwardError(
+        f"the motion cannot go on after {time:.6g} s with {places}: {why}",
+        time,
+        course,
+        kind="singular",
+        links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
+        drives=range(len(names)),
+    )

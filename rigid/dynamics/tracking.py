@@ -7,20 +7,21 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import mass_table
-from rigid.dynamics.constraints import Conditions, centripetal, conditions, constraint_matrix, joint_table
+from rigid.dynamics.constraints import Constraints, centripetal, constraint_matrix, constraints_at, joint_table
+from rigid.kinematics import Motion, motion
 from rigid.loads import given_loads
-from rigid.mechanism import Mechanism, MechanismError, Reals
-from rigid.motion import Motion, motion
+from rigid.mechanism import Mechanism
+from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
 
-STEPS = 25
-ROUND_OFF = 1e-15
-FAR = 0.25
-PIECES = 1024
-SLOW = 0.05
-FITS = 1e-10
+STEPS = 25  # of Newton's method before it gives up
+SETTLED = 1e-15  # error of a place over the mechanism's size, or of an angle [rad], that is left
+FAR = 0.25  # greatest step, over the size or [rad], that the linear forecast is trusted for
+PIECES = 1024  # such steps at most between two calls
+SLOW = 0.05  # share of the error that a step may leave before the matrix is renewed
+FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below which it fits
+FIRST = 1e6  # weight of the drives' rows, so that they are among the independent ones
 TINY = np.finfo(float).tiny
-FIRST = 1e6
 SMOOTH = 0.25  # of a way: how far it may be from what the rates at its ends tell
 NARROW = 0.05  # of the reciprocal condition at the start: nearer to singular, rates lose digits
 BESIDE = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])  # where rates are taken instead [rad or size]
@@ -50,25 +51,29 @@ class Tracker:
         if first.columns != (1,):
             raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
         if not np.isfinite(first.condition).all():
-            raise MechanismError("the mechanism cannot be assembled at the start, or is at a singular position there")
-        here = conditions(self._table, first.origin, first.direction)
+            problem = "the mechanism cannot be assembled at the start, or is at a singular position there"
+            raise MechanismError(problem, kind="singular", positions=(0,))
+        here = constraints_at(self._table, first.origin, first.direction)
         places = first.origin[self._table.block] + here.tip
         self.size = float(np.abs(places - places[0]).max()) or 1.0
         self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
+        slides, count = self._table.slides.ravel(), self._table.count
+        joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
+        moved = ~slides[self._table.moved[: len(self._table.shares)]]
+        self._row_weights = np.where(np.concatenate([joints, moved]), 1.0, 1 / self.size)
         self._begin = (drive.copy(), first.origin, self._angles(first, drive))
         self._rows = self._independent(constraint_matrix(here, self._links)[0])
         self._units = np.zeros((len(self._rows), len(drive)))
         driven = 2 * self._table.count + np.arange(len(drive))
         self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
         self.direction: Any = first.direction
-        self._here: Conditions = here
+        self._here: Constraints = here
         self._factors: Any = None
         self._influence: Any = None
-        self._firm = self._narrow = 0.0
-        self._sign = 0.0
         self._meshed = np.zeros(len(self._table.shares) - len(drive))
         self.restart()
         self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
+        self._firm = self._narrow = 0.0
         self._sign = self._factor(here)
         self._firm = NARROW * self._narrow
         self.mark()
@@ -99,7 +104,7 @@ class Tracker:
         """Go to other coordinates of the drives, near enough; False, and back to the mark, where it does not close."""
         if self._advance(drive):
             return True
-        # Close to a singular position the way from there is not to be trusted: once more from firm ground.
+        # Close to a singular position the forecast from there is not to be trusted: once more from firm ground.
         self._state = self._mark
         if self._advance(drive):
             return True
@@ -122,14 +127,14 @@ class Tracker:
         self._factors, self._influence, self._sign, self._narrow = state[5:]
 
     def _advance(self, drive: Reals) -> bool:
-        begin, way = self.drive, drive - self.drive
-        origin, angle, ahead = self.origin, self._angle, self._influence @ way
+        begin, change = self.drive, drive - self.drive
+        origin, angle, ahead = self.origin, self._angle, self._influence @ change
         with np.errstate(all="ignore"):
-            far = float(np.abs(self._weights * (self._influence @ way)).max(initial=0.0))
+            far = float(np.abs(self._weights * (self._influence @ change)).max(initial=0.0))
             if not far < FAR * PIECES:
                 return False
             pieces = int(far / FAR) + 1
-            if not all(self._approach(begin + way * ((piece + 1) / pieces)) for piece in range(pieces)):
+            if not all(self._approach(begin + change * ((piece + 1) / pieces)) for piece in range(pieces)):
                 return False
             sign = self._factor(self._here)
             if sign == self._sign:
@@ -137,7 +142,7 @@ class Tracker:
             # Through a change point the determinant changes its sign, on another branch the links come from elsewhere.
             passed = np.stack([(self.origin - origin)[1:, 0].real, (self.origin - origin)[1:, 0].imag], 1)
             passed = np.concatenate([passed, (self._angle - angle)[1:]], axis=1).ravel()
-            off = self._weights * (passed - 0.5 * (ahead + self._influence @ way))
+            off = self._weights * (passed - 0.5 * (ahead + self._influence @ change))
             smooth = float(np.abs(off).max()) <= SMOOTH * float(np.abs(self._weights * passed).max())
             self._sign = sign
             return smooth and sign != 0.0
@@ -173,10 +178,10 @@ class Tracker:
 
         Shapes (drives, drives) and (drives,).
         """
-        velocity, spin = self._twists(self._influence @ rate)
-        missing = -centripetal(self._here, velocity, spin)[0, self._rows]
+        velocity, omega = self._twists(self._influence @ rate)
+        missing = -centripetal(self._here, velocity, omega)[0, self._rows]
         acceleration, turning = self._twists(self._solve(missing))
-        turning = 1j * turning - spin**2
+        turning = 1j * turning - omega**2
         coasting = Motion(
             self.mechanism,
             np.array([time]),
@@ -187,7 +192,7 @@ class Tracker:
             self.direction,
             velocity,
             acceleration,
-            spin,
+            omega,
             turning,
             (),
         )
@@ -197,19 +202,19 @@ class Tracker:
         momentum = mass * v + 1j * w * arm
         moment = cross(arm, v) + second * w
         inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
-        felt = acceleration - self.mechanism.gravity
-        force = -(mass * felt + turning * arm)
-        twist = -(cross(arm, felt) + second * turning.imag)
+        relative = acceleration - self.mechanism.gravity
+        force = -(mass * relative + turning * arm)
+        couple = -(cross(arm, relative) + second * turning.imag)
         for at, pull, turn in given_loads(coasting):
             force[at] += pull
-            twist[at] += turn
-        return inertia, (dot(v, force) + w * twist).sum(axis=0), coasting
+            couple[at] += turn
+        return inertia, (dot(v, force) + w * couple).sum(axis=0), coasting
 
     def _approach(self, drive: Reals) -> bool:
         """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""
         ahead = self._influence @ (drive - self.drive)
         self._shift(ahead)
-        # A matrix that is old by a way leaves about that part of the error.
+        # A matrix from a step before leaves about as large a part of the error.
         slowness = float(np.abs(self._weights * ahead).max())
         before = 0.0
         for _ in range(STEPS):
@@ -220,10 +225,10 @@ class Tracker:
             slowness = min(length / before, 1.0) if before else slowness
             if not length < 1.0:
                 return False
-            if length * slowness < ROUND_OFF:
+            if length * slowness < SETTLED:
                 self.drive = drive
                 surplus = len(open_by) > len(self._rows)
-                return not surplus or bool(np.abs(self._residual(drive)).max() < FITS * (1 + self.size))
+                return not surplus or bool(np.abs(self._row_weights * self._residual(drive)).max() < FITS)
             before = length
             if slowness > SLOW:
                 self._factor(self._here)
@@ -239,10 +244,10 @@ class Tracker:
 
     def _place(self) -> None:
         self.direction = np.exp(1j * self._angle)
-        self._here = conditions(self._table, self.origin, self.direction)
+        self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Any:
-        """What the conditions lack, in the order of their rows."""
+        """What the constraints lack, in the order of their rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
@@ -253,7 +258,7 @@ class Tracker:
         rows[2 * count :] = table.shares @ moved - np.concatenate([drive, self._meshed])
         return rows
 
-    def _factor(self, here: Conditions) -> float:
+    def _factor(self, here: Constraints) -> float:
         """Factor the constraint matrix here; the sign of its determinant, 0 where it is singular."""
         matrix = constraint_matrix(here, self._links)[0, self._rows]
         upper, pivots, singular = self._lapack.dgetrf(matrix)
@@ -283,9 +288,9 @@ class Tracker:
         columns = rates.reshape(len(rates), -1)
         velocity = np.zeros((self._links, columns.shape[1]), complex)
         velocity[1:] = columns[0::3] + 1j * columns[1::3]
-        spin = np.zeros(velocity.shape)
-        spin[1:] = columns[2::3]
-        return velocity, spin
+        omega = np.zeros(velocity.shape)
+        omega[1:] = columns[2::3]
+        return velocity, omega
 
     def _angles(self, first: Motion, drive: Reals) -> Any:
         """Angles of all links, whole turns chosen so that sliders and driven pins have the coordinates given."""

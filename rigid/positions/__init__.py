@@ -1,1 +1,4 @@
-"""Positions of the links: dyads in closed form, any other group by Newton's method, on the branch of the drawing."""
+"""Where the links are: driven links, dyads in closed form, any other group by Newton's method."""
+
+from rigid.positions.placing import place
+from rigid.positions.rows import of_designs

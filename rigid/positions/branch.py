@@ -14,17 +14,19 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import closure, columns
+from rigid.decomposition.groups import Group, Structure
+from rigid.drawing import Drawing
+from rigid.joints import coordinate_of, joint_place
 from rigid.mechanism import Mechanism
+from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
-from rigid.positions.drawing import Drawing
 from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
-from rigid.positions.newton import coordinate_of, hung, newton, sine_of
+from rigid.positions.newton import hung, newton, sine_of
 from rigid.positions.placement import Placement
 from rigid.positions.rows import of_designs
-from rigid.topology.structure import Group, Structure
 
 NARROW = 64  # times the finest step that a change point may be wide
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
@@ -49,18 +51,8 @@ class Branch:
         grid = path.grid(low, high)
         counts = len(mechanism.links), len(structure.groups), len(self.drivers)
         self.table: Table = table_of.knots(grid, self.rows, *counts)
-        for number, group in enumerate(structure.groups):
-            self._enter(number)
-            self._measure(group)
-            if not group.free:
-                self._set(self.table, number)
-                self.table[f"sure{number}"][:] = True
-            elif forms[number]:
-                self._fold(number)
-            else:
-                self._trace(number)
 
-    def _enter(self, number: int) -> None:
+    def enter(self, number: int) -> None:
         """Room for a group in the table."""
         group, count = self.structure.groups[number], len(self.table["place"])
         free, cuts = len(group.free), len(group.cut)
@@ -70,7 +62,7 @@ class Branch:
         self.table[f"box{number}"] = np.full((count, free), np.nan)
         self.table[f"sure{number}"] = np.zeros(count, bool)
 
-    def _measure(self, group: Group) -> None:
+    def measure(self, group: Group) -> None:
         """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
         place = self.table["place"]
         for joint in group.tree:
@@ -82,7 +74,8 @@ class Branch:
             change = np.diff(angle, axis=0)
             change -= 2 * np.pi * np.round(change / (2 * np.pi))
             path = np.concatenate([[0.0], np.nancumsum(change[:, 0] - change[:, 1])])
-            seen = angle[:, 0] - angle[:, 1]
+            path *= driver.sense
+            seen = driver.sense * (angle[:, 0] - angle[:, 1])
             drawn = self.drawing.coordinate(driver)
             for row in range(self.rows):
                 mine = np.flatnonzero(self.table["row"] == row)
@@ -92,7 +85,7 @@ class Branch:
 
     # Placing
 
-    def _set(self, table: Table, number: int, guess: Any = None) -> None:
+    def set(self, table: Table, number: int, guess: Any = None) -> None:
         """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots)."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
@@ -118,7 +111,7 @@ class Branch:
         count = len(table["place"])
 
         def flat(value: Any) -> Any:
-            return np.broadcast_to(value, placed.shape).reshape(count)
+            return np.broadcast_to(as_number(value), placed.shape).reshape(count)
 
         for link in group.links:
             table["origin"][:, link] = flat(placed.origin[link])
@@ -131,7 +124,7 @@ class Branch:
                 np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan
             )
             return
-        tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
+        tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
         table["sine"][:, number] = flat(sine)
         for k, at in enumerate(group.free):
             table[f"free{number}"][:, k] = flat(coordinate_of(placed, group.tree[at]))
@@ -139,7 +132,7 @@ class Branch:
             duals = closure(group, tree, cut).duals
         for k, column in enumerate(columns(group, tree, cut)):
             for c, entry in enumerate(column):
-                table[f"columns{number}"][:, k, c] = flat(entry)
+                table[f"columns{number}"][:, k, c] = flat(as_number(entry))
                 table[f"duals{number}"][:, k, c] = flat(duals[k, c])
 
     def _between(self, low: Table, high: Table, number: int) -> Table:
@@ -152,7 +145,7 @@ class Branch:
             guess = None
             if self.structure.groups[k].free and not self.forms[k]:
                 guess = (low[f"free{k}"] + 0.5 * self.ways(k, low, high)).T
-            self._set(middle, k, guess)
+            self.set(middle, k, guess)
             middle[f"box{k}"] = np.full_like(middle[f"box{k}"], np.nan)
             middle[f"sure{k}"] = np.zeros(len(middle["place"]), bool)
         return middle
@@ -167,7 +160,7 @@ class Branch:
     # Certainty
 
     def certify(self, low: Table, high: Table, number: int) -> tuple[Any, Any]:
-        """Box of a group in steps, shape (steps, free), nan where it is not certain; and whether those before it are."""
+        """Box of a group in steps of shape (steps, free), nan where it is not certain, and whether those before it are."""
         count = len(low["place"])
         links = len(self.mechanism.links)
         before = np.ones(count, bool)
@@ -236,9 +229,9 @@ class Branch:
 
     # Dyads
 
-    def _fold(self, number: int) -> None:
+    def fold(self, number: int) -> None:
         """Follow a dyad: its sign changes where it passes a change point."""
-        self._set(self.table, number)
+        self.set(self.table, number)
         self.refine(number, steps(self.table))
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
@@ -248,7 +241,7 @@ class Branch:
                 sign[beyond & (row == row[at])] *= -1.0
         if (sign < 0).any():
             self.table["sign"][:, number] = sign
-            self._set(self.table, number)
+            self.set(self.table, number)
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
@@ -269,14 +262,6 @@ class Branch:
                 continue
             found.append(int(at))
         return found
-
-    # Any other group
-
-    def _trace(self, number: int) -> None:
-        """Follow a group that no closed form covers: walk it, make it certain, and go on where that went astray."""
-        from rigid.positions.trace import Trace
-
-        Trace(self, number).run()
 
 
 def lengths(mechanism: Mechanism) -> tuple[int, ...]:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from rigid.decomposition.order import structure
+from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
-from rigid.positions.drawing import Drawing
 
 TURN = 64  # knots
 STRIDE = 2 * math.pi / TURN  # of a pin's drive from one knot to the next [rad]
@@ -109,7 +110,7 @@ def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
     They do where a gear is driven by a joint that is not itself moved: its angle is counted from the drawing on.
     """
     drawing = Drawing(mechanism)
-    joints = mechanism.structure.joints
+    joints = structure(mechanism).joints
     drawn = [0.0] * len(mechanism.drives)
     slides = np.zeros(len(mechanism.drives), bool)
     for joint in joints:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from rigid.closure import Columns
+from rigid.decomposition.groups import Group
+from rigid.drawing import Drawing
+from rigid.joints import Columns, Joint, along_of, carried, point_of
 from rigid.mechanism import Mechanism
-from rigid.plane import cross, dot
+from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
-from rigid.positions.drawing import Drawing
-from rigid.positions.placement import Placement, carried
-from rigid.topology.structure import Group, Joint
+from rigid.positions.placement import Placement
 
 AT_MOST = 1e-6  # slack behind a singular position
 
@@ -35,9 +35,9 @@ def place_dyad_with_slack(placed: Placement, group: Group, drawing: Drawing, fli
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
         worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
-        placed.slack = np.minimum(dyads.ROUND_OFF / np.maximum(worst, dyads.ROUND_OFF), AT_MOST)
+        placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
         sine = place_dyad(placed, group, drawing, flip)
-        placed.slack = dyads.ROUND_OFF
+        placed.slack = ROUND_OFF
     return sine
 
 
@@ -50,12 +50,11 @@ def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> 
 def _carry(placed: Placement, outer: Joint) -> Columns:
     """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
     placed.hang(outer, 0.0)
-    assert outer.slider is not None
-    return placed.direction[outer.parent if outer.sense > 0 else outer.child] * (outer.sense * outer.slider.direction)
+    return outer.sense * along_of(placed, outer)
 
 
 def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    first, second = placed.point(one.parent, one.at_parent), placed.point(other.parent, other.at_parent)
+    first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
     side = flip * _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
     arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
@@ -74,9 +73,9 @@ def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> float
 
 
 def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    center = placed.point(pin.parent, pin.at_parent)
+    center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)
-    start = placed.point(slide.child, inner.at(slide.child))
+    start = point_of(placed, slide.child, inner.at(slide.child))
     ahead = drawing.along(slide) * slide.sense
     side = flip * drawing.side(
         dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin.name, slide.name, inner.name)
@@ -91,7 +90,7 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
 
 def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     along, across = _carry(placed, one), _carry(placed, other)
-    starts = [placed.point(joint.child, inner.at(joint.child)) for joint in (one, other)]
+    starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (one, other)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
     placed.origin[one.child] = placed.origin[one.child] + way * along
     placed.origin[other.child] = placed.origin[other.child] + opposite * across
@@ -101,9 +100,8 @@ def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawi
 def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     slider = inner.slider
     assert slider is not None
-    owner_link = inner.parent if inner.sense > 0 else inner.child
-    owner, block = (one, other) if one.child == owner_link else (other, one)
-    pins = [placed.point(joint.parent, joint.at_parent) for joint in (owner, block)]
+    owner, block = (one, other) if one.child == inner.owner else (other, one)
+    pins = [point_of(placed, joint.parent, joint.at_parent) for joint in (owner, block)]
     foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
     ahead = drawing.along(inner)
     side = flip * drawing.side(
@@ -116,16 +114,12 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
 
 
 def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
-    center = placed.point(pin.parent, pin.at_parent)
+    center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)
-    assert inner.slider is not None
-    block = inner.child if inner.sense > 0 else inner.parent
-    turn = inner.slider.turn
-    toward = turn if block == pin.child else np.conj(turn)
+    toward = inner.turn if inner.child == pin.child else np.conj(inner.turn)
     _hold(placed, pin, center, placed.direction[slide.child] * toward)
-    owner = pin.child if block == slide.child else slide.child
-    across = placed.direction[owner] * inner.slider.direction
-    gap = placed.point(pin.child, inner.at(pin.child)) - placed.point(slide.child, inner.at(slide.child))
+    across = along_of(placed, inner)
+    gap = point_of(placed, pin.child, inner.at(pin.child)) - point_of(placed, slide.child, inner.at(slide.child))
     way, _, sine = dyads.line_line(gap, along, across)
     placed.origin[slide.child] = placed.origin[slide.child] + way * along
     return sine

@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.plane import cross, dot
-
-ROUND_OFF = 4 * np.finfo(float).eps
+from rigid.plane import ROUND_OFF, cross, dot
 
 
 def _root(square: Any, slack: Any) -> Any:

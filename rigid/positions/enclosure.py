@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from rigid.topology.structure import Group, Joint
+from rigid.decomposition.groups import Group
+from rigid.joints import Joint
 
 ROUNDS = 6
 WIDER = 1.05  # by which a box is blown up, so that it is mapped into its inside
@@ -99,9 +100,8 @@ def loop(group: Group, cut: Joint) -> Loop:
             link, point = hinge.parent, hinge.at_parent
         arms[link] = arms.get(link, 0.0) + sign * point
         roots[link] = roots.get(link, 0) + sign
-    kept = ({key: value for key, value in each.items() if value} for each in (slides, roots))
-    owner = None if cut.slider is None else (cut.parent if cut.sense > 0 else cut.child)
-    return Loop(arms, *kept, owner)
+    slides, roots = ({key: value for key, value in each.items() if value} for each in (slides, roots))
+    return Loop(arms, slides, roots, None if cut.slider is None else cut.owner)
 
 
 class Certificate:
@@ -147,9 +147,8 @@ class Certificate:
                 low, high = self.ends.free[:, self.group.free.index(number)]
                 found[number] = np.maximum(np.abs(low), np.abs(high)), np.abs(high - low)
                 continue
-            owner, block = (hinge.parent, hinge.child) if hinge.sense > 0 else (hinge.child, hinge.parent)
-            moved = np.abs(self.step.shift[block] - self.step.shift[owner])
-            away = np.abs(self.step.origin[block] - self.step.origin[owner])
+            moved = np.abs(self.step.shift[hinge.block] - self.step.shift[hinge.owner])
+            away = np.abs(self.step.origin[hinge.block] - self.step.origin[hinge.owner])
             found[number] = away + moved + self._size(hinge.at_child) + self._size(hinge.at_parent), moved
         return found
 

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns, closure, columns
-from rigid.plane import cross, dot
+from rigid.closure import Closure, closure, columns
+from rigid.decomposition.groups import Group
+from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place, point_of
+from rigid.plane import ROUND_OFF, number
 from rigid.positions.placement import Placement
-from rigid.topology.structure import Group, Joint
-
-if TYPE_CHECKING:
-    from rigid.postures import Posture
+from rigid.postures import Posture
 
 STEPS = 40
 TOLERANCE = 1e-14
 FITS = 1e-10
-ROUND_OFF = 4 * np.finfo(float).eps
 
 
 def _shape(placed: Placement) -> tuple[int, ...]:
@@ -33,38 +31,19 @@ def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
-    start = np.stack([np.broadcast_to(_coordinate(near, joint), shape) for joint in free])
+    start = np.stack([np.broadcast_to(coordinate_of(near, joint), shape) for joint in free])
     return sine_of(hung(placed, group, newton(placed, group, start)))
-
-
-def coordinate_of(placed: Placement, joint: Joint) -> Columns:
-    """Coordinate of a joint of placed links: an angle within a turn [rad], or a slide [m]."""
-    if joint.slider is None:
-        return joint.sense * np.angle(placed.direction[joint.child] * np.conj(placed.direction[joint.parent]))
-    opened = placed.point(joint.child, joint.at_child) - placed.point(joint.parent, joint.at_parent)
-    owner = joint.parent if joint.sense > 0 else joint.child
-    return joint.sense * dot(placed.direction[owner] * joint.slider.direction, opened)
-
-
-def _coordinate(near: Posture, joint: Joint) -> Any:
-    """Coordinate of a joint in a posture: angle of the child from the parent [rad], or slide [m]."""
-    if joint.slider is None:
-        return joint.sense * np.angle(near.direction[joint.child] * np.conj(near.direction[joint.parent]))
-    at_parent, at_child = (
-        near.origin[link] + near.direction[link] * local
-        for link, local in ((joint.parent, joint.at_parent), (joint.child, joint.at_child))
-    )
-    along = near.direction[joint.parent if joint.sense > 0 else joint.child] * joint.slider.direction
-    return joint.sense * dot(along, at_child - at_parent)
 
 
 def require_closed(placed: Placement, group: Group) -> None:
     """Make a driven group nan where surplus joints do not fit."""
     if not group.cut:
         return
-    size = sum(np.abs(placed.point(joint.child, joint.at_child) - placed.origin[joint.child]) for joint in group.cut)
+    size = sum(
+        np.abs(point_of(placed, joint.child, joint.at_child) - placed.origin[joint.child]) for joint in group.cut
+    )
     for joint in group.cut:
-        open_ = np.abs(_gap(placed, joint)) > FITS * (1.0 + size)
+        open_ = np.abs(gap_of(placed, joint)) > FITS * (1.0 + size)
         lost = np.where(open_, np.nan, 0.0)
         placed.origin[joint.child] = placed.origin[joint.child] + lost
 
@@ -74,19 +53,8 @@ def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
     free = iter(coordinates)
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint) if joint.moved else next(free))
-    tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
+    tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
     return closure(group, tree, cut)
-
-
-def _gap(placed: Placement, joint: Joint) -> Columns:
-    """How far a cut joint is open: as in `JointPlace.row`, the child's point or turn from the parent's."""
-    opened = placed.point(joint.child, joint.at_child) - placed.point(joint.parent, joint.at_parent)
-    if joint.slider is None:
-        return opened
-    owner, block = (joint.parent, joint.child) if joint.sense > 0 else (joint.child, joint.parent)
-    turned = placed.direction[block] * np.conj(placed.direction[owner] * joint.slider.turn)
-    along = placed.direction[owner] * joint.slider.direction
-    return joint.sense * np.angle(turned) + 1j * cross(along, opened)
 
 
 def _round_off(placed: Placement, joint: Joint) -> Columns:
@@ -104,7 +72,7 @@ def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
             closed = hung(placed, group, coordinates)
-            gaps = [_gap(placed, place.joint) for place in closed.cut]
+            gaps = [gap_of(placed, place.joint) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             settled = np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
@@ -114,7 +82,7 @@ def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             settled |= np.all(shut, axis=0) & (length > before / 4)
             before = length
             if closed.tensions:
-                sizes = (np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column)
+                sizes = (abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
                 settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= FITS * reduce(np.maximum, sizes)
             done = done | settled
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):

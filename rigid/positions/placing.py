@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigid.closure import Closure, closure
+from rigid.decomposition.groups import Group, Structure
+from rigid.drawing import Drawing
+from rigid.joints import joint_place
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import Branch, measured_drivers
-from rigid.positions.drawing import Drawing
-from rigid.positions.drive_path import BLOCK, FINEST, STILL, Path, drawn_drives, path_through, size_of
+from rigid.positions.drive_path import FINEST, STILL, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
 from rigid.positions.newton import correct, hung, newton, require_closed, sine_of
 from rigid.positions.placement import Placement
-from rigid.topology.structure import Group, Structure
-
-if TYPE_CHECKING:
-    from rigid.postures import Posture
+from rigid.positions.reached import branch_through
+from rigid.postures import Posture
 
 FIRM = 0.5  # sine of dyads above which, at near positions, they pass no change point
 NEAR = 0.1  # steps of a drive [rad], and of such a sine, that are near
-TURNS = (1, 2, 4, 8)  # of the drive, after which a mechanism may be where it was
-SAME = 1e-7
 DEEP = 2.0**-46  # of a stride: how near the end of a reach is closed in on where positions are asked there
 CLOSE = 1e-6  # beyond the box that is certain
 ASIDE = 2  # knots beside a change point between which it is passed
@@ -53,7 +51,7 @@ def place(
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
-        tree, cut = (tuple(placed.joint(joint) for joint in joints) for joints in (group.tree, group.cut))
+        tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
         closures.append(closure(group, tree, cut, next(sines) if group.free else 1.0))
     return placed, tuple(closures)
 
@@ -126,10 +124,11 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any
     drawn = path.vertices is None and np.abs(path.asked - path.begin).max(initial=0.0) <= STILL
     dyads = all(_closed_form(group) for group in structure.groups) and not measured_drivers(structure)
     plain = _as_drawn(mechanism, structure, drive) if drawn or dyads else None
+    forms = tuple(_closed_form(group) for group in structure.groups)
     if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
         return plain
     for edge in (FINEST, DEEP):
-        branch, places = _branch_through(mechanism, structure, path, edge)
+        branch, places = branch_through(mechanism, structure, path, forms, edge)
         if plain is not None and (branch.table["sign"] > 0).all():
             return plain
         at = located(branch.table, places, branch.rows)
@@ -217,81 +216,3 @@ def _between(placed: Placement, branch: Branch, number: int, at: Any, part: Any,
         astray = ~(np.abs(found - start) <= limit).all(axis=0)
     found = np.where(astray, np.nan, found)
     return sine_of(hung(placed, group, found))
-
-
-def _branch_through(mechanism: Mechanism, structure: Structure, path: Path, edge: float) -> tuple[Branch, Any]:
-    """The branch of a mechanism, as far as the positions asked go, and these on it."""
-    forms = tuple(_closed_form(group) for group in structure.groups)
-    if path.vertices is not None:
-        return Branch(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
-    kept = mechanism.__dict__.setdefault("_branches", {})
-    low, high = float(path.asked.min()), float(path.asked.max())
-    begin, block = path.begin, BLOCK * path.stride
-    if path.turn:
-        # The drawing's own coordinate: what is known of it serves whatever turn is asked.
-        shift = path.turn * np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)
-        path = Path(begin - shift, path.asked - shift, path.stride, path.turn)
-        begin, low, high = path.begin, low - shift, high - shift
-    for turns in TURNS if path.turn and high - low > path.turn - block else ():
-        whole = _known(mechanism, structure, path, begin, begin + turns * path.turn, forms, edge, kept)
-        if not _returns(whole, begin, begin + turns * path.turn):
-            if _ends(whole):
-                return _from_both_sides(mechanism, structure, path, forms, edge, kept)
-            continue
-        return whole, begin + np.mod(path.asked - begin, turns * path.turn)
-    low, high = min(low, begin), max(high, begin)
-    below, above = (np.ceil(way / block) * block for way in (begin - low, high - begin))
-    above = above or block
-    found = _known(mechanism, structure, path, begin - below, begin + above, forms, edge, kept)
-    lost = np.isnan(found.table["sine"]).any(axis=1)
-    at = located(found.table, path.asked, found.rows)
-    if path.turn and (lost[at] | lost[at + 1]).any():
-        return _from_both_sides(mechanism, structure, path, forms, edge, kept)
-    return found, path.asked
-
-
-def _returns(branch: Branch, first: float, last: float) -> bool:
-    """Whether all designs are at one place as they are at another, all places between being reached."""
-    if _ends(branch):
-        return False
-    ends = [branch.before(row, place + STILL) for row in range(branch.rows) for place in (first, last)]
-    place = branch.table["place"]
-    ends = [
-        at + 1 if abs(place[at + 1] - to) < abs(place[at] - to) else at
-        for at, to in zip(ends, [first, last] * branch.rows, strict=True)
-    ]
-    one, other = ({name: branch.table[name][ends[k::2]] for name in ("origin", "direction", "sign")} for k in (0, 1))
-    size = size_of(branch.mechanism)
-    away = [np.abs(one["origin"] - other["origin"]).max() / size, np.abs(one["direction"] - other["direction"]).max()]
-    return bool(max(away) < SAME and (one["sign"] == other["sign"]).all())
-
-
-def _ends(branch: Branch) -> bool:
-    """Whether a branch ends somewhere on the way."""
-    return bool(np.isnan(branch.table["sine"]).any())
-
-
-def _from_both_sides(
-    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
-) -> tuple[Branch, Any]:
-    """A branch that ends before a whole turn, and the positions asked on it, as they are reached from the drawing."""
-    begin, turn = path.begin, path.turn
-    branch = _known(mechanism, structure, path, begin - turn, begin + turn, forms, edge, kept)
-    above = begin + np.mod(path.asked - begin, turn)
-    lost = np.isnan(branch.table["sine"]).any(axis=1)
-    gone, there = (
-        lost[at] | lost[at + 1] for at in (located(branch.table, x, branch.rows) for x in (above, above - turn))
-    )
-    return branch, np.where(gone & ~there, above - turn, above)
-
-
-def _known(
-    mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
-) -> Branch:
-    """The branch from one place to another, made once."""
-    branch = kept.get((forms, edge))
-    if branch is None or not (branch.low <= low + STILL and high - STILL <= branch.high):
-        if branch is not None:
-            low, high = min(low, branch.low), max(high, branch.high)
-        branch = kept[forms, edge] = Branch(mechanism, structure, path, low, high, forms, edge)
-    return branch

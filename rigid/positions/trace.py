@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from rigid.positions.branch import Branch
 from rigid.positions.knots import Table, merged, some, steps
-
-if TYPE_CHECKING:
-    from rigid.positions.branch import Branch
 
 BESIDE = 0.02  # of a stride: how far beside a change point the branches are told apart
 SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
@@ -17,6 +15,7 @@ TRIES = 24  # to go on from where a walk went astray
 MOST = 400  # steps of a march
 EASY = 2  # certain steps after which a march goes in longer ones
 ROUGH = 2.0**-6  # of a stride: how fine a walk is made certain at first
+STILL = 1e-15  # [rad or m]: no way
 CLOSE = 1e-6  # [rad or m]: what is the same
 
 
@@ -45,15 +44,14 @@ class Trace:
     def _place(self, which: Any, guess: Any) -> Any:
         """Place the group at knots of the table; its coordinates, shape (free, knots)."""
         part = some(self.branch.table, which)
-        self.branch._set(part, self.number, guess)
+        self.branch.set(part, self.number, guess)
         for name, value in part.items():
             self.branch.table[name][which] = value
         return part[f"free{self.number}"].T
 
     def _walk(self, order: Any, start: Any) -> None:
         """Place the group at knots, shape (designs, n), one after the other, each begun on the line through two."""
-        last = guess = start
-        seen = 0
+        last, guess, walked = start, start, False
         place = self.branch.table["place"]
         for k in range(order.shape[1]):
             here = self._place(order[:, k], guess)
@@ -62,12 +60,11 @@ class Trace:
                 break
             here = np.where(reached, self._whole(here, last), last)
             ahead = 0.0
-            if seen and k + 1 < order.shape[1]:
+            if walked and k + 1 < order.shape[1]:
                 before, now, after = (place[order[0, at]] for at in (k - 1, k, k + 1))
                 ahead = (after - now) / (now - before)
             guess = here + ahead * (here - last)
-            last = here
-            seen += 1
+            last, walked = here, True
 
     def _whole(self, here: Any, near: Any) -> Any:
         """The same angles, near others."""
@@ -123,9 +120,9 @@ class Trace:
         place = table["place"]
         for first, last in self.branch.doubtful(self.number)[::way]:
             inner, outer = (first, last) if way > 0 else (last, first)
-            if table["row"][first] == row and (place[outer] - passed) * way > 1e-15:
-                if (place[inner] - self.branch.path.begin) * way >= -1e-15:
-                    return inner, outer
+            outward = (place[inner] - self.branch.path.begin) * way >= -STILL
+            if table["row"][first] == row and outward and (place[outer] - passed) * way > STILL:
+                return inner, outer
         return None
 
     def _single(self, row: int, place: float, guess: Any) -> Table:
@@ -139,12 +136,12 @@ class Trace:
         knot["led"] = low["led"] + part[:, None] * (high["led"] - low["led"])
         for k in range(self.number):
             if branch.structure.groups[k].free and not branch.forms[k]:
-                branch._set(knot, k, (low[f"free{k}"] + part[:, None] * branch.ways(k, low, high)).T)
+                branch.set(knot, k, (low[f"free{k}"] + part[:, None] * branch.ways(k, low, high)).T)
             else:
-                branch._set(knot, k)
+                branch.set(knot, k)
         if guess is None:
             guess = (low[f"free{self.number}"] + part[:, None] * branch.ways(self.number, low, high)).T
-        branch._set(knot, self.number, guess)
+        branch.set(knot, self.number, guess)
         knot[f"sure{self.number}"] = np.zeros(1, bool)
         return knot
 
@@ -216,8 +213,8 @@ class Trace:
                 step = 2 * step if easy > EASY else step
         if gone >= stride or here["place"][0] == end:
             return found, False
-        knot = self._beyond(row, way, float(here["place"][0]), here)
-        return ([*found, knot], False) if knot is not None else (found, True)
+        beyond = self._beyond(row, way, float(here["place"][0]), here)
+        return ([*found, beyond], False) if beyond is not None else (found, True)
 
     def _enter(self, row: int, inner: float, found: list[Table]) -> None:
         """Enter knots in place of those from a place on, but for the grid, and make their steps certain."""

@@ -1,1 +1,39 @@
-"""Structure of a mechanism: joints and groups in the order of solution, graphs, mobility and redundancy by rank."""
+"""Graphs, mobility and redundancy of mechanisms and of chains in space."""
+
+from rigid.topology.assembly import assembled, flat_triangles
+from rigid.topology.graph import (
+    Branch,
+    Graph,
+    components,
+    cyclomatic_number,
+    fundamental_loops,
+    graph_from_incidence,
+    incidence,
+    loop_walk,
+    spanning_tree,
+)
+from rigid.topology.input_output import Action, force_law, joint_rates, velocity_law
+from rigid.topology.kinematic_pairs import Contact, Pair, gear_contacts, kutzbach, mobility_count, pairs
+from rigid.topology.mechanism_graphs import bar_graph, link_graph
+from rigid.topology.planar import mechanism_mobility, planar_chain, redundant_joints, self_stress_forces
+from rigid.topology.ranks import (
+    RANK_TOLERANCE,
+    Chain,
+    Mobility,
+    kinematic_matrix,
+    link_motions,
+    mobility,
+    self_stress,
+    static_matrix,
+    stressed_joints,
+)
+from rigid.topology.redundancy import require_fit
+from rigid.topology.spatial import (
+    JOINT_TYPES,
+    SYNONYMS,
+    JointType,
+    SpatialJoint,
+    kinematic_torsor,
+    spatial_chain,
+    static_torsor,
+)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid.mechanism import MechanismError
 from rigid.names import counted
+from rigid.parts import MechanismError
 
 Integers = NDArray[np.int64]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.mechanism import MechanismError, Reals
+from rigid.parts import MechanismError, Reals
 from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]
-DETERMINED = 1e-9
+DETERMINED = 1e-9  # relative error below which an output follows from the inputs
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def velocity_law(chain: Chain, inputs: Sequence[Coordinate], outputs: Sequence[C
 
     Examples
     --------
-    >>> from rigid import SpatialJoint, spatial_chain, velocity_law
+    >>> from rigid.topology import SpatialJoint, spatial_chain, velocity_law
     >>> screw = spatial_chain([SpatialJoint("pivot", ("support", "screw"), "revolute", axis=(1, 0, 0)),
     ...                        SpatialJoint("guide", ("support", "nut"), "prismatic", axis=(1, 0, 0)),
     ...                        SpatialJoint("thread", ("nut", "screw"), "helical", axis=(1, 0, 0), pitch=2e-3)])

@@ -9,9 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from rigid.mechanism import GROUND, Link, Mechanism
+from rigid.mechanism import Mechanism
+from rigid.parts import GROUND, Link
 from rigid.topology.graph import Branch, Graph
-from rigid.topology.pairs import Contact, pairs
+from rigid.topology.kinematic_pairs import Contact, pairs
 
 
 def link_graph(mechanism: Mechanism, contacts: tuple[Contact, ...] = ()) -> Graph:

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid.mechanism import MechanismError, Reals
+from rigid.parts import MechanismError, Reals
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
-RANK_TOLERANCE = 1e-9
-STRESS_TOLERANCE = 1e-6
+RANK_TOLERANCE = 1e-9  # singular value over the greatest below which it counts as zero
+STRESS_TOLERANCE = 1e-6  # share of a self-stress below which a joint has no part in it
 
 
 @dataclass(frozen=True, eq=False)

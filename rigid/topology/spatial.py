@@ -12,7 +12,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from rigid.mechanism import GROUND, MechanismError, Reals
+from rigid.parts import GROUND, MechanismError, Reals
 from rigid.topology.graph import Branch, Graph
 from rigid.topology.ranks import Chain
 
@@ -130,7 +130,7 @@ class SpatialJoint:
         if name not in JOINT_TYPES:
             near = get_close_matches(self.type, [*JOINT_TYPES, *SYNONYMS], 1)
             meant = f', did you mean "{near[0]}"?' if near else f": it is one of {', '.join(JOINT_TYPES)}"
-            raise MechanismError(f'joint "{self.name}": there is no type "{self.type}"{meant}')
+            raise _fault(self.name, "type", f'there is no type "{self.type}"{meant}')
         return JOINT_TYPES[name]
 
 
@@ -143,12 +143,12 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
     axes = _axes(joint)
     columns = []
     for freedom in joint.kind.freedoms:
-        way = axes[:, "xyz".index(freedom[1])]
+        axis = axes[:, "xyz".index(freedom[1])]
         helix = joint.pitch if joint.kind.name == "helical" else 0.0
-        columns.append((way, helix * way) if freedom in ROTATIONS else (np.zeros(3), way))
-    spin, velocity = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
+        columns.append((axis, helix * axis) if freedom in ROTATIONS else (np.zeros(3), axis))
+    angular, velocity = np.array(columns).reshape(-1, 2, 3).transpose(1, 2, 0)
     arm = np.zeros(3) if at is None else np.asarray(at) - np.asarray(joint.at)
-    return np.concatenate([spin, velocity + np.cross(spin, arm, axis=0)] if columns else [spin, velocity])
+    return np.concatenate([angular, velocity + np.cross(angular, arm, axis=0)] if columns else [angular, velocity])
 
 
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
@@ -215,13 +215,11 @@ def _axes(joint: SpatialJoint) -> Reals:
     axis = _unit(joint, joint.axis, "axis")
     if kind.normal:
         if joint.normal is None:
-            raise MechanismError(f'joint "{joint.name}": a {kind.name} joint needs a normal')
+            raise _fault(joint.name, "normal", f"a {kind.name} joint needs a normal")
         other = _unit(joint, joint.normal, "normal")
         if abs(axis @ other) > 1e-9:
-            raise MechanismError(
-                f'joint "{joint.name}": axis and normal stand at '
-                f"{np.degrees(np.arccos(np.clip(axis @ other, -1, 1))):.6g} deg, not at 90"
-            )
+            angle = np.degrees(np.arccos(np.clip(axis @ other, -1, 1)))
+            raise _fault(joint.name, "normal", f"axis and normal stand at {angle:.6g} deg, not at 90")
     else:
         other = np.eye(3)[np.abs(axis).argmin()]
         other = other - (other @ axis) * axis
@@ -232,8 +230,12 @@ def _axes(joint: SpatialJoint) -> Reals:
 
 
 def _unit(joint: SpatialJoint, direction: Vector, what: str) -> Reals:
-    way = np.asarray(direction, float)
-    length = np.linalg.norm(way)
+    axis = np.asarray(direction, float)
+    length = np.linalg.norm(axis)
     if not length > 0:
-        raise MechanismError(f'joint "{joint.name}": its {what} has no length')
-    return np.asarray(way / length)
+        raise _fault(joint.name, what, f"its {what} has no length")
+    return np.asarray(axis / length)
+
+
+def _fault(joint: str, kind: str, problem: str) -> MechanismError:
+    return MechanismError(f'joint "{joint}": {problem}', kind=kind, joints=(joint,))

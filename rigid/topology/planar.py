@@ -6,10 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rigid.mechanism import Complexes, Mechanism, Reals, Slider
-from rigid.postures import Posture, assembled, slide_line
+from rigid.joints import along_of
+from rigid.mechanism import Mechanism
+from rigid.parts import Complexes, Reals
+from rigid.postures import Posture
+from rigid.topology.assembly import assembled
+from rigid.topology.kinematic_pairs import Contact, Pair, pairs
 from rigid.topology.mechanism_graphs import link_graph
-from rigid.topology.pairs import Contact, Pair, pairs
 from rigid.topology.ranks import Chain, Mobility, mobility, self_stress, stressed_joints
 
 
@@ -22,7 +25,8 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
     --------
     Gears that roll on each other: a count of 0, but one mobility and one condition too many.
 
-    >>> from rigid import Contact, Link, Mechanism, assembled, mobility, planar_chain
+    >>> from rigid.topology import Contact, assembled, mobility, planar_chain
+    >>> from rigid import Link, Mechanism
     >>> links = (Link("ground", {"O": 0, "D": 3}), Link("pinion", {"O": 0}), Link("wheel", {"D": 0}))
     >>> gears = assembled(Mechanism(links, (), {"O": 0, "D": 3}))
     >>> found = mobility(planar_chain(gears, [Contact("mesh", "pinion", "wheel", 1.0)]))
@@ -66,25 +70,24 @@ def self_stress_forces(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -
 
 def _place(here: Posture, pair: Pair) -> Complexes:
     """Where a pair is, in the ground's axes [m]: a slider's is its block's point."""
-    if isinstance(pair.detail, Slider):
-        return here.point(pair.end, pair.detail.point)
-    if isinstance(pair.detail, Contact):
-        return np.full(np.shape(here.origin)[1:], pair.detail.at, complex)
-    return here.point(pair.start, pair.name)
+    if pair.joint is not None:
+        return here.place(pair.joint.block, pair.joint.at(pair.joint.block))
+    assert pair.contact is not None
+    return np.full(np.shape(here.origin)[1:], pair.contact.at, complex)
 
 
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
     """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
-    if isinstance(pair.detail, Slider):
-        return _column(np.zeros(np.shape(arm)), slide_line(here, pair.detail)), ("slide",)
-    if isinstance(pair.detail, Contact) and pair.detail.normal is not None:
-        slip = _column(np.zeros(np.shape(arm)), np.full(np.shape(arm), 1j * pair.detail.normal))
+    if pair.joint is not None and pair.joint.slider is not None:
+        return _column(np.zeros(np.shape(arm)), along_of(here, pair.joint)), ("slide",)
+    if pair.contact is not None and pair.contact.normal is not None:
+        slip = _column(np.zeros(np.shape(arm)), np.full(np.shape(arm), 1j * pair.contact.normal))
         return np.concatenate([turn, slip], axis=-1), ("angle", "slip")
     return turn, ("angle",)
 
 
-def _column(spin: Reals, velocity: Complexes) -> Reals:
+def _column(angular: Reals, velocity: Complexes) -> Reals:
     """One twist, shape (..., 3, 1)."""
-    spin, velocity = np.broadcast_arrays(spin, velocity)
-    return np.stack([spin, velocity.real, velocity.imag], axis=-1)[..., None]
+    angular, velocity = np.broadcast_arrays(angular, velocity)
+    return np.stack([angular, velocity.real, velocity.imag], axis=-1)[..., None]

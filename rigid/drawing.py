@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import Mechanism, MechanismError
-from rigid.topology.structure import Joint
+from rigid.joints import Joint
+from rigid.mechanism import Mechanism
+from rigid.parts import MechanismError
+from rigid.plane import dot
 
-FLAT = 1e-9
+FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +29,15 @@ class Drawing:
         if point not in self.mechanism.drawing and point in sliders:
             point = sliders[point]
         if point not in self.mechanism.drawing:
-            raise MechanismError(f'the point "{point}" is not drawn: give it a place under [points]')
+            missing = f'the point "{point}" is not drawn: give it a place under [points]'
+            raise MechanismError(missing, kind="drawing", joints=(point,))
         return complex(self.mechanism.drawing[point])
 
     @cached_property
     def _directions(self) -> dict[int, complex]:
         """What the drawing tells: links with two drawn points, and what slides on them or they on."""
         index = self.mechanism.index
-        found = {0: 1.0 + 0j} | {at: way for at in range(1, len(index)) if (way := self._seen(at)) is not None}
+        found = {0: 1.0 + 0j} | {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
         pairs = [(index[s.on], index[s.link], _one(s.turn)) for s in self.mechanism.sliders]
         pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
         while further := [pair for pair in pairs if pair[0] in found and pair[1] not in found]:
@@ -51,7 +54,8 @@ class Drawing:
         seen = self.at(drawn[1]) - self.at(drawn[0])
         own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
         if abs(seen) == 0 or abs(own) == 0:
-            raise MechanismError(f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide')
+            same = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
+            raise MechanismError(same, links=(body.name,))
         return seen / own * abs(own) / abs(seen)
 
     def direction(self, link: int) -> complex:
@@ -60,9 +64,7 @@ class Drawing:
 
     def along(self, joint: Joint) -> complex:
         """Unit vector of a slider's line as drawn."""
-        assert joint.slider is not None
-        owner = joint.parent if joint.sense > 0 else joint.child
-        return self.direction(owner) * _one(joint.slider.direction)
+        return self.direction(joint.owner) * _one(joint.line)
 
     def side(self, distance: float, joints: Sequence[str]) -> float:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
@@ -70,21 +72,22 @@ class Drawing:
         if abs(distance) <= FLAT * size:
             names = ", ".join(f'"{joint}"' for joint in joints)
             raise MechanismError(
-                f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing"
+                f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing",
+                kind="drawing",
+                joints=joints,
             )
         return 1.0 if distance > 0 else -1.0
 
     def coordinate(self, joint: Joint) -> float:
-        """Coordinate of a joint as drawn: angle of the child from the parent [rad], or slide [m]."""
+        """Coordinate of a joint as drawn [rad or m]."""
+        owner, block = joint.owner, joint.block
         if joint.slider is None:
-            return float(np.angle(self.direction(joint.child) / self.direction(joint.parent))) * joint.sense
-        owner = joint.parent if joint.sense > 0 else joint.child
+            return float(np.angle(self.direction(block) / self.direction(owner)))
         body = self.mechanism.links[owner]
         anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
         base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
-        line = base + self.direction(owner) * _one(joint.slider.origin)
-        way = self.at(joint.slider.point) - line
-        return float((np.conj(self.along(joint)) * way).real)
+        foot = base + self.direction(owner) * _one(joint.slider.origin)
+        return float(dot(self.along(joint), self.at(joint.slider.point) - foot))
 
 
 def _one(value: Any) -> complex:

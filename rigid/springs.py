@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.mechanism import GROUND, PinDrive, PointForce, Real
-from rigid.motion import Motion, position_of, velocity_of
+from rigid.kinematics import Motion
+from rigid.parts import GROUND, PinDrive, PointForce, Real
 from rigid.plane import dot
+from rigid.points import position_of, velocity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +56,18 @@ class Spring:
     damping: Real = 0.0
     preload: Real = 0.0
 
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """Its two ends."""
+        return (self.link, self.point), (self.on, self.anchor)
+
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Pull on its two ends; nan where they meet while it is tight, for then it has no direction."""
-        way = self._way(motion)
-        reach = np.abs(way)
+        vector = self._vector(motion)
+        reach = np.abs(vector)
         tension = self.preload + self.stiffness * (reach - self.length)
         with np.errstate(invalid="ignore", divide="ignore"):
-            unit = np.where((reach == 0.0) & (tension == 0.0), 0.0, way / reach)
+            unit = np.where((reach == 0.0) & (tension == 0.0), 0.0, vector / reach)
             if np.any(self.damping):
                 tension = tension + self.damping * dot(unit, self._opening(motion))
             pull = tension * unit
@@ -69,15 +75,15 @@ class Spring:
 
     def energy(self, motion: Motion) -> Any:
         """What it stores [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
-        stretch = np.abs(self._way(motion)) - self.length
+        stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
     def dissipation(self, motion: Motion) -> Any:
         """Power that its damper turns into heat [W], shape (..., positions)."""
-        way = self._way(motion)
-        return self.damping * (dot(way, self._opening(motion)) / np.abs(way)) ** 2
+        vector = self._vector(motion)
+        return self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
 
-    def _way(self, motion: Motion) -> Any:
+    def _vector(self, motion: Motion) -> Any:
         return position_of(motion, self.link, self.point) - position_of(motion, self.on, self.anchor)
 
     def _opening(self, motion: Motion) -> Any:
@@ -111,6 +117,11 @@ class TorsionSpring:
     angle: Real = 0.0
     damping: Real = 0.0
     preload: Real = 0.0
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """The pin, on both links."""
+        return (self.link, self.at), (self.on, self.at)
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Moments on the two links."""

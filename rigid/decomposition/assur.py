@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from rigid.decomposition.groups import Group
+from rigid.decomposition.order import structure
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.topology.structure import Group, Joint
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 
@@ -66,13 +68,14 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
 
     Examples
     --------
-    >>> from rigid import Link, Mechanism, PinDrive, assur_groups
+    >>> from rigid import Link, Mechanism, PinDrive
+    >>> from rigid.decomposition import assur_groups
     >>> links = (Link("ground", {"O": 0, "D": 3}), Link("crank", {"O": 0, "A": 1}),
     ...          Link("coupler", {"A": 0, "B": 3}), Link("rocker", {"D": 0, "B": 2}))
     >>> [group.name for group in assur_groups(Mechanism(links, (PinDrive("crank", "O"),), {}))]
     ['driven link', 'dyad RRR, class II']
     """
-    return tuple(_classified(mechanism, group) for group in mechanism.structure.groups)
+    return tuple(_classified(mechanism, group) for group in structure(mechanism).groups)
 
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
@@ -118,10 +121,10 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     bodies = sorted({body for edge in edges for body in edge})
     loops = set()
     for root in bodies:
-        way = _shortest_ways(root, edges)
+        path = _shortest_paths(root, edges)
         for number, (one, other) in enumerate(edges):
-            if way[one] ^ way[other] ^ (1 << number):
-                loops.add(way[one] ^ way[other] ^ (1 << number))
+            if path[one] ^ path[other] ^ (1 << number):
+                loops.add(path[one] ^ path[other] ^ (1 << number))
     basis: list[int] = []
     greatest = 0
     for loop in sorted(loops, key=int.bit_count):
@@ -135,16 +138,16 @@ def _greatest_contour(edges: list[tuple[int, int]]) -> int:
     return greatest
 
 
-def _shortest_ways(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
-    """Edges on a shortest way from a body to every other, as bits."""
-    way = {root: 0}
+def _shortest_paths(root: int, edges: list[tuple[int, int]]) -> dict[int, int]:
+    """Edges on a shortest path from a body to every other, as bits."""
+    path = {root: 0}
     waiting = deque([root])
     while waiting:
         here = waiting.popleft()
         for number, (one, other) in enumerate(edges):
             if here in (one, other):
                 there = other if here == one else one
-                if there not in way:
-                    way[there] = way[here] | 1 << number
+                if there not in path:
+                    path[there] = path[here] | 1 << number
                     waiting.append(there)
-    return way
+    return path

@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rigid.closure import Closure, Columns, JointPlace
-from rigid.conditioning import Asked, conditions, marked, narrowness, suspect
-from rigid.displacements import displacements, is_still
-from rigid.mechanism import Complex, Complexes, Mechanism, MechanismError, Reals
-from rigid.names import counted
-from rigid.plane import dot, plus, product, times
+from rigid.closure import Closure
+from rigid.conditioning import condition_numbers, marked, narrowness, suspect
+from rigid.decomposition.groups import Structure
+from rigid.decomposition.order import structure
+from rigid.displacements import Openings, displacements
+from rigid.drive_arrays import drive_arrays, per_position, rate_of
+from rigid.joints import Columns, JointPlace
+from rigid.mechanism import Mechanism
+from rigid.parts import Complexes, Reals
+from rigid.plane import ZERO, dot, number
 from rigid.positions.placing import place
-from rigid.topology.structure import Structure
-
-if TYPE_CHECKING:
-    from rigid.postures import Posture
+from rigid.postures import Posture
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +62,13 @@ class Motion:
     turning: Complexes
     closures: tuple[Closure, ...]
 
+    def __repr__(self) -> str:
+        return f"Motion({self.mechanism!r}, columns {self.columns})"
+
     @property
     def structure(self) -> Structure:
         """The joints and groups, in the order of solution."""
-        return self.mechanism.structure
+        return structure(self.mechanism)
 
     @cached_property
     def places(self) -> tuple[JointPlace, ...]:
@@ -89,7 +93,7 @@ class Motion:
         nan where the mechanism does not close.
         """
         with np.errstate(all="ignore"):
-            worst = reduce(np.maximum, conditions(self, _openings(self)), np.ones(self.columns))
+            worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
         return np.where(np.isnan(worst) & ~np.isnan(self.sine), np.inf, worst)
 
     @cached_property
@@ -149,19 +153,24 @@ def motion(
     >>> abs(velocity_of(turning, "crank", "A"))
     array([2., 2.])
     """
-    coordinates, rate, rate2, instants = courses(mechanism, drive, drive_rate, drive_acceleration, time)
+    order = structure(mechanism)
+    if any(group.surplus for group in order.groups):
+        from rigid.topology.redundancy import require_fit
+
+        require_fit(mechanism)
+    coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        placed, closures = place(mechanism, mechanism.structure, coordinates, near, lead)
+        placed, closures = place(mechanism, order, coordinates, near, lead)
     shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
     origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
     return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
-def with_rates(course: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
+def with_rates(motion: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
-    rate, rate2 = (_per_position(value, course.drive) for value in (drive_rate, drive_acceleration))
-    here = course.origin, course.direction, tuple(closed.whole or closed for closed in course.closures)
-    return _moving(course.mechanism, course.time, course.drive, rate, rate2, *here)
+    rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
+    here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
+    return _moving(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
 
 
 def _moving(
@@ -177,8 +186,8 @@ def _moving(
 ) -> Motion:
     """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        velocity, spin = _velocities(mechanism, closures, rate)
-        acceleration, turning = _accelerations(closures, velocity, spin, rate2)
+        velocity, rotation, _ = _velocities(mechanism, closures, rate)
+        acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
     found = Motion(
         mechanism,
@@ -190,136 +199,68 @@ def _moving(
         direction,
         stacked(velocity, shape, complex),
         stacked(acceleration, shape, complex),
-        stacked([np.imag(value) for value in spin], shape, float),
+        stacked([value.imag for value in rotation], shape, float),
         stacked(turning, shape, complex),
         closures,
     )
     if final or not found.suspect:
         return found
     with np.errstate(all="ignore"):
-        told = marked(found, _openings(found))
-    return _moving(mechanism, time, drive, rate, rate2, origin, direction, told, final=True)
+        regular = marked(found, _openings(found))
+    return _moving(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
 
 
-def _openings(course: Motion) -> tuple[Asked, Asked]:
-    """What velocities and accelerations could ask of every group."""
-    first: Asked = []
-    second: Asked = []
-    velocity, spin = _velocities(course.mechanism, course.closures, course.drive_rate, first)
-    _accelerations(course.closures, velocity, spin, course.drive_acceleration, second)
-    return first, second
+def _openings(motion: Motion) -> tuple[Openings, Openings]:
+    """What velocities and accelerations leave to the free joints of every group."""
+    velocity, rotation, first = _velocities(motion.mechanism, motion.closures, motion.drive_rate)
+    return first, _accelerations(motion.closures, velocity, rotation, motion.drive_acceleration)[2]
 
 
-def repeated(course: Motion, columns: tuple[int, ...]) -> Motion:
+def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
     """The same motion for each of several designs that differ in what does not move them; `columns` its new shape."""
 
     def wide(value: Any) -> Any:
-        links = value.shape[:1] if value.ndim > len(course.columns) else ()
-        more = (1,) * (len(columns) - len(course.columns))
-        return np.broadcast_to(value.reshape(*links, *more, *course.columns), (*links, *columns))
+        links = value.shape[:1] if value.ndim > len(motion.columns) else ()
+        more = (1,) * (len(columns) - len(motion.columns))
+        return np.broadcast_to(value.reshape(*links, *more, *motion.columns), (*links, *columns))
 
     names = ("origin", "direction", "velocity", "acceleration", "angular_velocity", "turning")
-    return replace(course, **{name: wide(getattr(course, name)) for name in names})
-
-
-def courses(mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any) -> tuple[Reals, Reals, Reals, Reals]:
-    """Arguments of `motion` as arrays of shape (drives, positions), and (positions,) for the time."""
-    count = len(mechanism.drives)
-    coordinates = np.atleast_1d(np.asarray(drive, float))
-    if coordinates.ndim == 1:
-        coordinates = coordinates[None] if count == 1 else coordinates[:, None]
-    if len(coordinates) != count:
-        raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
-    instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
-    if instants.shape != coordinates.shape[-1:]:
-        raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
-    return coordinates, _per_position(rate, coordinates), _per_position(rate2, coordinates), instants
-
-
-def _per_position(value: Any, coordinates: Any) -> Any:
-    """A rate given per drive, per position or both, as one array like the coordinates."""
-    if np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
-        return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
-    return np.broadcast_to(
-        np.reshape(value, (len(coordinates), -1)) if np.ndim(value) == 1 else value, coordinates.shape
-    )
-
-
-def _steady(rate: Any, drive: int) -> Columns:
-    """A drive's rate: one number where it is the same at all positions by construction, so that it costs nothing."""
-    row = rate[drive]
-    return float(row.flat[0]) if row.strides[-1] == 0 and row.size else row
+    return replace(motion, **{name: wide(getattr(motion, name)) for name in names})
 
 
 def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Any:
     """One array of shape (len(values), *shape) from columns that may be scalars."""
     result: Any = np.empty((len(values), *shape), kind)
-    for number, value in enumerate(values):
-        result[number] = value
+    for at, value in enumerate(values):
+        result[at] = number(value)
     return result
 
 
-def _velocities(
-    mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any, asked: Asked | None = None
-) -> tuple[list[Columns], list[Columns]]:
-    """Velocities of the links' origins and i times their angular velocities."""
-    gaps: list[Columns] = []
-    turns: list[Columns] = []
-    for hinge in (hinge for closed in closures for hinge in closed.joints):
-        value = 0.0 if hinge.joint.drive is None else hinge.joint.sense * _steady(rate, hinge.joint.drive)
-        gaps.append(0.0 if hinge.along is None else times(value, hinge.along))
-        turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, gaps, turns, [0.0] * len(mechanism.links), asked)
+def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[Any, Any, Openings]:
+    """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
+    hinges = [hinge for closed in closures for hinge in closed.joints]
+    driven = [hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) for hinge in hinges]
+    gaps, turns = [gap for gap, _ in driven], [turn for _, turn in driven]
+    return displacements(closures, gaps, turns, [ZERO] * len(mechanism.links))
 
 
 def _accelerations(
-    closures: tuple[Closure, ...],
-    velocity: list[Columns],
-    spin: list[Columns],
-    rate2: Any,
-    asked: Asked | None = None,
-) -> tuple[list[Columns], list[Columns]]:
-    """Accelerations of the links' origins and i eps - w^2.
+    closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Any
+) -> tuple[Any, Any, Openings]:
+    """Accelerations of the links' origins, i eps - w^2, and the openings behind these.
 
     Coriolis' acceleration is a gap that the others must close.
     """
     gaps: list[Columns] = []
     turns: list[Columns] = []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        joint, gap = hinge.joint, 0.0
+        joint = hinge.joint
         parent, child = joint.parent, joint.child
-        value = 0.0 if joint.drive is None else joint.sense * _steady(rate2, joint.drive)
-        if hinge.along is not None:
-            gap = times(value, hinge.along)
-            if not is_still(spin[child]):
-                opened = velocity[child] + product(spin[child], hinge.arm_child) - velocity[parent]
-                opened = opened - product(spin[parent], hinge.arm_parent)
-                gap = plus(gap, 2 * spin[child] * times(dot(hinge.along, opened), hinge.along))
+        gap, turn = hinge.driven(joint.sense * rate_of(rate2, joint.drive))
+        if hinge.along is not None and rotation[child] is not ZERO:
+            opened = velocity[child] + rotation[child] * hinge.arm_child - velocity[parent]
+            opened = opened - rotation[parent] * hinge.arm_parent
+            gap = gap + 2 * rotation[child] * (dot(hinge.along, opened) * hinge.along)
         gaps.append(gap)
-        turns.append(value if hinge.along is None else 0.0)
-    return displacements(closures, gaps, turns, [product(value, value) for value in spin], asked)
-
-
-def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Any]:
-    """A link's number and the arm from its origin to one of its points, in the ground's axes."""
-    number = motion.mechanism.index[link] if isinstance(link, str) else link
-    local = motion.mechanism.links[number].points[point] if isinstance(point, str) else point
-    return number, motion.direction[number] * local
-
-
-def position_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Place of a link's point [m], complex, shape (..., positions); `point` is a name or a place in the link's axes."""
-    number, arm = _at(motion, link, point)
-    return motion.origin[number] + arm
-
-
-def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Velocity of a link's point [m/s], complex, shape (..., positions)."""
-    number, arm = _at(motion, link, point)
-    return motion.velocity[number] + 1j * motion.angular_velocity[number] * arm
-
-
-def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
-    """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
-    number, arm = _at(motion, link, point)
-    return motion.acceleration[number] + motion.turning[number] * arm
+        turns.append(turn)
+    return displacements(closures, gaps, turns, [value * value for value in rotation])

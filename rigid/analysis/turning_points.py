@@ -12,18 +12,18 @@ from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.analysis.reach import stops
 from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
-from rigid.mechanism import MechanismError, PinDrive, Reals
-from rigid.motion import Motion, with_rates
+from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
+from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.plane import cross, dot
 
-GOLDEN = (np.sqrt(5) - 1) / 2
-NARROWINGS = 80
+GOLDEN = (np.sqrt(5) - 1) / 2  # section
+NARROWINGS = 80  # by it: to round-off
 
 
 @dataclass(frozen=True, eq=False)
-class Limit:
-    """An extreme value of a coordinate on the way of the drives: a dead centre for whoever drives from the other end.
+class LimitPosition:
+    """An extreme value of a coordinate as the drives go: a dead centre for whoever drives from the other end.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class DeadPoint:
     Attributes
     ----------
     kind
-        "stop": the mechanism goes no further that way. "singular": it passes, on one of two branches.
+        "stop": the mechanism goes no further. "singular": it passes, on one of two branches.
     drive
         Coordinates of the drives there [rad or m], shape (drives,).
     joint
@@ -79,10 +79,10 @@ class DeadPoint:
     joint: str
 
 
-def limits(course: Motion, coordinate: Coordinate) -> list[Limit]:
+def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
     """Extreme values of a coordinate over a motion, where its rate is zero, to round-off.
 
-    For one design. Extremes closer together than two positions are not seen; ends of the way are not among them.
+    For one design. Extremes closer together than two positions are not seen; ends of the course are not among them.
     """
     between = intervals(course)
     values = coordinate.value(course)
@@ -91,7 +91,7 @@ def limits(course: Motion, coordinate: Coordinate) -> list[Limit]:
         here = between.at(np.array([number]), np.array([part]))
         begin = values[between.left[number]]
         value = float(begin + coordinate.difference(here, begin)[0])
-        found.append(Limit("maximum" if rising else "minimum", value, here.drive[:, 0]))
+        found.append(LimitPosition("maximum" if rising else "minimum", value, here.drive[:, 0]))
     return found
 
 
@@ -108,19 +108,19 @@ def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, flo
     return [(int(k), float(part), bool(left[k] > 0)) for k, part in zip(turns, parts, strict=True)]
 
 
-def swing(course: Motion, coordinate: Coordinate) -> tuple[Limit, Limit]:
+def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitPosition]:
     """Lowest and highest of the limits of a coordinate.
 
     Raises
     ------
     MechanismError
-        It does not turn back on this way.
+        It does not turn back on this course.
     """
     found = limits(course, coordinate)
     low = min((each for each in found if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
     high = max((each for each in found if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
     if low is None or high is None:
-        raise MechanismError(f"{coordinate} does not swing on this way: it turns back {counted(len(found), 'time')}")
+        raise MechanismError(f"{coordinate} does not swing on this course: it turns back {counted(len(found), 'time')}")
     return low, high
 
 

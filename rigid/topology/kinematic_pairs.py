@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from rigid.mechanism import Gear, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
-from rigid.positions.drawing import Drawing
+from rigid.drawing import Drawing
+from rigid.joints import Joint
+from rigid.mechanism import Mechanism
+from rigid.parts import Gear, MechanismError, PinDrive, Slider, SliderDrive
 
 Kind = Literal["pin", "slider", "rolling", "slipping"]
 
@@ -36,13 +38,17 @@ class Contact:
 
 @dataclass(frozen=True)
 class Pair:
-    """A joint between two links: what the end link may do as seen from the start link."""
+    """A joint between two links: what the end link may do as seen from the start link.
+
+    `joint` of pins and sliders, `contact` of others; `drive` is the number of the drive that moves it.
+    """
 
     name: str
     kind: Kind
     start: str
     end: str
-    detail: Slider | Contact | None = None
+    joint: Joint | None = None
+    contact: Contact | None = None
     drive: int | None = None
 
     @property
@@ -93,12 +99,12 @@ def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair,
     found = list(_pins(mechanism))
     slid = {drive.slider: number for number, drive in enumerate(mechanism.drives) if isinstance(drive, SliderDrive)}
     found += [
-        Pair(slider.name, "slider", slider.on, slider.link, slider, slid.get(slider.name))
+        Pair(slider.name, "slider", slider.on, slider.link, _slider(mechanism, slider), None, slid.get(slider.name))
         for slider in mechanism.sliders
     ]
     for contact in contacts:
         kind: Kind = "rolling" if contact.normal is None else "slipping"
-        found.append(Pair(contact.name, kind, contact.one, contact.other, contact))
+        found.append(Pair(contact.name, kind, contact.one, contact.other, None, contact))
     for pair in found:
         for link in (pair.start, pair.end):
             if link not in mechanism.index:
@@ -121,9 +127,17 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
         for start, end in (*drives, *((links[0], link) for link in links[1:])):
             if together[start] is together[end]:
                 continue
-            yield Pair(point, "pin", start, end, None, drives.get((start, end)))
+            one, other = mechanism.index[start], mechanism.index[end]
+            places = mechanism.links[one].points[point], mechanism.links[other].points[point]
+            joint = Joint(point, one, other, *places)
+            yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
             joined = together[start] | together[end]
             together.update(dict.fromkeys(joined, joined))
+
+
+def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
+    on, link = mechanism.index[slider.on], mechanism.index[slider.link]
+    return Joint(slider.name, on, link, slider.origin, mechanism.links[link].points[slider.point], slider)
 
 
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:

@@ -1,0 +1,5 @@
+"""Groups of links in the order of solution."""
+
+from rigid.decomposition.assur import AssurGroup, assur_groups
+from rigid.decomposition.groups import Group, Structure
+from rigid.decomposition.order import structure

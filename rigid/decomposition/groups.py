@@ -1,0 +1,44 @@
+"""Groups of links that are placed together, and the order in which they are.
+
+A group is a smallest set of links whose place follows from links placed before it: a driven link, a dyad, or any
+larger Assur group. Within a group the *tree* joints hang every link on one placed before it and leave each a freedom or
+none (a driven joint); the *cut* joints close the loops and fix those freedoms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rigid.joints import Joint
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Links that are placed together.
+
+    `tree[k]` carries `links[k]`; `free` the numbers of the tree joints that no drive moves. `carried` lists per free
+    joint the links that it carries, each with the numbers of the tree joints from its own back to that one. `cut`
+    closes the loops.
+    """
+
+    links: tuple[int, ...]
+    tree: tuple[Joint, ...]
+    cut: tuple[Joint, ...]
+    free: tuple[int, ...]
+    carried: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+
+    @property
+    def surplus(self) -> int:
+        """Number of constraints beyond its freedoms."""
+        return 2 * len(self.cut) - len(self.free)
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """The groups in the order of solution, and all joints (tree joints, then cut joints, group by group)."""
+
+    groups: tuple[Group, ...]
+    joints: tuple[Joint, ...]
+
+    def __repr__(self) -> str:
+        return f"Structure({len(self.groups)} groups, {len(self.joints)} joints)"

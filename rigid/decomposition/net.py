@@ -1,0 +1,233 @@
+"""Who is joined to whom, and which links have as many constraints as freedoms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from rigid.joints import Coupling, Joint
+from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive
+
+PARALLEL = 1e-9  # sine of the angle between lines that are parallel
+RIGID = 3  # constraints that hold a link
+
+
+class Net:
+    """Who is joined to whom: pins by point, sliders, drives."""
+
+    def __init__(
+        self,
+        links: tuple[Link, ...],
+        drives: tuple[PinDrive | SliderDrive, ...],
+        sliders: tuple[Slider, ...],
+        gears: tuple[Gear, ...],
+    ) -> None:
+        self.links, self.drives = links, drives
+        self.index = index = {link.name: number for number, link in enumerate(links)}
+        pins: dict[str, list[int]] = {}
+        for number, link in enumerate(links):
+            for point in link.points:
+                pins.setdefault(point, []).append(number)
+        self.pins = {point: ends for point, ends in pins.items() if len(ends) > 1}
+        self.sliders = {slider.name: (slider, index[slider.on], index[slider.link]) for slider in sliders}
+        self.neighbours: dict[int, set[int]] = {number: set() for number in range(len(links))}
+        pairs = [pair for ends in self.pins.values() for pair in combinations(ends, 2)]
+        for one, other in pairs + [(on, link) for _, on, link in self.sliders.values()]:
+            self.neighbours[one].add(other)
+            self.neighbours[other].add(one)
+        self.driven: dict[tuple[str, frozenset[int]], int] = {}
+        for number, drive in enumerate(drives):
+            key = self._key(drive)
+            if key in self.driven:
+                raise MechanismError(f'two drives move the joint "{key[0]}"', kind="drives", joints=key[:1])
+            self.driven[key] = number
+        self.geared: dict[tuple[str, frozenset[int]], tuple[Gear, Joint]] = {}
+        for gear in gears:
+            key = self._key(gear.follower)
+            self._require_grounded(gear)
+            if key in self.driven or key in self.geared:
+                twice = f'the joint "{key[0]}" is moved twice, by a gear and otherwise'
+                raise MechanismError(twice, kind="drives", joints=key[:1])
+            self.geared[key] = (gear, self._driver(gear.driver))
+
+    def _require_grounded(self, gear: Gear) -> None:
+        """Raise where a gear is tied to a slider on a moving link, whose slide its links' places alone do not tell."""
+        for end in (gear.driver, gear.follower):
+            if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
+                moving = f'gear: slider "{end.slider}" runs on a moving link, a rack on the ground'
+                raise MechanismError(moving, kind="gear", joints=(end.slider,))
+
+    def _driver(self, driver: PinDrive | SliderDrive) -> Joint:
+        """The joint that drives a gear, from the link it names on to the one that moves."""
+        name, _ = self._key(driver)
+        if isinstance(driver, PinDrive):
+            return self.pin(name, self.index[driver.on], self.index[driver.link])
+        _, on, link = self.sliders[name]
+        return self.slide(name, on, link)
+
+    def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Coupling | None, object]:
+        """What moves a joint: number of a drive, or coupling of a gear; and where that names its links."""
+        number = self.driven.get((name, ends))
+        if number is not None:
+            return number, None, self.drives[number]
+        gear, driver = self.geared.get((name, ends), (None, None))
+        if gear is None or driver is None:
+            return None, None, None
+        return None, Coupling(gear.ratio, driver), gear.follower
+
+    def _key(self, drive: object) -> tuple[str, frozenset[int]]:
+        """Name and links of the joint that a drive or an end of a gear names."""
+        if isinstance(drive, PinDrive):
+            ends = frozenset((self.index[drive.link], self.index[drive.on]))
+            if not ends <= set(self.pins.get(drive.at, ())) or len(ends) < 2:
+                none = f'drive of "{drive.link}" on "{drive.on}": they share no pin "{drive.at}"'
+                raise MechanismError(none, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
+            return drive.at, ends
+        name = getattr(drive, "slider", "")
+        if name not in self.sliders:
+            raise MechanismError(f'drive of slider "{name}": there is no such slider', kind="drives", joints=(name,))
+        _, on, link = self.sliders[name]
+        return name, frozenset((on, link))
+
+    def pin(self, point: str, parent: int, child: int) -> Joint:
+        """The pin of two links on a point."""
+        links = self.links
+        drive, gear, mover = self._mover(point, frozenset((parent, child)))
+        sense = -1 if isinstance(mover, PinDrive) and self.index[mover.link] == parent else 1
+        ends = links[parent].points[point], links[child].points[point]
+        return Joint(point, parent, child, *ends, None, sense, drive, gear)
+
+    def slide(self, name: str, parent: int, child: int) -> Joint:
+        """A slider between its two links."""
+        slider, on, link = self.sliders[name]
+        drive, gear, _ = self._mover(name, frozenset((on, link)))
+        at_link = self.links[link].points[slider.point]
+        ends = (slider.origin, at_link) if parent == on else (at_link, slider.origin)
+        return Joint(name, parent, child, *ends, slider, 1 if parent == on else -1, drive, gear)
+
+    def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
+        """Joints of `links` among themselves and to `known`: every loop closed once, a driven pair kept a pair."""
+        joints: list[Joint] = []
+        for point, ends in self.pins.items():
+            inside = [end for end in ends if end in links]
+            held = [end for end in ends if end in known]
+            if len(inside) + len(held) < 2 or not inside:
+                continue
+            joints += self._star(point, inside, held)
+        for name, (_, on, link) in self.sliders.items():
+            for parent, child in ((on, link), (link, on)):
+                if child in links and (parent in known or (parent in links and parent == on)):
+                    joints.append(self.slide(name, parent, child))
+                    break
+        return joints
+
+    def _star(self, point: str, inside: list[int], held: list[int]) -> Iterator[Joint]:
+        """Pins of the links `inside` on one point: each to a link that is driven there with it, else to the hub."""
+        hub = held[0] if held else inside[0]
+        placed = list(held) if held else [hub]
+        waiting = [link for link in inside if link not in placed]
+        while waiting:
+            pair = next(
+                (
+                    (parent, child)
+                    for child in waiting
+                    for parent in placed
+                    if (point, frozenset((parent, child))) in self.driven.keys() | self.geared.keys()
+                ),
+                None,
+            )
+            parent, child = pair or (hub, waiting[0])
+            yield self.pin(point, parent, child)
+            placed.append(child)
+            waiting.remove(child)
+
+    def determined(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Smallest sets of unknown links with as many conditions as freedoms."""
+        for size in range(1, len(unknown) + 1):
+            for links in self._connected(size, known, unknown):
+                joints = self.joints(links, known)
+                drives = sum(joint.moved for joint in joints)
+                drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
+                if 2 * len(joints) + drives != 3 * size or not drivers <= known or _unsolvable(joints, links):
+                    continue
+                if not self.doubled(links, known):
+                    yield links
+
+    def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Smallest sets of unknown links with more conditions than freedoms, which move all the same if they fit."""
+        for size in range(1, len(unknown) + 1):
+            for links in self._connected(size, known, unknown):
+                joints = self.joints(links, known)
+                if 2 * len(joints) > 3 * size and 2 * len(joints) - self.doubled(links, known) >= 3 * size:
+                    yield links
+
+    def doubled(self, links: Sequence[int], known: set[int]) -> int:
+        """Constraints that hold two links to one another once more: of twin rods, of a block in two parallel guides."""
+        group = {link: link for link in (*links, *known)}
+
+        def top(link: int) -> int:
+            while group[link] != link:
+                link = group[link]
+            return link
+
+        found = 0
+        pairs = sorted(
+            {(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(group)}
+        )
+        for one, other in pairs:
+            constraints, rank = self._between(one, other)
+            if constraints > rank and top(one) != top(other):
+                found += constraints - rank
+                if rank == RIGID:
+                    group[top(one)] = top(other)
+        return found
+
+    def _between(self, one: int, other: int) -> tuple[int, int]:
+        """Number of the constraints between two links, and their rank."""
+        pair = {one, other}
+        pins = sum(pair <= set(links) for links in self.pins.values())
+        lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
+        parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= PARALLEL for line in lines)
+        return 2 * (pins + len(lines)), 2 if parallel else RIGID
+
+    def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Connected sets of unknown links of one size that touch a known one, each once."""
+        starts = sorted(link for link in unknown if self.neighbours[link] & known)
+        seen: set[frozenset[int]] = set()
+        stack = [frozenset((link,)) for link in reversed(starts)]
+        while stack:
+            links = stack.pop()
+            if links in seen:
+                continue
+            seen.add(links)
+            if len(links) == size:
+                yield tuple(sorted(links))
+                continue
+            around = set().union(*(self.neighbours[link] for link in links)) & unknown - links
+            stack += [links | {link} for link in sorted(around, reverse=True)]
+
+    def turned(self, joint: Joint) -> Joint:
+        """The same joint with parent and child exchanged."""
+        make = self.pin if joint.slider is None else self.slide
+        return make(joint.name, joint.child, joint.parent)
+
+    def names(self, links: Iterable[int]) -> tuple[str, ...]:
+        """Names of some links."""
+        return tuple(self.links[link].name for link in sorted(links))
+
+    def quoted(self, links: Iterable[int]) -> str:
+        """Names of some links for a message."""
+        return ", ".join(f'"{name}"' for name in self.names(links))
+
+
+def _unsolvable(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
+    """Two links with nothing but sliders, or one that is held too often by itself."""
+    if len(links) == 2 and all(joint.slider for joint in joints):
+        return True
+    return any(
+        sum(2 + joint.moved for joint in joints if {joint.parent, joint.child} - set(links) and joint.child == link) > 3
+        for link in links
+        if len(links) > 1
+    )

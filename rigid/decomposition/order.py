@@ -1,0 +1,131 @@
+"""The order in which a mechanism is solved: its groups, each with a tree of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+from rigid.decomposition.groups import Group, Structure
+from rigid.decomposition.net import Net
+from rigid.joints import Joint
+from rigid.mechanism import Mechanism
+from rigid.names import counted
+from rigid.parts import MechanismError
+
+
+@lru_cache(maxsize=64)
+def structure(mechanism: Mechanism) -> Structure:
+    """Groups of a mechanism in the order of solution; drawing, masses and loads do not enter.
+
+    Raises
+    ------
+    MechanismError
+        Too few or too many drives or joints; a drive at a joint that is none.
+    """
+    return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears)
+
+
+@lru_cache(maxsize=64)
+def _structure(*parts: Any) -> Structure:
+    """The same for all mechanisms of these links, drives, sliders and gears, however they are drawn."""
+    net = Net(*parts)
+    known, groups = {0}, []
+    unknown = set(range(1, len(net.links)))
+    while unknown:
+        found = next(net.determined(known, unknown), None) or next(net.surplus(known, unknown), None)
+        if found is None:
+            raise _undetermined(net, known, unknown)
+        groups.append(_group(net, found, known))
+        known |= set(found)
+        unknown -= set(found)
+    joints = tuple(joint for group in groups for joint in group.tree + group.cut)
+    _require_all(net, joints)
+    return Structure(tuple(groups), joints)
+
+
+def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
+    """Tree and cut joints of a determined set: driven joints into the tree first, then nearest to the known."""
+    root = {link: link for link in links}
+
+    def top(link: int) -> int:
+        link = -1 if link in known else link
+        while link != -1 and root[link] != link:
+            link = root[link]
+        return link
+
+    tree, cut = [], []
+    for joint in sorted(net.joints(links, known), key=lambda joint: (not joint.moved, joint.parent not in known)):
+        low, high = sorted((top(joint.parent), top(joint.child)))
+        if low == high:
+            cut.append(joint)
+            continue
+        tree.append(joint)
+        root[high] = low
+    if any(joint.moved for joint in cut):
+        raise MechanismError(
+            f"the drives of {net.quoted(links)} fight one another: too many drives in one loop",
+            kind="drives",
+            links=net.names(links),
+        )
+    return _directed(links, tree, cut, known, net)
+
+
+def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int], net: Net) -> Group:
+    """Direct the tree away from the known links and list what every free joint carries."""
+    placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
+    tree_joints: list[Joint] = []
+    free: list[int] = []
+    while tree:
+        joint = next(joint for joint in tree if joint.parent in placed or joint.child in placed)
+        tree.remove(joint)
+        if joint.parent not in placed:
+            joint = net.turned(joint)
+        if not joint.moved:
+            free.append(len(tree_joints))
+        placed[joint.child] = (len(tree_joints), *placed[joint.parent])
+        tree_joints.append(joint)
+    order = tuple(joint.child for joint in tree_joints)
+    carried = tuple(
+        tuple((link, placed[link][: placed[link].index(k) + 1]) for link in order if k in placed[link]) for k in free
+    )
+    return Group(order, tuple(tree_joints), tuple(cut), tuple(free), carried)
+
+
+def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
+    """Why no further group is found."""
+    joints = net.joints(sorted(unknown), known)
+    freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
+    who, names = net.quoted(unknown), net.names(unknown)
+    if freedoms > 0:
+        left = f"links {who} are left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
+        return MechanismError(left, kind="freedoms", links=names)
+    if freedoms < 0:
+        held = f"links {who} are held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
+        return MechanismError(held, kind="freedoms", links=names)
+    uneven = f"links {who} hold one another in some places twice and in others not at all: check their joints"
+    return MechanismError(uneven, kind="freedoms", links=names)
+
+
+def _require_all(net: Net, joints: Sequence[Joint]) -> None:
+    """Raise where a joint or drive of the mechanism is not among those that place it."""
+    for point, links in net.pins.items():
+        used = sum(joint.name == point and joint.slider is None for joint in joints)
+        if used < len(links) - 1:
+            raise MechanismError(
+                f'overconstrained: the pin "{point}" of {net.quoted(links)} joins placed links',
+                kind="overconstrained",
+                links=net.names(links),
+                joints=(point,),
+            )
+    surplus = sorted(set(net.sliders) - {joint.name for joint in joints if joint.slider})
+    if surplus:
+        raise MechanismError(
+            f'overconstrained: the slider "{surplus[0]}" joins placed links', kind="overconstrained", joints=surplus[:1]
+        )
+    idle = set(range(len(net.drives))) - {joint.drive for joint in joints}
+    if idle:
+        name = next(key[0] for key, number in net.driven.items() if number in idle)
+        raise MechanismError(
+            f'too many drives: the one at "{name}" has no freedom left to move', kind="drives", joints=(name,)
+        )

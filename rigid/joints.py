@@ -1,0 +1,241 @@
+"""Pins and sliders: what each of them is, once for every question that is asked of it.
+
+A joint has one coordinate: the angle of its block from its owner at a pin [rad], the slide of the block along the
+owner's line at a slider [m]. Which of its links is placed first, its parent, has nothing to do with that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from rigid.mechanism import Mechanism
+from rigid.parts import Complex, Slider
+from rigid.plane import ZERO, cross, dot
+
+Columns = Any  # an array of shape (..., positions), a number, or ZERO
+
+
+class Placed(Protocol):
+    """Links that have a place: a `Motion`, a `Posture`, or a mechanism that is being placed."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Whose links."""
+
+    @property
+    def origin(self) -> Any:
+        """Of every link's axes [m], complex."""
+
+    @property
+    def direction(self) -> Any:
+        """Unit vector of every link's x' axis, complex."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """A gear as its follower sees it: the ratio, and the driving joint between two links placed before."""
+
+    ratio: float
+    driver: Joint
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The links of the driving joint, the one that it names as moving last."""
+        return self.driver.parent, self.driver.child
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A pin or a slider between two links, as used in the solution.
+
+    Parameters
+    ----------
+    name
+        The point's or the slider's name.
+    parent, child
+        Numbers of the links; the parent's place is found first.
+    at_parent, at_child
+        The joint's point in the axes of either [m]. For a slider that of the line's owner is the line's origin.
+    slider
+        None for a pin.
+    sense
+        +1 where the child is the driven or sliding link, -1 where it is the one driven or slid upon.
+    drive
+        Number of the drive that moves it, or None.
+    gear
+        What couples its coordinate to that of another joint, or None.
+    """
+
+    name: str
+    parent: int
+    child: int
+    at_parent: Complex
+    at_child: Complex
+    slider: Slider | None = None
+    sense: int = 1
+    drive: int | None = None
+    gear: Coupling | None = None
+
+    def at(self, link: int) -> Complex:
+        """Its point in the axes of one of its links."""
+        return self.at_child if self.child == link else self.at_parent
+
+    @property
+    def moved(self) -> bool:
+        """Whether a drive or a gear prescribes its coordinate."""
+        return self.drive is not None or self.gear is not None
+
+    @property
+    def ordered(self) -> bool:
+        """Whether the parent is the owner and the child the block, not the other way round."""
+        return self.sense > 0
+
+    @property
+    def owner(self) -> int:
+        """The link that its coordinate is counted from: that with a slider's line."""
+        return self.parent if self.ordered else self.child
+
+    @property
+    def block(self) -> int:
+        """The link whose motion its coordinate tells: the one that slides."""
+        return self.child if self.ordered else self.parent
+
+    def point(self, link: int) -> str | None:
+        """Name of a link's point at the joint; None for a slider's line."""
+        if self.slider is None:
+            return self.name
+        return self.slider.point if link == self.block else None
+
+    @property
+    def parent_point(self) -> str | None:
+        """Name of the parent's point at the joint; None for a slider's line, which passes its owner's points."""
+        return self.point(self.parent)
+
+    @property
+    def child_point(self) -> str | None:
+        """Name of the child's point at the joint; None for a slider's line."""
+        return self.point(self.child)
+
+    @property
+    def line(self) -> Complex:
+        """Unit vector of a slider's line in the axes of its owner."""
+        assert self.slider is not None
+        return self.slider.direction
+
+    @property
+    def turn(self) -> Complex:
+        """Unit vector of a slider's child's axes in those of its parent."""
+        assert self.slider is not None
+        return self.slider.turn if self.ordered else np.conj(self.slider.turn)
+
+
+def point_of(placed: Placed, link: int, local: Any) -> Columns:
+    """Place of a point given in a link's axes [m], complex."""
+    return placed.origin[link] + carried(placed.direction[link], local)
+
+
+def carried(direction: Columns, local: Any) -> Columns:
+    """A vector of a link's axes in the ground's; ZERO for the origin."""
+    return ZERO if isinstance(local, (int, float, complex)) and local == 0 else direction * local
+
+
+def along_of(placed: Placed, joint: Joint) -> Columns:
+    """Unit vector of a slider's line, complex."""
+    return placed.direction[joint.owner] * joint.line
+
+
+def opening_of(placed: Placed, joint: Joint) -> Columns:
+    """From the owner's point to the block's [m], complex."""
+    owner, block = joint.owner, joint.block
+    return point_of(placed, block, joint.at(block)) - point_of(placed, owner, joint.at(owner))
+
+
+def coordinate_of(placed: Placed, joint: Joint) -> Columns:
+    """Coordinate of a joint of placed links: an angle in (-pi, pi] or a slide [m]."""
+    if joint.slider is None:
+        return np.angle(placed.direction[joint.block] * np.conj(placed.direction[joint.owner]))
+    return dot(along_of(placed, joint), opening_of(placed, joint))
+
+
+def gap_of(placed: Placed, joint: Joint) -> Columns:
+    """How far a cut joint is open, as `JointPlace.row`: child from parent, to any size."""
+    opened = joint.sense * opening_of(placed, joint)
+    if joint.slider is None:
+        return opened
+    turned = placed.direction[joint.block] * np.conj(placed.direction[joint.owner] * joint.slider.turn)
+    return joint.sense * np.angle(turned) + 1j * cross(along_of(placed, joint), opened)
+
+
+@dataclass(frozen=True, eq=False)
+class JointPlace:
+    """A joint where it is now.
+
+    Attributes
+    ----------
+    joint
+        What it joins.
+    arm_parent, arm_child
+        From the origin of either link's axes to the joint's point [m], complex. A slider's point is its block's.
+    along
+        Unit vector of a slider's line; None for a pin.
+    """
+
+    joint: Joint
+    arm_parent: Columns
+    arm_child: Columns
+    along: Columns = None
+
+    def arm(self, link: int) -> Columns:
+        """From the origin of one of its links' axes to the joint's point."""
+        return self.arm_child if self.joint.child == link else self.arm_parent
+
+    @property
+    def turns(self) -> bool:
+        """Whether its coordinate is an angle."""
+        return self.along is None
+
+    def row(self, displacement: Columns, rotation: Columns) -> Columns:
+        """The two constraints of a cut joint on a relative displacement and rotation, as one complex number.
+
+        A pin: the displacement. A slider: rotation + i (displacement across its line).
+        """
+        return displacement if self.along is None else rotation + 1j * cross(self.along, displacement)
+
+    def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
+        """Force [N], complex, and moment [N m] on the child from the multipliers of those constraints."""
+        if self.along is None:
+            return multiplier, ZERO
+        return multiplier.imag * (1j * self.along), multiplier.real
+
+    def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
+        """Displacement at `reach` from the joint, and rotation, when the child moves freely by an amount."""
+        return (reach * (1j * amount), amount) if self.along is None else (self.along * amount, ZERO)
+
+    def driven(self, amount: Columns) -> tuple[Columns, Columns]:
+        """Displacement of the child's point and rotation of the child from the parent: (gap, turn)."""
+        return (ZERO, amount) if self.along is None else (amount * self.along, ZERO)
+
+    def effort(self, force: Columns, moment: Columns) -> Columns:
+        """What a force and a moment on the child do along the free motion: moment [N m] or force [N]."""
+        return moment if self.along is None else dot(self.along, force)
+
+    def coordinate(self, displacement: Columns, rotation: Columns) -> Columns:
+        """What a small displacement and rotation of the child from the parent change its coordinate by."""
+        return self.joint.sense * self.effort(displacement, rotation)
+
+
+def joint_place(placed: Placed, joint: Joint) -> JointPlace:
+    """A joint of two placed links."""
+    parent, child = joint.parent, joint.child
+    arm_parent = carried(placed.direction[parent], joint.at_parent)
+    arm_child = carried(placed.direction[child], joint.at_child)
+    if joint.slider is None:
+        return JointPlace(joint, arm_parent, arm_child)
+    if joint.ordered:
+        arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
+    else:
+        arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
+    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint))

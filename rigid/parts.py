@@ -1,0 +1,201 @@
+"""The parts of a planar mechanism: links, beams, masses, sliders, drives, gears and loads.
+
+Vectors in the plane are complex numbers. A quantity may be an array of shape (designs, 1), so that many designs
+of one mechanism go through their positions together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Reals = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Real = float | Reals
+Complex = complex | Complexes
+Moving = Any  # a `Motion`, which is made of these parts
+Law = Callable[[Moving], Reals]
+PointForce = tuple[str, str, Any, Any]
+"""Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
+
+GROUND = "ground"
+
+
+class MechanismError(ValueError):
+    """A mechanism that cannot be: the message names the cause in the user's own names.
+
+    Attributes
+    ----------
+    kind
+        What is wrong, where callers tell cases apart: "name", "drives", "gear", "freedoms", "overconstrained",
+        "drawing", "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular", or
+        the property of a joint in space: "type", "axis", "normal"; "" otherwise.
+    links, joints
+        Names of those at fault, as far as they are known.
+    drives, positions
+        Numbers of the drives and of the positions.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        kind: str = "",
+        links: Iterable[str] = (),
+        joints: Iterable[str] = (),
+        drives: Iterable[int] = (),
+        positions: Iterable[int] = (),
+    ) -> None:
+        super().__init__(message)
+        self.kind, self.links, self.joints = kind, tuple(links), tuple(joints)
+        self.drives, self.positions = tuple(drives), tuple(positions)
+
+
+@dataclass(frozen=True, eq=False)
+class Beam:
+    """A straight piece of a link, from one of the link's points to another.
+
+    Its own axes: x' from `start` to `end`, y' = i x'. `mass_per_length` [kg/m] is that at its start, `mass_taper` the
+    polynomial in xi = x'/l by which it is multiplied along the beam.
+    """
+
+    start: str
+    end: str
+    mass_per_length: Real = 0.0
+    mass_taper: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True, eq=False)
+class Lump:
+    """A mass [kg] rigidly held at a point of a link.
+
+    `offset` [m] from that point to its centre, in the link's axes; `inertia` [kg m^2] about its own centre.
+    """
+
+    point: str
+    mass: Real
+    inertia: Real = 0.0
+    offset: Complex = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link: its points in its own axes [m], and its mass as beams and lumps.
+
+    The first point is the origin of its axes; the second, where there is one, usually lies on x'.
+    """
+
+    name: str
+    points: Mapping[str, Complex]
+    beams: tuple[Beam, ...] = ()
+    lumps: tuple[Lump, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Slider:
+    """A prismatic pair: `link` slides on `on` without turning.
+
+    `point` of `link` stays on the line through `origin` [m] with unit vector `direction`, both in the axes of `on`;
+    `turn` is the unit vector of the axes of `link` seen from those of `on`.
+    The slide is the way of `point` from `origin` along `direction`.
+    """
+
+    name: str
+    link: str
+    on: str
+    point: str
+    origin: Complex
+    direction: Complex
+    turn: Complex = 1.0
+
+
+@dataclass(frozen=True)
+class PinDrive:
+    """A motor at the pin `at` that turns `link` on the link `on`.
+
+    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise.
+    """
+
+    link: str
+    at: str
+    on: str = GROUND
+
+
+@dataclass(frozen=True)
+class SliderDrive:
+    """A motor that moves a slider; its coordinate is the slide [m]."""
+
+    slider: str
+
+
+class Load(Protocol):
+    """Whatever pushes on points of links: a `PointLoad`, a spring, or an object of one's own."""
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """Link and point of every place that it acts on."""
+        ...
+
+    def forces(self, motion: Moving) -> Iterable[PointForce]:
+        """Forces and moments on those points at every position."""
+        ...
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Wheels or a rack that tie two joints: the coordinate of `follower` changes by `ratio` times that of `driver`.
+
+    `driver` and `follower` name pins or sliders as drives do; `ratio` is negative for wheels that mesh from outside,
+    and [m/rad] for a rack. Only the moment or force along the follower's coordinate is passed on, not the push between
+    the teeth: the pins carry that besides.
+    """
+
+    driver: PinDrive | SliderDrive
+    follower: PinDrive | SliderDrive
+    ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class PointLoad:
+    """A force [N] and a moment [N m] on a point of a link.
+
+    `turning`: the force turns with the link and is given in its axes. `law` multiplies both: a function of the motion
+    that returns an array of shape (..., positions).
+    """
+
+    link: str
+    point: str
+    force: Complex = 0.0
+    moment: Real = 0.0
+    turning: bool = False
+    law: Law | None = None
+
+    @property
+    def points(self) -> Iterable[tuple[str, str]]:
+        """Where it acts."""
+        return ((self.link, self.point),)
+
+    def forces(self, motion: Moving) -> Iterable[PointForce]:
+        """The force in the ground's axes and the moment at every position."""
+        factor = 1.0 if self.law is None else self.law(motion)
+        turned = motion.direction[motion.mechanism.index[self.link]] if self.turning else 1.0
+        return ((self.link, self.point, self.force * turned * factor, self.moment * factor),)
+
+
+@dataclass(frozen=True, eq=False)
+class LineLoad:
+    """A force per length [N/m] along the whole of a beam, linear from `start` to `end` of it.
+
+    `turning`: given in the beam's own axes, instead of the ground's. `law` as for `PointLoad`.
+    """
+
+    link: str
+    beam: int
+    start: Complex
+    end: Complex
+    turning: bool = False
+    law: Law | None = None

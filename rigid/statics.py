@@ -1,0 +1,92 @@
+"""Joint forces that balance the loads of the links, and the efforts of the drives among them."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
+from rigid.constants import mass_table
+from rigid.forces import JointForces, joint_forces, self_stresses
+from rigid.joints import Columns, JointPlace
+from rigid.kinematics import Motion
+from rigid.loads import given_loads, link_loads
+from rigid.parts import Reals
+
+UNSTRESSED = 1e-9  # share of a self-stress of unit size below which a joint has no part in it
+
+
+def reactions(motion: Motion) -> JointForces:
+    """Forces in all joints and on the ground; nan at singular positions, and where statics alone does not tell them.
+
+    In the order of `motion.structure.joints`; each acts on the joint's child link, its opposite on the parent.
+    """
+    found = balancing_forces(motion)
+    if motion.suspect:
+        found.mark(ill_conditioned(motion, force_condition(motion, found)))
+    for state in self_stresses(motion.closures):
+        for values, parts in ((found.force, state.force), (found.moment, state.moment)):
+            for number, part in enumerate(parts):
+                values[number] = _open_where(values[number], part)
+    return found
+
+
+def _open_where(value: Columns, part: Columns) -> Columns:
+    """nan in every component that a self-stress has a part in."""
+    if not np.iscomplexobj(part):
+        return np.where(np.abs(part) > UNSTRESSED, np.nan, value) if np.any(np.abs(part) > UNSTRESSED) else value
+    result = np.empty(np.broadcast(value, part).shape, complex)
+    result.real = np.where(np.abs(part.real) > UNSTRESSED, np.nan, np.real(value))
+    result.imag = np.where(np.abs(part.imag) > UNSTRESSED, np.nan, np.imag(value))
+    return result
+
+
+def balancing_forces(motion: Motion) -> JointForces:
+    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return joint_forces(motion.closures, *link_loads(motion))
+
+
+def force_condition(motion: Motion, forces: JointForces) -> Reals:
+    """By how much round-off grows in joint forces, shape (..., positions): like `Motion.condition`, and more.
+
+    Where loads nearly balance without them, what is left of the forces is wrong by a larger share.
+    """
+    mechanism = motion.mechanism
+    mass, first, second = (np.abs(part) for part in mass_table(mechanism, len(motion.columns)))
+    with np.errstate(all="ignore"):
+        relative, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
+        force: list[Any] = list(mass * relative + first * turning)
+        moment: list[Any] = list(first * relative + second * turning)
+        for at, pull, couple in given_loads(motion):
+            force[at] = force[at] + np.abs(pull)
+            moment[at] = moment[at] + np.abs(couple)
+        pulls = iter(forces.force)
+        for closed in motion.closures:
+            for place, pull in zip(closed.joints, pulls, strict=False):
+                if place.joint.parent not in closed.group.links:
+                    force[place.joint.parent] = force[place.joint.parent] + np.abs(pull)
+        whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
+        bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
+        greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)
+        found: Reals = motion.condition * amplified(reduce(np.maximum, bounds, 0.0), greatest)
+        return found
+
+
+def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
+    """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions)."""
+    efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
+    for number, place in enumerate(motion.places):
+        if place.joint.drive is not None:
+            efforts[place.joint.drive] = place.joint.sense * _effort(place, forces.force[number], forces.moment[number])
+    return efforts
+
+
+def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
+    """As `JointPlace.effort`; what is open across a slider's line does not matter."""
+    if place.along is None:
+        return moment
+    parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))
+    return sum(np.where(part == 0, 0.0, part * of_force) for part, of_force in parts)

@@ -1,0 +1,152 @@
+"""A mechanism put together near its drawing, whatever its drives, even where it is redundant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from rigid.drawing import Drawing
+from rigid.joints import Joint, gap_of, joint_place
+from rigid.mechanism import Mechanism
+from rigid.parts import MechanismError, Reals
+from rigid.plane import cross
+from rigid.postures import Posture
+from rigid.topology.kinematic_pairs import pairs
+
+CLOSED = 1e-9  # opening over the mechanism's size below which a joint is closed
+LITTLE = 1e-3  # opening over the size that rounded dimensions may leave
+STEPS = 40  # of damped least squares
+
+
+def assembled(mechanism: Mechanism) -> Posture:
+    """The mechanism put together near its drawing, whatever its drives; of designs, the first.
+
+    The links keep their shapes and are moved until the joints close, by damped least squares: the damping goes with the
+    opening that is left, so that a redundant mechanism, whose equations are singular when it closes, converges as fast.
+
+    Raises
+    ------
+    MechanismError
+        It does not close near the drawing; names the joint that stays open. A link of which no point is drawn.
+    """
+    named = pairs(mechanism)
+    joints = [_one_design(pair.joint) for pair in named if pair.joint is not None]
+    here = _drawn(mechanism)
+    size = _size(here, joints)
+    gap = _gaps(here, joints, size)
+    damping = 1.0
+    for _ in range(STEPS):
+        opening = float(np.linalg.norm(gap))
+        if opening < 1e-15 or damping > 1e12:
+            break
+        left, values, right = np.linalg.svd(_gap_matrix(here, joints, size), full_matrices=False)
+        step = -right.T @ (values / (values**2 + damping * opening) * (left.T @ gap))
+        there = _moved(here, step, size)
+        gap_there = _gaps(there, joints, size)
+        if np.linalg.norm(gap_there) < opening:
+            here, gap, damping = there, gap_there, damping / 4
+        else:
+            damping *= 8
+    worst = np.abs(gap).reshape(-1, 2).max(axis=1)
+    if worst.size and worst.max() > CLOSED:
+        pair = named[int(worst.argmax())]
+        little = ": if dimensions are rounded, give more digits" if worst.max() < LITTLE else ""
+        raise MechanismError(
+            f'the mechanism does not close near its drawing: {pair.kind} "{pair.name}" of "{pair.start}" and '
+            f'"{pair.end}" stays open by {worst.max() * size:.3g} m{little}',
+            kind="open",
+            links=(pair.start, pair.end),
+            joints=(pair.name,),
+        )
+    return here
+
+
+def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
+    """Three links each, pinned to one another at three points in one line: singular in every position.
+
+    A bar with three joints drawn as three bars is one; it should be one link with three points.
+    """
+    shared: dict[frozenset[str], list[str]] = {}
+    for one, other in combinations(here.mechanism.links, 2):
+        shared[frozenset((one.name, other.name))] = [point for point in one.points if point in other.points]
+    found = []
+    for trio in combinations((link.name for link in here.mechanism.links), 3):
+        ends = [shared[frozenset(pair)] for pair in combinations(trio, 2)]
+        if not all(ends) or len({points[0] for points in ends}) < 3:
+            continue
+        carriers = (trio[0], trio[0], trio[1])
+        a, b, c = (_first(here.point(link, points[0])) for link, points in zip(carriers, ends, strict=True))
+        if abs(cross(b - a, c - a)) <= CLOSED * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
+            found.append(trio)
+    return tuple(found)
+
+
+def _first(value: Any) -> complex:
+    return complex(np.ravel(value)[0])
+
+
+def _one_design(joint: Joint) -> Joint:
+    """The same with scalar lengths."""
+    slider = joint.slider
+    if slider is not None:
+        slider = replace(
+            slider, origin=_first(slider.origin), direction=_first(slider.direction), turn=_first(slider.turn)
+        )
+    return replace(joint, at_parent=_first(joint.at_parent), at_child=_first(joint.at_child), slider=slider)
+
+
+def _drawn(mechanism: Mechanism) -> Posture:
+    """Every link laid on its drawn points; those of one design, with scalar lengths."""
+    drawing = Drawing(mechanism)
+    origin = np.zeros(len(mechanism.links), complex)
+    direction = np.ones(len(mechanism.links), complex)
+    for number, link in enumerate(mechanism.links[1:], 1):
+        drawn = [point for point in link.points if point in mechanism.drawing]
+        if not drawn:
+            raise MechanismError(f'link "{link.name}": none of its points is drawn', links=(link.name,))
+        direction[number] = drawing.direction(number)
+        origin[number] = np.mean(
+            [drawing.at(point) - direction[number] * _first(link.points[point]) for point in drawn]
+        )
+    return Posture(mechanism, origin, direction)
+
+
+def _size(here: Posture, joints: list[Joint]) -> float:
+    """Greatest extent of the joints [m], 1 where there is none: what openings are measured by."""
+    places = [here.place(link, joint.at(link)) for joint in joints for link in (joint.owner, joint.block)]
+    extent = max((abs(place - places[0]) for place in places), default=0.0)
+    return float(extent) or 1.0
+
+
+def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
+    """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider."""
+    rows = np.array([gap_of(here, joint) for joint in joints], complex)
+    slides = np.array([joint.slider is not None for joint in joints], bool)
+    return np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
+
+
+def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
+    """Derivative of the gaps by (x, y, angle) of every moving link, lengths over the size."""
+    matrix = np.zeros((2 * len(joints), 3 * len(here.origin)))
+    for row, joint in enumerate(joints):
+        place = joint_place(here, joint)
+        ends = ((joint.parent, place.arm_parent, -1.0), (joint.child, place.arm_child, 1.0))
+        for number, arm, sign in ends:
+            motions = ((1.0 + 0j, 0.0), (1j, 0.0), (1j * arm / size, 1.0))
+            effects = [complex(sign * place.row(shift, turned)) for shift, turned in motions]
+            matrix[2 * row : 2 * row + 2, 3 * number : 3 * number + 3] += np.array(
+                [[effect.real for effect in effects], [effect.imag for effect in effects]]
+            )
+    return matrix[:, 3:]
+
+
+def _moved(here: Posture, step: Reals, size: float) -> Posture:
+    """Every moving link displaced and turned."""
+    x, y, angle = step.reshape(-1, 3).T
+    origin, direction = here.origin.copy(), here.direction.copy()
+    origin[1:] += size * (x + 1j * y)
+    direction[1:] *= np.exp(1j * angle)
+    return Posture(here.mechanism, origin, direction)
