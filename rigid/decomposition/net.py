@@ -160,7 +160,8 @@ class Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                if 2 * len(joints) > 3 * size and 2 * len(joints) - self.doubled(links, known) >= 3 * size:
+                moved = sum(joint.moved for joint in joints)
+                if 2 * len(joints) > 3 * size and 2 * len(joints) + moved - self.doubled(links, known) >= 3 * size:
                     yield links
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:

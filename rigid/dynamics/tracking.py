@@ -70,10 +70,10 @@ class Tracker:
         self._here: Constraints = here
         self._factors: Any = None
         self._influence: Any = None
+        self._firm = self._narrow = self._sign = 0.0
         self._meshed = np.zeros(len(self._table.shares) - len(drive))
         self.restart()
         self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
-        self._firm = self._narrow = 0.0
         self._sign = self._factor(here)
         self._firm = NARROW * self._narrow
         self.mark()

@@ -146,8 +146,9 @@ class Branch:
             if self.structure.groups[k].free and not self.forms[k]:
                 guess = (low[f"free{k}"] + 0.5 * self.ways(k, low, high)).T
             self.set(middle, k, guess)
-            middle[f"box{k}"] = np.full_like(middle[f"box{k}"], np.nan)
-            middle[f"sure{k}"] = np.zeros(len(middle["place"]), bool)
+            # What is certain of a step is of its halves; their straight lines may be off by as much again.
+            low[f"box{k}"] = 2 * low[f"box{k}"]
+            middle[f"box{k}"], middle[f"sure{k}"] = low[f"box{k}"].copy(), low[f"sure{k}"].copy()
         return middle
 
     def ways(self, number: int, low: Table, high: Table) -> Any:
@@ -160,7 +161,7 @@ class Branch:
     # Certainty
 
     def certify(self, low: Table, high: Table, number: int) -> tuple[Any, Any]:
-        """Box of a group in steps of shape (steps, free), nan where it is not certain, and whether those before it are."""
+        """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are."""
         count = len(low["place"])
         links = len(self.mechanism.links)
         before = np.ones(count, bool)

@@ -87,6 +87,8 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
         return Path(float(given[0, 0]) - ways[0], drive[0], strides[0], turn)
+    if not len(drive):
+        return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
     given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
     steps = np.abs(np.diff(given, axis=1)) / strides[:, None]
     pieces = np.maximum(np.ceil(steps.max(axis=0)), 1).astype(int)

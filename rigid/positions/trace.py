@@ -116,13 +116,16 @@ class Trace:
 
     def _next(self, row: int, way: int, passed: float) -> tuple[int, int] | None:
         """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
-        table = self.branch.table
+        table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
         for first, last in self.branch.doubtful(self.number)[::way]:
             inner, outer = (first, last) if way > 0 else (last, first)
-            outward = (place[inner] - self.branch.path.begin) * way >= -STILL
-            if table["row"][first] == row and outward and (place[outer] - passed) * way > STILL:
-                return inner, outer
+            if table["row"][first] != row or (place[outer] - max(passed * way, start * way) * way) * way <= STILL:
+                continue
+            if (place[inner] - start) * way < 0.0:
+                run = np.arange(first, last + 1)
+                inner = int(run[np.abs(place[run] - start).argmin()])
+            return inner, outer
         return None
 
     def _single(self, row: int, place: float, guess: Any) -> Table:
