@@ -29,6 +29,7 @@ from rigid.positions.placement import Placement
 from rigid.positions.rows import of_designs
 
 NARROW = 64  # times the finest step that a change point may be wide
+BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
 
 
@@ -247,18 +248,24 @@ class Branch:
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
 
-        There it falls to a part of what it changes by from one knot to the next; where it only comes near zero it turns
+        There it falls to a part of what it is a few of the finest steps aside; where it only comes near zero it turns
         around gently.
         """
         place, row, sine = self.table["place"], self.table["row"], np.abs(self.table["sine"][:, number])
-        sure, fine = self.table[f"sure{number}"], np.diff(place) <= 2 * FINEST * self.path.stride
-        before, here, after = sine[:-2], sine[1:-1], sine[2:]
-        with np.errstate(invalid="ignore"):
-            least = (here <= before) & (here < after) & (row[:-2] == row[2:])
-            least &= 2 * (np.maximum(before, after) - here) >= here
-        least &= fine[:-1] & fine[1:] & ~sure[:-2] & ~sure[1:-1]
+        open_ = ~self.table[f"sure{number}"] & (np.diff(place, append=np.inf) <= 2 * FINEST * self.path.stride)
+        least = np.zeros(len(place), bool)
+        count = len(place) - 2 * BESIDE
+        if count > 0:
+            here = sine[BESIDE:-BESIDE]
+            before, after = (
+                np.array([sine[BESIDE + k * way :][:count] for k in range(1, BESIDE + 1)]) for way in (-1, 1)
+            )
+            inside = open_[BESIDE:-BESIDE] & open_[BESIDE - 1 :][:count] & (row[: -2 * BESIDE] == row[2 * BESIDE :])
+            with np.errstate(invalid="ignore"):
+                lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
+                least[BESIDE:-BESIDE] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
         found: list[int] = []
-        for at in np.flatnonzero(least) + 1:
+        for at in np.flatnonzero(least):
             if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.reach_of_change:
                 continue
             found.append(int(at))

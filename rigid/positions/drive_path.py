@@ -19,7 +19,7 @@ SLIDES = 50  # strides of a slider's drive in the size of the drawing
 BLOCK = 16  # knots by which a branch is known further
 ASIDE = 0.0618  # of a stride
 STILL = 1e-9  # the drawing is the first position [rad or m]
-FINEST = 2.0**-20  # of a stride: how near a change point is closed in on
+FINEST = 2.0**-18  # of a stride: how near a change point is closed in on
 
 
 @dataclass(frozen=True, eq=False)

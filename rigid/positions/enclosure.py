@@ -14,9 +14,11 @@ import numpy as np
 
 from rigid.decomposition.groups import Group
 from rigid.joints import Joint
+from rigid.plane import ROUND_OFF
 
 ROUNDS = 6
 WIDER = 1.05  # by which a box is blown up, so that it is mapped into its inside
+NOISE = 4 * ROUND_OFF  # of a gap, over the sizes of its vectors
 LEAST = 1e-13  # half width of a box [rad or m] below which round-off counts
 
 
@@ -180,6 +182,12 @@ class Certificate:
             total = total + sum(abs(weight) * self.step.stray[link] for link, weight in loop.roots.items())
         return total
 
+    def _extent(self, loop: Loop) -> Any:
+        """Sum of the sizes of a loop's vectors [m], which its round-off goes with."""
+        total = sum(self._size(arm) for arm in loop.arms.values())
+        total = total + sum(self._slide[number][0] for number in loop.slides)
+        return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
+
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Any:
         """How much the part of a loop on some links changes per change of a free coordinate."""
         turns = self.group.tree[self.group.free[k]].slider is None
@@ -206,7 +214,7 @@ class Certificate:
         bent = np.zeros((free, cuts, count))
         slope = np.zeros((free, free, cuts, count))
         for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
-            gap[c] = self._stray(each, None)
+            gap[c] = self._stray(each, None) + NOISE * self._extent(each)
             twist[c] = 0.0 if cut.slider is None else self.base[cut.parent] + self.base[cut.child]
             for j, number in enumerate(self.group.free):
                 hinge = self.group.tree[number]
