@@ -22,7 +22,7 @@ from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
 from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
-from rigid.positions.enclosure import Certificate, Ends, Step, loop
+from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
 from rigid.positions.newton import hung, newton, sine_of
 from rigid.positions.placement import Placement
@@ -177,7 +177,9 @@ class Branch:
                 sides = (
                     np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}")
                 )
-                certificate = Certificate(group, self.loops[k], step, Ends(free, *sides))
+                certificate = Certificate(
+                    group, self.loops[k], step, Ends(free, *sides), NOISE if self.forms[k] else 0.0
+                )
                 box = certificate.box
                 if k == number:
                     return box.T, before
