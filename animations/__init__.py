@@ -3,7 +3,7 @@
 Everything is drawn off screen by pyvista, which is imported when the first picture is made.
 """
 
-from animations.diagrams import DIAGRAMS, Diagram
+from animations.diagrams import DIAGRAMS, Diagram, diagram_named
 from animations.files import movie, spread, stills
 from animations.layout import Layout, Style
 from animations.picture import Picture
@@ -16,6 +16,7 @@ __all__ = [
     "Picture",
     "RenderingUnavailable",
     "Style",
+    "diagram_named",
     "movie",
     "off_screen",
     "probe",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic import Deflection, extremes, sample
+from elastic import FIELDS, Deflection, extremes, sample
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 STATIONS = np.linspace(0.0, 1.0, 49)
@@ -17,7 +17,7 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 @dataclass(frozen=True)
 class Diagram:
-    """A field drawn across the links: its name in words, its symbol, its unit and its key in `elastic.sample`.
+    """A field drawn across the links: title, symbol, unit, key in `elastic.FIELDS`, and whether it may be negative.
 
     The deformed shape has no field.
     """
@@ -26,30 +26,25 @@ class Diagram:
     symbol: str
     unit: str
     field: str | None
+    signed: bool = True
 
 
 DIAGRAMS = {
-    "longitudinal-load": Diagram("Longitudinal load", "q_x", "N/m", "qx"),
-    "transverse-load": Diagram("Transverse load", "q_y", "N/m", "qy"),
-    "slope": Diagram("Slope", "φ", "rad", "phi"),
-    "longitudinal-displacement": Diagram("Longitudinal displacement", "u", "m", "u"),
-    "deflection": Diagram("Deflection", "w", "m", "w"),
-    "chord-deflection": Diagram("Deflection from the chord", "w", "m", "chord"),
-    "axial-force": Diagram("Axial force", "N", "N", "N"),
-    "shear-force": Diagram("Shear force", "V", "N", "V"),
-    "bending-moment": Diagram("Bending moment", "M", "N·m", "M"),
-    "shape": Diagram("Deformed shape", "", "m", None),
-}
+    field.slug: Diagram(field.title, field.symbol, field.unit.replace(" ", "·"), field.key, field.signed)
+    for field in FIELDS.values()
+} | {"shape": Diagram("Deformed shape", "", "m", None)}
 
 
 def diagram_named(name: str) -> Diagram:
-    """The diagram of a name.
+    """The diagram of a name or of a field's key.
 
     Raises
     ------
     ValueError
         There is none; the message lists those there are.
     """
+    if name in FIELDS:
+        name = FIELDS[name].slug
     if name not in DIAGRAMS:
         raise ValueError(f'there is no diagram "{name}": choose from {", ".join(DIAGRAMS)}')
     return DIAGRAMS[name]
@@ -60,8 +55,6 @@ def peak(deflection: Deflection, diagram: Diagram) -> float:
     if diagram.field is None:
         moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
         values = np.append(np.abs(moved), np.abs(deflection.shift))
-    elif diagram.field in ("qx", "qy"):
-        values = np.abs(sample(deflection, diagram.field, STATIONS))
     else:
         values = np.abs(extremes(deflection, (diagram.field,))[diagram.field].value)
     finite = values[np.isfinite(values)]

@@ -96,7 +96,12 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
     if len(motion.columns) != 1:
         raise ValueError(f"pictures show one design, and these columns have shape {motion.columns}: take one design")
     parts = [motion.origin, deflection.shift, deflection.w, deflection.u]
-    parts += [] if diagram.field is None else [sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)]
+    if diagram.field is not None:
+        values = sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)
+        beams_known = np.isfinite(values).any(axis=(1, 2))
+        if len(values) and not beams_known.any() and np.isfinite(deflection.w).any():
+            raise ValueError(f"the {diagram.title} is not known: the sections do not tell their dimensions")
+        parts.append(values[beams_known])
     good = np.logical_and.reduce([np.isfinite(part).all(axis=tuple(range(part.ndim - 1))) for part in parts])
     if not good.any():
         raise ValueError(f"none of the {good.size} positions can be drawn: all are singular or out of reach")
@@ -143,7 +148,7 @@ def _tips(deflection: Deflection, field: str, scale: float) -> Complexes:
     stations = np.linspace(0.0, 1.0, 17)
     place = beams(deflection)
     axis = place.start[..., None] + (place.length[:, None] * place.along)[..., None] * stations
-    tips: Complexes = axis + 1j * scale * place.along[..., None] * sample(deflection, field, stations)
+    tips: Complexes = axis + 1j * scale * place.along[..., None] * np.nan_to_num(sample(deflection, field, stations))
     return tips
 
 

@@ -87,7 +87,7 @@ def legend(diagram: Diagram, scales: Layout, style: Style) -> tuple[list[Shape],
         text = quantity(value, diagram.unit)
         words.append(Words(text, left + 3.2 * tick + 1j * middle, letter))
         left += 3.2 * tick + (2.0 + LETTER * len(text)) * letter
-    for fill, sign in ((POSITIVE, ">"), (NEGATIVE, "<")):
+    for fill, sign in ((POSITIVE, ">"), (NEGATIVE, "<"))[: 2 if diagram.signed else 1]:
         square = left + 1j * middle + 0.6 * letter * np.array([-1j, 2 - 1j, 2 + 1j, 1j])
         shapes.append(_still("fill", square, faces=True, fill=fill))
         text = f"{diagram.symbol} {sign} 0"

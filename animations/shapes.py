@@ -93,6 +93,7 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
     of the ordinates, beam by beam.
     """
     place, values = beams(deflection), sample(deflection, field, STATIONS)
+    values = np.where(np.isfinite(values).any(axis=(1, 2), keepdims=True), values, 0.0)  # a beam it is not known of
     count = len(place.length)
 
     def ends(position: int, part: Callable[[Reals], Reals]) -> Complexes:

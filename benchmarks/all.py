@@ -6,7 +6,17 @@ import subprocess
 import sys
 from pathlib import Path
 
-NAMES = ("error_against_run_time", "peers", "growth", "what_is_skipped", "start_up", "animation", "tables")
+NAMES = (
+    "error_against_run_time",
+    "peers",
+    "growth",
+    "what_is_skipped",
+    "beam_theory",
+    "start_up",
+    "page",
+    "animation",
+    "tables",
+)
 
 
 def main() -> int:

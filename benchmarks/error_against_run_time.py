@@ -20,7 +20,7 @@ import numpy as np
 from exact_fields import DATA
 from jobs import SHEARED, STEEL, Job, steel_four_bar
 
-from elastic import FIELDS, coefficients, deflection, sample
+from elastic import PRIMARY, coefficients, deflection, sample
 from fem_check import solve
 
 ELEMENTS = [2**k for k in range(9)]
@@ -37,7 +37,7 @@ Fields = dict[str, Any]
 def closed_forms(job: Job, stations: Any) -> Fields:
     """Shape (beams, positions, stations) each, as of all that follow."""
     solved = deflection(job.motion(), job.sections)
-    return {field: sample(solved, field, stations) for field in FIELDS}
+    return {field: sample(solved, field, stations) for field in PRIMARY}
 
 
 def in_single_precision(job: Job, stations: Any) -> Fields:
@@ -45,7 +45,7 @@ def in_single_precision(job: Job, stations: Any) -> Fields:
     solved = deflection(job.motion(), job.sections)
     xi = np.asarray(stations, np.float32)
     values = {}
-    for field in FIELDS:
+    for field in PRIMARY:
         single = coefficients(solved, field).astype(np.float32)
         flat = np.power.outer(xi, np.arange(len(single), dtype=np.float32)) @ single.reshape(len(single), -1)
         values[field] = np.moveaxis(flat.reshape(len(xi), *single.shape[1:]), 0, -1)
@@ -55,7 +55,7 @@ def in_single_precision(job: Job, stations: Any) -> Fields:
 def elements(job: Job, count: int) -> Fields:
     """Fields at the nodes."""
     solved = solve(job.motion(), job.sections, count)
-    return {field: getattr(solved, field) for field in FIELDS}
+    return {field: getattr(solved, field) for field in PRIMARY}
 
 
 def between(at_nodes: Fields, lengths: Any, EI: float, stations: Any) -> Fields:
@@ -87,7 +87,7 @@ def plain_systems(job: Job, count: int, positions: Any) -> Fields:
 
 def errors(found: Fields, exact: Fields, stations: Any) -> dict[str, float | None]:
     """Greatest error of every field over its greatest value, and the greatest of all; positions first in `exact`."""
-    worst: dict[str, float | None] = dict.fromkeys(FIELDS)
+    worst: dict[str, float | None] = dict.fromkeys(PRIMARY)
     for field, values in found.items():
         expected = np.moveaxis(np.array(exact[field]), 0, 1)
         worst[field] = float(np.abs(values - expected[..., stations]).max() / np.abs(expected).max())

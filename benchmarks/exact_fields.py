@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jobs import SHEARED, SPEED, STEEL, steel_four_bar
 
-from elastic import FIELDS
+from elastic import PRIMARY
 
 POSITIONS, OF = range(0, 360, 30), 360
 STATIONS = [k / 8 for k in range(9)] + [1 / 3, 2 / 3]  # the last two are no nodes of 2, 4, 8 ... elements
@@ -24,7 +24,7 @@ def main() -> None:
     content |= {"positions": list(POSITIONS), "stations": STATIONS}
     for theory, section in (("Euler-Bernoulli", STEEL), ("Timoshenko", SHEARED)):
         solved = [exact(job.mechanism, [section] * 3, [job.drive[k]], [SPEED], [0.0]) for k in POSITIONS]
-        content[theory] = {field: [one.sampled(field, STATIONS).tolist() for one in solved] for field in FIELDS}
+        content[theory] = {field: [one.sampled(field, STATIONS).tolist() for one in solved] for field in PRIMARY}
     DATA.parent.mkdir(exist_ok=True)
     DATA.write_text(json.dumps(content) + "\n", encoding="utf-8")
 

@@ -12,7 +12,7 @@ import measuring
 import numpy as np
 from jobs import Job, chain, four_bars, steel_four_bar
 
-from elastic import FIELDS, deflection, deflection_in_chunks, sample
+from elastic import PRIMARY, deflection, deflection_in_chunks, sample
 
 AT_ONCE = 100_000
 
@@ -48,7 +48,7 @@ def main() -> None:
         xi = np.linspace(0, 1, n)
 
         def all_fields(xi: Any = xi) -> Any:
-            for field in FIELDS:
+            for field in PRIMARY:
                 sample(solved, field, xi)
 
         time, values = measuring.seconds(all_fields), 1000 * n * 6 * 3

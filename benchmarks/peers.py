@@ -22,7 +22,7 @@ import numpy as np
 from exact_fields import DATA
 from jobs import AREA, DENSITY, INERTIA, SPEED, E, steel_four_bar
 
-from elastic import FIELDS, deflection, sample
+from elastic import PRIMARY, deflection, sample
 from rigid import motion, position_of
 from rigid.loads import beam_loads
 
@@ -325,7 +325,7 @@ def main() -> None:
         solved = deflection(job.motion(), job.sections)
         error = None
         if at is not None:
-            exact = {field: np.moveaxis(np.array(data["Euler-Bernoulli"][field])[..., :9], 0, 1) for field in FIELDS}
+            exact = {field: np.moveaxis(np.array(data["Euler-Bernoulli"][field])[..., :9], 0, 1) for field in PRIMARY}
             greatest = max(np.abs(exact[field]).max() for field in ("u", "w"))
             error = max(
                 float(np.abs(sample(solved, f, stations)[:, at] - exact[f]).max() / greatest) for f in ("u", "w")

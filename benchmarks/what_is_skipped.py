@@ -10,17 +10,7 @@ import measuring
 import numpy as np
 from jobs import Job, flap, four_bars, steel_four_bar
 
-from elastic import (
-    FIELDS,
-    RIGID,
-    deflection,
-    deflection_in_chunks,
-    extremes,
-    rectangle,
-    sample,
-    section_of,
-    stress_extremes,
-)
+from elastic import PRIMARY, RIGID, deflection, deflection_in_chunks, extremes, rectangle, sample, section_of
 from fem_check import compare, solve
 from rigid import drive_efforts, motion, reactions
 
@@ -43,9 +33,9 @@ def requests(job: Job) -> dict[str, Callable[[], Any]]:
         "+ chord-relative deflection": lambda: sample(solved, "chord", [0.0, 0.5, 1.0]),
         "+ exact extremes of all fields": lambda: extremes(solved),
         "+ exact extremes of M alone": lambda: extremes(solved, ["M"]),
-        "+ all fields at 101 stations": lambda: [sample(solved, field, XI) for field in FIELDS],
+        "+ all fields at 101 stations": lambda: [sample(solved, field, XI) for field in PRIMARY],
         "+ w at 101 stations": lambda: sample(solved, "w", XI),
-        "+ greatest stresses": lambda: stress_extremes(known),
+        "+ greatest stresses": lambda: extremes(known, ["normal", "shear", "mises"]),
     }
 
 
@@ -81,7 +71,7 @@ def targets() -> list[dict[str, Any]]:
 
     def sampled() -> None:
         for chunk in deflection_in_chunks(large.mechanism, large.sections, large.drive, large.rate):
-            for field in FIELDS:
+            for field in PRIMARY:
                 sample(chunk, field, XI)
             del chunk
 

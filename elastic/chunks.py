@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.line import designs_of
+from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
-from elastic.deflection import Deflection, deflection
+from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
 from rigid.chunks import columns_of, design_chunks
 from rigid.positions import of_designs

@@ -1,21 +1,33 @@
 """The deflection of moving mechanisms asked again of scikit-fem, the difference, and meshes for ParaView.
 
-It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself.
+It takes the motion, the masses, the loads and the sections; loads, statics and displacements it finds for itself. The
+room `fem_check.nonlinear` takes not even the motion.
 """
 
 from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare
 from fem_check.linear.solution import Solution, TieForce, solve
+from fem_check.solid.comparison import SolidComparison, compare_solid
+from fem_check.solid.solution import SolidSolution, solve_solid
 from fem_check.vibration.frequencies import natural_frequencies
-from fem_check.vtu import write_vtu_series
+from fem_check.vtu import write_solid_vtu_series, write_vtu_series
 
 __all__ = [
     "TOLERANCE",
     "Comparison",
+    "SolidComparison",
+    "SolidSolution",
     "Solution",
     "TieForce",
     "Worst",
     "compare",
+    "compare_solid",
     "natural_frequencies",
     "solve",
+    "solve_solid",
+    "write_solid_vtu_series",
     "write_vtu_series",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,4 +1,4 @@
-"""The moving, bending beams as a series of VTU files for ParaView."""
+"""The moving, bending beams and plane bodies as series of VTU files for ParaView."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, sample
+from elastic import FIELDS, PRIMARY, Deflection, sample
 from fem_check.linear.solution import Solution
+from fem_check.solid.solution import SolidSolution
 from rigid import Reals, position_of
 
 
@@ -20,8 +21,10 @@ def write_vtu_series(
     """One VTU file per position and a .pvd file that lists them by time.
 
     The points are those of the unbent beams; `displacement` [m] leads from them to the bent ones (the "Warp By Vector"
-    filter of ParaView exaggerates it), `deformed` is where it leads. N, V, M, u, w, phi lie beside them. The cell data
-    `beam` is the number in `Mechanism.beams`. Positions without an answer are left out.
+    filter of ParaView exaggerates it), `deformed` is where it leads. The main fields of `elastic.FIELDS` lie
+    beside them by their keys, of finite elements N, V, M, u, w, phi. The cell data `beam` is the number in
+    `Mechanism.beams`.
+    Positions without an answer are left out.
 
     Parameters
     ----------
@@ -61,19 +64,65 @@ def write_vtu_series(
         file = f"{name}_{k:0{digits}}.vtu"
         points = {"displacement": _space(moved[:, k]), "deformed": _space(places[:, k] + moved[:, k])}
         data = points | {field: values[:, k].ravel() for field, values in fields.items()}
-        _write(folder / file, _space(places[:, k]), cells, numbers, data)
+        _write(folder / file, _space(places[:, k]), ("line", cells), {"beam": numbers}, data)
+        listed.append((float(motion.time[k]), file))
+    return _collection(folder / f"{name}.pvd", listed)
+
+
+def write_solid_vtu_series(answer: SolidSolution, folder: Path | str, name: str = "solid") -> Path:
+    """One VTU file per position of all links that are plane bodies, and a .pvd file that lists them by time.
+
+    Quadrilaterals in place; `displacement` [m] leads from them to the bent ones, each link's from the line through two
+    of its pins. The cell data `link` is the number in `Mechanism.links`. Positions without an answer are left out.
+
+    Parameters
+    ----------
+    answer
+        Of `solve_solid`.
+    folder
+        Made where it is missing.
+    name
+        Of the files: `name.pvd`, `name_0000.vtu` and so on.
+
+    Returns
+    -------
+    Path of the .pvd file.
+    """
+    motion = answer.motion
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    grids = {at: found.body.grid for at, found in answer.bodies.items()}
+    first = np.cumsum([0, *(len(grid.points) for grid in grids.values())])
+    cells = np.concatenate(
+        [np.zeros((0, 4), int), *(grid.cells + k for grid, k in zip(grids.values(), first[:-1], strict=True))]
+    )
+    numbers = np.repeat(list(grids), [len(grid.cells) for grid in grids.values()])
+    digits = max(4, len(str(len(motion.time) - 1)))
+    listed = []
+    for k in np.flatnonzero(np.isfinite([*(loads.sum(0) for loads in answer.loads.values()), motion.time]).all(axis=0)):
+        file = f"{name}_{k:0{digits}}.vtu"
+        places = [motion.origin[at, k] + motion.direction[at, k] * grid.points for at, grid in grids.items()]
+        moved = [motion.direction[at, k] * answer.displacement(at, int(k)) for at in grids]
+        data = {"displacement": _space(np.concatenate([np.zeros(0, complex), *moved]))}
+        _write(
+            folder / file,
+            _space(np.concatenate([np.zeros(0, complex), *places])),
+            ("quad", cells),
+            {"link": numbers},
+            data,
+        )
         listed.append((float(motion.time[k]), file))
     return _collection(folder / f"{name}.pvd", listed)
 
 
 def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) -> tuple[Reals, dict[str, Reals]]:
-    """Stations and the six fields at them, each of shape (beams, positions, stations)."""
+    """Stations and the fields at them, each of shape (beams, positions, stations)."""
     if isinstance(answer, Deflection):
         xi = np.linspace(0.0, 1.0, 21) if stations is None else np.asarray(stations, float)
-        return xi, {field: sample(answer, field, xi) for field in FIELDS}
+        return xi, {key: sample(answer, key, xi) for key, field in FIELDS.items() if field.main}
     if stations is not None:
         raise ValueError("stations: a finite element solution is written at its nodes")
-    return answer.xi, {field: getattr(answer, field) for field in FIELDS}
+    return answer.xi, {field: getattr(answer, field) for field in PRIMARY}
 
 
 def _places(answer: Deflection | Solution) -> tuple[Any, Any]:
@@ -98,10 +147,13 @@ def _space(plane: Any) -> Reals:
     return np.column_stack((flat.real, flat.imag, np.zeros(len(flat))))
 
 
-def _write(path: Path, points: Reals, cells: Any, numbers: Any, data: Mapping[str, Reals]) -> None:
+def _write(
+    path: Path, points: Reals, cells: tuple[str, Any], numbers: Mapping[str, Any], data: Mapping[str, Reals]
+) -> None:
     import meshio
 
-    mesh = meshio.Mesh(points, [("line", cells)], point_data=dict(data), cell_data={"beam": [numbers]})
+    of_cells = {name: [values] for name, values in numbers.items()}
+    mesh = meshio.Mesh(points, [cells], point_data=dict(data), cell_data=of_cells)
     meshio.write(path, mesh, file_format="vtu")
 
 

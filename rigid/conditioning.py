@@ -1,4 +1,4 @@
-"""How much a position multiplies round-off, and the marking of those where nothing else is left.
+"""Condition of a position: by how much it multiplies round-off; and the marking of singular ones.
 
 Derivation: docs/theory.md, "Accuracy".
 """

@@ -50,7 +50,7 @@ class BeamTable:
 
     @cached_property
     def resistance(self) -> tuple[Any, Any]:
-        """What the acceleration of the start, and i eps - w^2, give in load, by powers of xi, (n, beams, ..., 1)."""
+        """Inertia load per acceleration of the start, and per i eps - w^2, by powers of xi, (n, beams, ..., 1)."""
         mass = -self.mass_per_length * self.mass_taper
         return mass, mass * self.length
 

@@ -42,18 +42,19 @@ def displacements(
     number = 0
     for closed in closures:
         for hinge in closed.tree:
-            parent, child = hinge.joint.parent, hinge.joint.child
-            if not hinge.turns or hinge.joint.moved:
+            joint = hinge.joint
+            parent, child = joint.parent, joint.child
+            if hinge.along is not None or joint.moved:
                 turning[child] = turning[child] + imaginary(turning[parent].imag + turns[number])
             at_joint = _moved(shift, turning, parent, hinge.arm_parent) + gaps[number]
-            if hinge.joint.gear is not None:
-                gap, turn = hinge.driven(_gear_input(hinge.joint, shift, turning))
+            if joint.gear is not None:
+                gap, turn = hinge.driven(_gear_input(joint, shift, turning))
                 at_joint, turning[child] = at_joint + gap, turning[child] + imaginary(turn)
             shift[child] = at_joint - turning[child] * hinge.arm_child
             number += 1
         lacking = []
         for closing in closed.cut:
-            lacking.append(_lacking(closing, shift, turning, gaps[number], turns[number]))
+            lacking.append(_residual(closing, shift, turning, gaps[number], turns[number]))
             number += 1
         openings.append(lacking)
         residuals = [closing.row(*opening) for closing, opening in zip(closed.cut, lacking, strict=True)]
@@ -62,7 +63,7 @@ def displacements(
 
 
 def _gear_input(joint: Joint, shift: list[Columns], turning: list[Columns]) -> Columns:
-    """What a gear moves its follower by, the child from the parent."""
+    """Motion that a gear gives its follower, child from parent."""
     return gear_input(
         joint,
         lambda link: turning[link].imag,
@@ -75,13 +76,13 @@ def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns
     return shift[link] + turning[link] * arm
 
 
-def _lacking(
+def _residual(
     closing: JointPlace, shift: list[Columns], turning: list[Columns], gap: Columns, turn: Columns
 ) -> tuple[Columns, Columns]:
-    """What a cut joint still lacks to its gap: displacement, and rotation where it holds one."""
+    """Residual of a cut joint: displacement, and rotation where it holds one."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
-    if closing.turns:
+    if closing.along is None:
         return gap - opened, ZERO
     return gap - opened, turn - (turning[child].imag - turning[parent].imag)
 
@@ -93,7 +94,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
         rotation: Columns = ZERO  # its imaginary part is the coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
-        turns = hinge.turns
+        turns = hinge.along is None
         if turns and np.ndim(rotation):
             rotation.real[...] = 0.0
         elif turns:

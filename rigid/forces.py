@@ -17,7 +17,7 @@ from rigid.plane import ZERO, cross, dot, number
 
 @dataclass(frozen=True, eq=False)
 class JointForces:
-    """What every joint does to its child link; the parent gets the opposite.
+    """Force and moment of every joint on its child link; the parent gets the opposite.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ def _balance(hinge: JointPlace, force: list[Columns], moment: list[Columns]) -> 
     if hinge.joint.gear is not None:
         driver = hinge.joint.gear.driver
         for link, pull, turn in gear_loads(hinge, -load, -couple):
-            _push(link, ZERO if driver.slider is None else input_arm(driver), pull, turn, force, moment)
+            _push(link, input_arm(driver), pull, turn, force, moment)
     return -load, -couple
 
 

@@ -30,7 +30,7 @@ def gear_input(
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns) -> Sequence[tuple[int, Columns, Columns]]:
-    """What a follower asks of the links of its driving joint: the transpose of `gear_input`.
+    """Loads of a follower on the links of its driving joint: the transpose of `gear_input`.
 
     Parameters
     ----------
@@ -54,6 +54,5 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns) -> Sequence[t
 
 
 def input_arm(driver: Joint) -> Columns:
-    """From the origin of the sliding link's axes to the point of a rack that drives a gear [m], complex."""
-    assert driver.slider is not None
-    return driver.slider.turn * driver.at_child
+    """From the origin of its link's axes to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
+    return ZERO if driver.slider is None else driver.slider.turn * driver.at_child

@@ -6,14 +6,16 @@ owner's line at a slider [m]. Which of its links is placed first, its parent, ha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, Slider
-from rigid.plane import ZERO, cross, dot
+from rigid.plane import ZERO, cross, dot, unit
 
 Columns = Any  # an array of shape (..., positions), a number, or ZERO
 
@@ -83,7 +85,7 @@ class Joint:
         """Its point in the axes of one of its links."""
         return self.at_child if self.child == link else self.at_parent
 
-    @property
+    @cached_property
     def moved(self) -> bool:
         """Whether a drive or a gear prescribes its coordinate."""
         return self.drive is not None or self.gear is not None
@@ -93,12 +95,12 @@ class Joint:
         """Whether the parent is the owner and the child the block, not the other way round."""
         return self.sense > 0
 
-    @property
+    @cached_property
     def owner(self) -> int:
         """The link that its coordinate is counted from: that with a slider's line."""
         return self.parent if self.ordered else self.child
 
-    @property
+    @cached_property
     def block(self) -> int:
         """The link whose motion its coordinate tells: the one that slides."""
         return self.child if self.ordered else self.parent
@@ -110,11 +112,16 @@ class Joint:
         return self.slider.point if link == self.block else None
 
     @property
+    def letter(self) -> str:
+        """R for a revolute pair, P for a prismatic one."""
+        return "R" if self.slider is None else "P"
+
+    @cached_property
     def parent_point(self) -> str | None:
         """Name of the parent's point at the joint; None for a slider's line, which passes its owner's points."""
         return self.point(self.parent)
 
-    @property
+    @cached_property
     def child_point(self) -> str | None:
         """Name of the child's point at the joint; None for a slider's line."""
         return self.point(self.child)
@@ -161,12 +168,26 @@ def coordinate_of(placed: Placed, joint: Joint) -> Columns:
 
 
 def gap_of(placed: Placed, joint: Joint) -> Columns:
-    """How far a cut joint is open, as `JointPlace.row`: child from parent, to any size."""
+    """Opening of a cut joint of any size, child from parent, as `JointPlace.row` gives it for a small one."""
     opened = joint.sense * opening_of(placed, joint)
     if joint.slider is None:
         return opened
     turned = placed.direction[joint.block] * np.conj(placed.direction[joint.owner] * joint.slider.turn)
     return joint.sense * np.angle(turned) + 1j * cross(along_of(placed, joint), opened)
+
+
+def child_place(placed: Placed, joint: Joint, coordinate: Columns) -> tuple[Columns, Columns]:
+    """Origin and direction of a joint's child, its parent being placed, at a coordinate of the joint [rad or m]."""
+    parent = joint.parent
+    slide: Columns = ZERO
+    if joint.slider is None:
+        direction = placed.direction[parent] * unit(joint.sense * coordinate)
+    else:
+        direction = placed.direction[parent] * joint.turn
+        owner = placed.direction[parent] if joint.ordered else direction
+        slide = joint.sense * coordinate * (owner * joint.line)
+    at_parent = point_of(placed, parent, joint.at_parent)
+    return at_parent - carried(direction, joint.at_child) + slide, direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,13 +239,18 @@ class JointPlace:
         """Displacement of the child's point and rotation of the child from the parent: (gap, turn)."""
         return (ZERO, amount) if self.along is None else (amount * self.along, ZERO)
 
-    def effort(self, force: Columns, moment: Columns) -> Columns:
-        """What a force and a moment on the child do along the free motion: moment [N m] or force [N]."""
-        return moment if self.along is None else dot(self.along, force)
+    def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
+        """Gap [m/s^2] that Coriolis' acceleration opens, from the links' velocities and i times their angular ones."""
+        parent, child = self.joint.parent, self.joint.child
+        if self.along is None or rotation[child] is ZERO:
+            return ZERO
+        opened = velocity[child] + rotation[child] * self.arm_child - velocity[parent]
+        opened = opened - rotation[parent] * self.arm_parent
+        return 2 * rotation[child] * (dot(self.along, opened) * self.along)
 
-    def coordinate(self, displacement: Columns, rotation: Columns) -> Columns:
-        """What a small displacement and rotation of the child from the parent change its coordinate by."""
-        return self.joint.sense * self.effort(displacement, rotation)
+    def effort(self, force: Columns, moment: Columns) -> Columns:
+        """Component of a force and moment on the child along the free motion: moment [N m] or force [N]."""
+        return moment if self.along is None else dot(self.along, force)
 
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:

@@ -18,7 +18,7 @@ from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import Columns, JointPlace
 from rigid.mechanism import Mechanism
 from rigid.parts import Complexes, Reals
-from rigid.plane import ZERO, dot, number
+from rigid.plane import ZERO
 from rigid.positions.placing import place
 from rigid.postures import Posture
 
@@ -232,7 +232,7 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
     """One array of shape (len(values), *shape) from columns that may be scalars."""
     result: Any = np.empty((len(values), *shape), kind)
     for at, value in enumerate(values):
-        result[at] = number(value)
+        result[at] = 0.0 if value is ZERO else value
     return result
 
 
@@ -254,13 +254,7 @@ def _accelerations(
     gaps: list[Columns] = []
     turns: list[Columns] = []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
-        joint = hinge.joint
-        parent, child = joint.parent, joint.child
-        gap, turn = hinge.driven(joint.sense * rate_of(rate2, joint.drive))
-        if hinge.along is not None and rotation[child] is not ZERO:
-            opened = velocity[child] + rotation[child] * hinge.arm_child - velocity[parent]
-            opened = opened - rotation[parent] * hinge.arm_parent
-            gap = gap + 2 * rotation[child] * (dot(hinge.along, opened) * hinge.along)
-        gaps.append(gap)
+        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate2, hinge.joint.drive))
+        gaps.append(gap + hinge.coriolis(velocity, rotation))
         turns.append(turn)
     return displacements(closures, gaps, turns, [value * value for value in rotation])

@@ -1,4 +1,4 @@
-"""What the links feel: distributed inertia loads, line loads, and loads at points."""
+"""Loads of the links: inertia and weight along beams, line loads, and loads at points."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class Parts(Protocol):
 
 
 def misnamed(mechanism: Parts) -> str | None:
-    """What is wrong with the first name that is nobody's, or the first beam without length; None where all is well."""
+    """Fault of the first name that is nobody's, or of the first beam without length; None where all is well."""
     return next((words for words in _wrong(mechanism) if words), None)
 
 

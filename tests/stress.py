@@ -12,7 +12,7 @@ from exact import WORKED, exact
 from mechanisms import apex, bar
 from mpmath import mpf
 
-from elastic import FIELDS, Section, deflection, sample
+from elastic import PRIMARY, Section, deflection, sample
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 EPS = np.finfo(float).eps
@@ -185,7 +185,7 @@ class TwoDyads:
 def references(case, drive, rate, rate2, side=None):
     """Fields at STATIONS in 50 digits, rounded."""
     solved = exact(case.mechanism, case.sections, [drive], [rate], [rate2], at=case.at(drive, side))
-    return {field: solved.sampled(field, STATIONS) for field in FIELDS}
+    return {field: solved.sampled(field, STATIONS) for field in PRIMARY}
 
 
 def scales(fields):
@@ -204,5 +204,5 @@ def error(case, drive, rate=7.0, rate2=-3.0, way=(), side=None):
     solved = deflection(course, case.sections)
     expected = references(case, drive, rate, rate2, side)
     by = scales(expected)
-    worst = max(np.abs(sample(solved, field, STATIONS)[:, -1] - expected[field]).max() / by[field] for field in FIELDS)
+    worst = max(np.abs(sample(solved, field, STATIONS)[:, -1] - expected[field]).max() / by[field] for field in PRIMARY)
     return worst / EPS, solved.condition[-1], course.condition[-1]

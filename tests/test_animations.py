@@ -30,7 +30,7 @@ from animations.shapes import NEGATIVE, POSITIVE, diagram_shapes
 from elastic import RIGID, Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
-STEEL = Section(EA=210e9 * 60e-6, EI=210e9 * 1.8e-10)
+STEEL = Section(210e9 * 60e-6, 210e9 * 1.8e-10, area=60e-6, inertia=1.8e-10, fibre=0.003, peak_shear=1.5)
 SMALL = Style(title="Small", size=(320, 192))
 TURN = np.arange(12) * 2 * np.pi / 12
 
@@ -222,10 +222,9 @@ class TestRendering:
         assert levels.count("curve") == 1
 
     def test_vtk_errors_are_raised(self):
-        import pyvista as pv
         from vtkmodules.vtkFiltersGeneral import vtkWarpScalar
 
-        with pytest.raises(pv.VTKExecutionError), off_screen():
+        with pytest.raises(RuntimeError), off_screen():
             vtkWarpScalar().Update()
 
     def test_the_font_has_greek_letters(self):

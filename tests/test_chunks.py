@@ -16,7 +16,7 @@ import pytest
 from linkages import linkage
 from mechanisms import ALL, bar, four_bar, replaced, steel_four_bar, turn
 
-from elastic import FIELDS, Section, deflection, deflection_in_chunks, extremes
+from elastic import PRIMARY, Section, deflection, deflection_in_chunks, extremes
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
 from rigid.chunks import SEAM
 
@@ -110,7 +110,7 @@ class TestSameNumbers:
         whole = deflection(motion(case.mechanism, *asked), case.sections)
         chunks = list(deflection_in_chunks(case.mechanism, case.sections, *asked, columns=7))
         assert len(chunks) == 4
-        for field in FIELDS:
+        for field in PRIMARY:
             np.testing.assert_array_equal(joined(chunks, field), getattr(whole, field))
 
     def test_times_go_on(self):
@@ -130,7 +130,7 @@ class TestSameNumbers:
         whole = deflection(motion(mechanism, case.drive, case.rate), sections)
         chunks = list(deflection_in_chunks(mechanism, sections, case.drive, case.rate, columns=20))
         assert [chunk.w.shape[2] for chunk in chunks] == [2, 2, 2, 2, 1]
-        for field in FIELDS:
+        for field in PRIMARY:
             np.testing.assert_array_equal(joined(chunks, field, axis=2), getattr(whole, field))
 
     def test_one_design_after_the_other_where_its_positions_alone_fill_a_chunk(self):

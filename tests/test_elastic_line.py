@@ -10,16 +10,7 @@ import numpy as np
 import pytest
 from mechanisms import ALL, bar, elastic_guide, four_bar, replaced, ring, six_bar, slider_crank, steel_four_bar
 
-from elastic import (
-    FIELDS,
-    RIGID,
-    Section,
-    coefficients,
-    deflection,
-    displacement_of,
-    extremes,
-    sample,
-)
+from elastic import PRIMARY, RIGID, Section, coefficients, deflection, displacement_of, extremes, sample
 from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
 
 L, EA, EI = 0.8, 4e5, 75.0
@@ -165,19 +156,21 @@ class TestFieldsHangTogether:
     @pytest.mark.parametrize("name", ALL)
     def test_derivatives(self, name):
         solution = solved(ALL[name]())
+        beam, width = solution.division.beam, solution.division.width
         axial, bending, shear, strain = (
-            np.array([getattr(section, name) for section in solution.sections])[:, None]
+            np.array([getattr(section, name) for section in solution.sections])[beam, None]
             for name in ("EA", "EI", "kGA", "strain")
         )
+        load = coefficients(solution, "q_x") + 1j * coefficients(solution, "q_y")
         stretch = solution.N / axial
         stretch[0] += strain
         turned = solution.phi.copy()
         turned[: len(solution.V)] -= solution.V / shear
 
         def slope(values):
-            return values[1:] * np.arange(1, len(values))[:, None, None] / solution.length
+            return values[1:] * np.arange(1, len(values))[:, None, None] / (solution.length[beam] * width)
 
-        pairs = (("N", -solution.q.real), ("V", solution.q.imag), ("M", solution.V), ("w", turned))
+        pairs = (("N", -load.real), ("V", load.imag), ("M", solution.V), ("w", turned))
         pairs += (("u", stretch), ("phi", solution.M / bending))
         for field, expected in pairs:
             got = slope(getattr(solution, field))
@@ -233,7 +226,7 @@ class TestJointsOfBentLinks:
 
 class TestExtremes:
     @pytest.mark.parametrize("name", [name for name in ALL if name != "RPR, elastic lever"])
-    @pytest.mark.parametrize("field", [*FIELDS, "chord"])
+    @pytest.mark.parametrize("field", [*PRIMARY, "chord"])
     def test_equal_roots_of_the_derivative(self, name, field):
         """Brute force: all real roots by companion matrices, and a fine grid."""
         solution = solved(ALL[name](loads=()) if name == "triad" else ALL[name]())
@@ -254,7 +247,7 @@ class TestExtremes:
                 there = polynomial(found.xi[beam, position])
                 assert found.value[beam, position] == pytest.approx(there, rel=1e-13, abs=1e-15 * scale)
 
-    @pytest.mark.parametrize("field", FIELDS)
+    @pytest.mark.parametrize("field", PRIMARY)
     def test_of_a_beam_with_a_block_on_it(self, field):
         """A fine grid misses a smooth extreme by h^2/8 of the curvature, a kink by h/2 of the change of slope."""
         solution = solved(elastic_guide())
@@ -294,8 +287,10 @@ class TestSampling:
                 sample(solution, "w", stations)
         with pytest.raises(ValueError, match=r'no field "W".*chord'):
             sample(solution, "W", [0.5])
-        with pytest.raises(ValueError, match='no field "qx" to be extreme'):
-            extremes(solution, ["w", "qx"])
+        with pytest.raises(ValueError, match=r'no field "load".*q_x'):
+            extremes(solution, ["w", "load"])
+        with pytest.raises(ValueError, match=r'"mises" is no polynomial: .*left'):
+            coefficients(solution, "mises")
 
     def test_shape_and_powers(self):
         solution = solved(steel_four_bar(4))
@@ -320,7 +315,7 @@ class TestDesigns:
         together = deflection(course, [Section(3e5, EI), *case.sections[1:]])
         for number, value in enumerate(EI[:, 0]):
             alone = deflection(course, [Section(3e5, value), *case.sections[1:]])
-            for field in FIELDS:
+            for field in PRIMARY:
                 expected = getattr(alone, field)
                 got = np.broadcast_to(getattr(together, field), (*expected.shape[:2], 3, expected.shape[2]))
                 np.testing.assert_allclose(got[:, :, number], expected, rtol=0, atol=1e-13 * np.abs(expected).max())

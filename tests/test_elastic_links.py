@@ -21,7 +21,6 @@ from elastic import (
     JointCompliance,
     Section,
     Taper,
-    cautions,
     circle,
     deflection,
     displacement_of,
@@ -31,6 +30,7 @@ from elastic import (
     section_of,
     tapered,
 )
+from elastic.assessment import exceedances
 from rigid import (
     Beam,
     LineLoad,
@@ -579,8 +579,8 @@ class TestWhatIsTold:
         going = motion(course, np.linspace(0, 2 * np.pi, 60, endpoint=False), 3.0)
         soft = deflection(going, [Section(1e6, 1e4)], joints={"O": JointCompliance(0.0, 1e-2)})
         stiff = deflection(going, [Section(1e6, 1e4)])
-        assert [caution.kind for caution in cautions(soft, kinds=["vibration"])] == ["vibration"]
-        assert cautions(stiff, kinds=["vibration"]) == []
+        assert [exceedance.kind for exceedance in exceedances(soft, kinds=["vibration"])] == ["vibration"]
+        assert exceedances(stiff, kinds=["vibration"]) == []
 
 
 class Push:

@@ -8,11 +8,17 @@ import numpy as np
 import pytest
 from mechanisms import four_bar
 
-from elastic import FIELDS, Section, Taper, deflection, sample
+import fem_check
+from elastic import PRIMARY, Section, Taper, deflection, sample
 from fem_check import compare, solve, write_vtu_series
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, position_of
 from rigid import motion as motion_of
 from rigid.kinematics import repeated
+
+
+def with_fields(bent, **values):
+    """A deflection of undivided beams with other coefficients."""
+    return replace(bent, amplitudes=replace(bent.amplitudes, **values))
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +32,7 @@ def test_the_true_answer_passes(answers):
     comparison = compare(*answers)
     assert comparison.passed
     assert comparison.compared == 24
-    assert [worst.field for worst in comparison.worst] == list(FIELDS)
+    assert [worst.field for worst in comparison.worst] == list(PRIMARY)
     assert comparison.elements == 8
 
 
@@ -39,7 +45,7 @@ def test_tapered_beams_are_granted_what_their_elements_leave(answers):
         comparison = compare(bent, solve(exact.motion, shaped, elements))
         assert comparison.tolerance == tolerance
         assert comparison.passed
-    off = replace(bent, w=bent.w * (1 + 1e-5))
+    off = with_fields(bent, w=bent.amplitudes.w * (1 + 1e-5))
     assert not compare(off, solve(exact.motion, shaped, 64)).passed
     assert not compare(bent, solve(exact.motion, shaped, 16), 1e-9).passed
 
@@ -49,24 +55,24 @@ def test_a_rigidity_one_percent_off_fails(answers):
     off = [Section(s.EA, 1.01 * s.EI) if k == 1 else s for k, s in enumerate(exact.sections)]
     comparison = compare(deflection(exact.motion, off), found)
     assert not comparison.passed
-    by_field = dict(zip(FIELDS, comparison.relative.max(axis=1), strict=True))
+    by_field = dict(zip(PRIMARY, comparison.relative.max(axis=1), strict=True))
     assert all(by_field[field] < 1e-8 for field in "NVM")
     assert 1e-4 < by_field["w"] < 1e-1
 
 
-@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("field", PRIMARY)
 def test_a_single_wrong_coefficient_is_found_where_it_is(answers, field):
     exact, found = answers
     values = getattr(exact, field).copy()
     scale = np.abs(sample(exact, field, found.xi)).max()
     values[1, 2, 13] += 1e-3 * scale  # grows along the beam: greatest at its end
-    comparison = compare(replace(exact, **{field: values}), found)
-    worst = comparison.worst[FIELDS.index(field)]
+    comparison = compare(with_fields(exact, **{field: values}), found)
+    worst = comparison.worst[PRIMARY.index(field)]
     assert not comparison.passed
     assert (worst.field, worst.beam, worst.position, worst.xi) == (field, 2, 13, 1.0)
     assert worst.relative == pytest.approx(1e-3, rel=0.01)
     assert worst.difference == pytest.approx(1e-3 * scale, rel=1e-6)
-    others = [k for k, name in enumerate(FIELDS) if name != field]
+    others = [k for k, name in enumerate(PRIMARY) if name != field]
     assert comparison.relative[others].max() < 1e-8
 
 
@@ -76,8 +82,8 @@ def test_a_beam_is_also_measured_by_itself(answers):
     small = np.abs(sample(exact, "w", found.xi)).max(axis=(1, 2))
     beam = int(np.argmin(small))
     values[0, beam] += 1e-9 * small.max()
-    comparison = compare(replace(exact, w=values), found)
-    w = FIELDS.index("w")
+    comparison = compare(with_fields(exact, w=values), found)
+    w = PRIMARY.index("w")
     assert comparison.passed
     assert comparison.relative[w, beam] == pytest.approx(1e-9, rel=1e-3)
     assert comparison.own[w, beam] == pytest.approx(1e-9 * small.max() / small[beam], rel=1e-3)
@@ -91,9 +97,9 @@ def test_an_answer_on_one_side_only_fails(answers):
     comparison = compare(exact, replace(found, w=w))
     assert not comparison.passed
     assert comparison.compared == 23
-    assert comparison.worst[FIELDS.index("w")].position == 3
-    nowhere = replace(found, **{field: np.full_like(getattr(found, field), np.nan) for field in FIELDS})
-    lost = replace(exact, **{field: np.full_like(getattr(exact, field), np.nan) for field in FIELDS})
+    assert comparison.worst[PRIMARY.index("w")].position == 3
+    nowhere = replace(found, **{field: np.full_like(getattr(found, field), np.nan) for field in PRIMARY})
+    lost = with_fields(exact, **{field: np.full_like(getattr(exact, field), np.nan) for field in PRIMARY})
     assert not compare(lost, nowhere).passed
 
 
@@ -106,9 +112,9 @@ def test_a_field_that_is_zero_but_for_round_off_passes():
     noise = np.full_like(found.N, 1e-14)
     shear = np.ones_like(exact.V)
     comparison = compare(
-        replace(exact, V=shear), replace(found, N=noise, V=sample(replace(exact, V=shear), "V", found.xi))
+        with_fields(exact, V=shear), replace(found, N=noise, V=sample(with_fields(exact, V=shear), "V", found.xi))
     )
-    assert comparison.relative[FIELDS.index("N")].max() <= 1e-8
+    assert comparison.relative[PRIMARY.index("N")].max() <= 1e-8
 
 
 def test_an_arm_that_only_a_moment_bends_passes():
@@ -132,7 +138,7 @@ def test_an_arm_that_is_only_pulled_passes(slenderness):
     sections = [Section(3e6, 3e6 * (0.7 / slenderness) ** 2)]
     exact, found = deflection(turning, sections), solve(turning, sections)
     assert compare(exact, found).passed
-    bent = replace(exact, w=exact.w + 1e-12 * 2.0 * 30**2 * 0.7 * 0.7**3 / sections[0].EI)
+    bent = with_fields(exact, w=exact.w + 1e-12 * 2.0 * 30**2 * 0.7 * 0.7**3 / sections[0].EI)
     assert not compare(bent, found).passed
 
 
@@ -186,7 +192,7 @@ def test_mesh_files_of_the_elements_hold_both_shapes_and_all_fields(answers, tmp
     assert mesh.points.shape == (27, 3)
     assert sum(len(block.data) for block in mesh.cells) == 24
     np.testing.assert_array_equal(mesh.cell_data["beam"][0], np.repeat([0, 1, 2], 8))
-    for field in FIELDS:
+    for field in PRIMARY:
         np.testing.assert_array_equal(mesh.point_data[field], getattr(found, field)[:, 7].ravel())
     motion = found.motion
     for number, (at, beam) in enumerate(motion.mechanism.beams):
@@ -202,7 +208,8 @@ def test_mesh_files_of_the_closed_forms_take_any_stations(answers, tmp_path):
     exact, _ = answers
     _, mesh = read(write_vtu_series(exact, tmp_path, "forms", [0.0, 0.3, 1.0]), 2)
     assert mesh.points.shape == (9, 3)
-    np.testing.assert_array_equal(mesh.point_data["M"], sample(exact, "M", [0.0, 0.3, 1.0])[:, 2].ravel())
+    for field in ("M", "q_y", "chord", "shear", "mises"):
+        np.testing.assert_array_equal(mesh.point_data[field], sample(exact, field, [0.0, 0.3, 1.0])[:, 2].ravel())
 
 
 def test_mesh_files_leave_out_positions_without_an_answer(tmp_path):
@@ -220,3 +227,15 @@ def test_misuse_of_mesh_files_is_refused(answers, tmp_path):
     with pytest.raises(ValueError, match="3 designs"):
         write_vtu_series(replace(answers[1], motion=several), tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_results_show_in_one_line(answers):
+    exact, found = answers
+    assert repr(found) == "Solution(3 beams of 8 elements, columns (24,))"
+    assert repr(found.ties[0]).startswith("TieForce('")
+    assert repr(compare(exact, found)).startswith("Comparison(passed=True, 24 positions, ")
+    assert "\n" not in repr(compare(exact, found))
+
+
+def test_the_package_shows_its_public_names_alone():
+    assert set(dir(fem_check)) == set(fem_check.__all__)

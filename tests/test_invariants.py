@@ -28,7 +28,7 @@ from mechanisms import (
     turn,
 )
 
-from elastic import FIELDS, Section, deflection
+from elastic import PRIMARY, Section, deflection
 from rigid import (
     Beam,
     LineLoad,
@@ -160,7 +160,7 @@ class TestEnergy:
         """Without any load nothing bends, however it is turned and placed."""
         bare = replaced(case.mechanism, gravity=0.0, loads=())
         solution = deflection(motion(bare, case.drive), case.sections)
-        assert largest([getattr(solution, field) for field in FIELDS]) == 0.0
+        assert largest([getattr(solution, field) for field in PRIMARY]) == 0.0
 
 
 def half_work(solution):
@@ -211,7 +211,7 @@ class TestFrames:
         here = deflection(course(case), case.sections)
         other_case = in_another_frame(case, turned, away)
         there = deflection(course(other_case), other_case.sections)
-        for field in FIELDS:
+        for field in PRIMARY:
             expected = getattr(here, field)
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
         efforts = [drive_efforts(s.motion, s.forces) for s in (here, there)]
@@ -355,7 +355,7 @@ class TestSuperposition:
             deflection(motion(replaced(old, loads=some, gravity=g), case.drive, *rates), case.sections)
             for some, g, rates in ((old.loads, 0.0, ()), ((), old.gravity, (case.rate, case.rate2)))
         ]
-        for field in FIELDS:
+        for field in PRIMARY:
             expected = getattr(whole, field)
             got = sum(getattr(part, field) for part in parts)
             np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
@@ -406,7 +406,7 @@ class TestConstruction:
         there = deflection(
             motion(mechanism, case.drive, case.rate, case.rate2), [case.sections[number] for number in order]
         )
-        for field in FIELDS:
+        for field in PRIMARY:
             expected = getattr(here, field)[:, order]
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
 
@@ -426,7 +426,7 @@ class TestConstruction:
             alone = deflection(
                 motion(case.mechanism, *(v[:, [position]] for v in (case.drive, case.rate, case.rate2))), case.sections
             )
-            for field in FIELDS:
+            for field in PRIMARY:
                 expected = getattr(together, field)[..., [position]]
                 scale = np.abs(getattr(together, field)).max()
                 np.testing.assert_allclose(getattr(alone, field), expected, rtol=0, atol=1e-13 * scale)
@@ -454,7 +454,7 @@ class TestDesigns:
         for number in range(3):
             case = build(*(float(values[number, 0]) for values in (rod, mass, stiff)))
             alone = deflection(course(case), case.sections)
-            for field in FIELDS:
+            for field in PRIMARY:
                 expected = getattr(alone, field)
                 got = getattr(whole, field)[:, :, number]
                 np.testing.assert_allclose(got, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -19,12 +19,12 @@ from kinelast.figures.refinement import refined_peaks
 from kinelast.figures.results import Results, peaks
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
-from kinelast.page.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
-from kinelast.page.cycle_charts import axis, cycle_charts, cycle_maps
-from kinelast.page.drawing import mechanism_drawing
 from kinelast.page.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
 from kinelast.scene.shipped import shipped_scenes
+from kinelast.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
+from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.stills.drawing import mechanism_drawing
 
 VOID = {"meta", "img", "br", "link"}
 ARM = {
@@ -78,47 +78,32 @@ class Reader(HTMLParser):
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
 def test_the_page_is_whole_and_stands_alone(name, reports):
+    """What a browser finds in it is tested in test_page.py."""
     page = (reports[name] / "report.html").read_text()
     reader = Reader()
     reader.feed(page)
     assert reader.open == []
-    bends = bool(json.loads((reports[name] / "summary.json").read_text())["links"])
-    assert any(address.startswith("data:") for address in reader.addresses) == bends  # maps of the bending
-    assert all(re.match(r"#|data:image/png;base64,", address) for address in reader.addresses)
-    assert not re.search(r"(?i)https?://(?!www\.w3\.org/(2000/svg|1999/xlink)\")|@import|url\((?!#)", page)
-    assert not re.search(r"(?i)<script|<link|<iframe|<!doctype svg|<\?xml", page)
+    assert reader.addresses == ["data:,"]  # an empty icon: without it a browser asks for one
+    assert not re.search(
+        r"(?i)https?://(?!www\.w3\.org/2000/svg\")|@import|\burl\((?!#)|<iframe|src=", page.replace("URL", "")
+    )
     assert len(set(reader.names)) == len(reader.names)
-    assert {address[1:] for address in reader.addresses if address[0] == "#"} <= set(reader.names)
-    assert set(re.findall(r"url\(#(\w+)\)", page)) <= set(reader.names)
-    assert "nan" not in re.sub(r"base64,[^\"]*", "", page).lower().replace("resonan", "").split()
-    for svg in re.findall(r"<svg.*?</svg>", page, re.S):
-        ElementTree.fromstring(svg)
+
+
+def data_of(folder):
+    """What the page of a folder holds as JSON."""
+    page = (folder / "report.html").read_text()
+    (text,) = re.findall(r'<script type="application/json" id="scene">(.*?)</script>', page, re.S)
+    return json.loads(text, parse_constant=pytest.fail)
 
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
-def test_the_page_shows_the_figures_of_the_summary(name, reports):
-    reader = Reader()
-    reader.feed((reports[name] / "report.html").read_text())
-    text = " ".join(reader.words)
+def test_the_page_holds_the_figures_of_the_summary(name, reports):
     summary = json.loads((reports[name] / "summary.json").read_text())
-    for peak in [peak for fields in summary["peaks"].values() for peak in fields.values()]:
-        assert quantity(_value(peak), peak["unit"]) in text
-    for drive in summary["drives"].values():
-        assert quantity(drive["effort"]["value"], drive["effort"]["unit"]) in text
-    for row in summary["strength"].values():
-        for key in ("stress_range", "safety_factor", "slenderness"):
-            assert quantity(_value(row[key]), row[key]["unit"], 3 if row[key]["unit"] == "1" else 4) in text
-    for mode in summary["vibration"]["natural"] if summary["vibration"] else ():
-        assert f"{number(mode['lowest']['value'] / (2 * math.pi))} Hz" in text
-    for point in summary["points"].values():
-        for error in point.values():
-            assert quantity(_value(error), "m") in text
-    for finding in summary["trust"]:
-        assert finding["text"] in text
-
-
-def _value(figure):
-    return math.nan if figure["value"] is None else figure["value"]
+    held = data_of(reports[name])["summary"]
+    for written_later in ("files", "failed"):
+        summary.pop(written_later), held.pop(written_later, None)
+    assert held == summary
 
 
 def test_the_lines_of_the_documentation_run(capsys):
@@ -136,8 +121,9 @@ def test_words_of_a_scene_are_not_taken_for_markup(tmp_path):
     scene.write_text(re.sub(r"(?m)^title = .*$", "title = '<script>alert(1)</script> & more'", text))
     assert main([str(scene), "--positions", "8", "--quiet", "-o", str(tmp_path / "out")]) == 0
     page = (tmp_path / "out" / "odd" / "report.html").read_text()
-    assert "<script" not in page
-    assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; more" in page
+    assert "<script>alert" not in page
+    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt; &amp; more") == 2  # title and heading
+    assert data_of(tmp_path / "out" / "odd")["summary"]["scene"]["title"] == "<script>alert(1)</script> & more"
 
 
 def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys):
@@ -176,7 +162,7 @@ def test_a_scene_of_rigid_links_alone_has_a_report(tmp_path, capsys):
     effort = summary["drives"]["guide"]["effort"]
     assert abs(effort["value"]) == pytest.approx(2 * math.pi * 2.0 * 0.03 / 0.1**2)
     assert effort["unit"] == "N"
-    assert "time [ms]" in (tmp_path / "out" / "push" / "report.html").read_text()
+    assert data_of(tmp_path / "out" / "push")["model"]["beams"] == []
 
 
 @pytest.mark.parametrize(
@@ -266,7 +252,7 @@ def test_maps_show_the_sign_of_every_value():
 
 
 SUBJECTS = {
-    "Slender links": "radii of gyration",
+    "Slender links": "beam theory leaves out",
     "Small displacements": "of its length",
     "Quasi-static answer": "vibration",
     "Buckling": "euler's load",
@@ -282,7 +268,7 @@ def limited(stress):
     ("changes", "heading", "level"),
     [
         ({}, "Slender links", None),
-        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.02, "width": 0.01}}}, "Slender links", "caution"),
+        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}}, "Slender links", "caution"),
         ({"sections": {"bar": {"shape": "rectangle", "depth": 0.08, "width": 0.01}}}, "Slender links", "poor"),
         ({}, "Small displacements", None),
         ({"run": {"positions": 1, "gravity": [0, -2e3]}}, "Small displacements", "caution"),
@@ -303,7 +289,8 @@ def limited(stress):
     ],
 )
 def test_trust_follows_the_scene(changes, heading, level):
-    """Slenderness 115, 35, 9; deflection m' g l^3/(8 EI) = 1e-4 to 0.2 of the length; first frequency about 790 rad/s;
+    """Depths of 3, 15 and 40 % of the length, whose square times 1.8 shows at the root; deflection
+    m' g l^3/(8 EI) = 1e-4 to 0.2 of the length; first frequency about 790 rad/s;
     m' g l over Euler's load = 0.2 and 0.6; stress at the root m' g l^2/2 over b h^2/6 = 1.54 MPa."""
     found = {finding.heading: finding for finding in findings(results_of(**changes))}
     fine = found["Within the limits"].text.lower()
@@ -316,17 +303,17 @@ def test_trust_follows_the_scene(changes, heading, level):
 
 
 def test_the_worst_is_told_first_and_others_by_name():
-    """Two arms of the same slenderness on one pin, one of them shorter."""
+    """Two arms of the same section on one pin, one of them shorter."""
     links = {
         "ground": {"points": ["O"]},
         "arm": {"points": ["O", "A"], "section": "bar", "material": "steel"},
         "stub": {"points": ["A", "B"], "section": "bar", "material": "steel"},
     }
-    points = {"O": [0, 0], "A": [0.05, 0], "B": [0.08, 0]}
+    points = {"O": [0, 0], "A": [0.035, 0], "B": [0.065, 0]}
     drives = [{"link": "arm", "speed": 1e-3}, {"link": "stub", "on": "arm", "speed": 1e-3}]
     found = findings(results_of(links=links, points=points, drives=drives))
     assert found[0].heading == "Slender links"
-    assert found[0].text.startswith("stub is 17.3 radii of gyration long")
+    assert found[0].text.startswith("stub is stubby: beam theory leaves out about 7.3 % of its largest deflection")
     assert found[0].text.endswith("less so arm.")
 
 
@@ -357,12 +344,9 @@ def test_stresses_are_those_of_the_section_forces(link, steel):
     normal, shear = np.abs(fibres).max(axis=(0, 2)), np.abs(1.5 * V / AREA)
     mises = np.maximum(normal, np.sqrt((N / AREA) ** 2 + 3 * shear**2).max(axis=1))
     for name, expected in (("normal", normal), ("shear", shear.max(axis=1)), ("mises", mises)):
-        column = np.abs(table[f"{link}.{name}_stress_max [Pa]"])
+        column = np.abs(table[f"{link}.{name}_max [Pa]"])
         np.testing.assert_allclose(column, expected, rtol=2e-5)
-        assert (
-            summary["peaks"][link][f"{name}_stress"]["value"] == pytest.approx(column.max(), rel=1e-12)
-            or name != "mises"
-        )
+        assert summary["peaks"][link][name]["value"] == pytest.approx(column.max(), rel=1e-12) or name != "mises"
     strength = summary["strength"][link]
     swing = (fibres.max(axis=1) - fibres.min(axis=1)).max()
     assert strength["stress_range"]["value"] == pytest.approx(swing, rel=1e-3)
@@ -554,12 +538,10 @@ def test_scenes_of_every_kind_have_a_whole_report(name, tmp_path):
     page = Reader()
     page.feed((folder / "report.html").read_text())
     assert page.open == []
-    words = " ".join(page.words)
-    assert not re.search(r"\bnan\b|\binf\b", words)
-    assert "None" not in page.words
+    assert data_of(folder)["model"]["positions"] in (7, 12)
     summary = json.loads((folder / "summary.json").read_text(), parse_constant=pytest.fail)
     assert summary["largest_deflection"]["value"] is not None
-    assert ("do not tell their dimensions" in words) == (name == "rigidities")
+    assert (not summary["stressed"]) == (name == "rigidities")
     assert (summary["largest_stress"] is None) == (name == "rigidities")
 
 
@@ -571,7 +553,7 @@ def test_the_stress_of_a_tapered_arm(tmp_path):
     summary = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
     xi = np.linspace(0.0, 1.0, 100001)
     pull = 7850 * 50.0**2 * 0.2**2 * (1 / 3 - xi**2 / 2 + xi**3 / 6) / (1 - xi / 2)
-    stress = summary["peaks"]["arm"]["normal_stress"]
+    stress = summary["peaks"]["arm"]["normal"]
     assert stress["value"] == pytest.approx(pull.max(), rel=1e-8)
     assert stress["xi"] == pytest.approx(xi[pull.argmax()], abs=1e-4)
 
@@ -623,21 +605,20 @@ def test_a_check_without_beams_has_nothing_to_compare(tmp_path, capsys):
     )
     assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
     assert "nothing to compare" in capsys.readouterr().out
-    page = (tmp_path / "out" / "block" / "report.html").read_text()
-    assert ">nothing to compare<" in page
-    assert "agrees" not in page
-    assert "are not searched between them" in page
+    assert data_of(tmp_path / "out" / "block")["summary"]["check"]["passed"] is None
     trust = json.loads((tmp_path / "out" / "block" / "summary.json").read_text())["trust"]
     assert {one["heading"]: one["level"] for one in trust}["Finite element check"] == "open"
 
 
 def test_advice_for_slender_links():
-    bar = {"bar": {"shape": "rectangle", "depth": 0.02, "width": 0.01}}
+    bar = {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}
     (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Slender links"]
     assert 'theory = "timoshenko"' in text
     material = {"steel": {"E": 210e9, "density": 7850, "poisson": 0.3}}
     softer = results_of(sections=bar, materials=material, run={**ARM["run"], "theory": "timoshenko"})
-    assert all(one.heading != "Slender links" for one in findings(softer))
+    (text,) = [one.text for one in findings(softer) if one.heading == "Slender links"]
+    assert "where moments come in at its ends (" in text
+    assert "timoshenko" not in text
 
 
 def test_charts_and_maps_have_gaps_where_positions_were_left_out():
@@ -650,11 +631,12 @@ def test_charts_and_maps_have_gaps_where_positions_were_left_out():
     for chart in cycle_charts(results):
         for curve in chart.curves:
             assert np.flatnonzero(np.isnan(curve.values)).tolist() == [2, 3, 4]
-    (picture,) = re.findall(r"base64,([^\"]*)", cycle_maps(results, over))
-    image = iio.imread(base64.b64decode(picture), extension=".png").astype(int)
-    row = image[0][image[0, :, 3] > 0]
-    grey = (row[: len(row) // 7, :3] == GREY).all(axis=1)
-    assert grey.mean() == pytest.approx(3 / 7, abs=0.02)
+    for row in cycle_maps(results, over):
+        (picture,) = re.findall(r"base64,([^\"]*)", row)
+        image = iio.imread(base64.b64decode(picture), extension=".png").astype(int)
+        drawn = image[0][image[0, :, 3] > 0]
+        grey = (drawn[:, :3] == GREY).all(axis=1)
+        assert grey.mean() == pytest.approx(3 / 7, abs=0.02)
 
 
 def test_the_drawing_has_room_for_the_deformed_shape():
@@ -676,30 +658,6 @@ def test_the_drawing_has_room_for_the_deformed_shape():
     spots = np.array([pair.split() for pair in re.findall(r"[\d.-]+ [\d.-]+", bent.get("d"))], float)
     assert (spots >= 0).all()
     assert (spots <= (wide, tall)).all()
-
-
-def test_the_page_shows_what_was_put_in(tmp_path):
-    scene = tmp_path / "arm.toml"
-    scene.write_text(
-        "[points]\nO = [0, 0]\nA = [0.2, 0]\n[sections.bar]\nshape = 'rectangle'\ndepth = 0.006\nwidth = 0.01\n"
-        "[materials.steel]\nE = 210e9\ndensity = 7850\n[links.ground]\npoints = ['O']\n"
-        "[links.arm]\npoints = ['O', 'A']\nsection = 'bar'\nmaterial = 'steel'\n"
-        "[[drives]]\nlink = 'arm'\nspeed = 6.283185307179586\n"
-        "[[loads]]\nlink = 'arm'\npoint = 'A'\nforce = [3.0, 4.0]\n[run]\npositions = 1\ngravity = [0, -9.81]\n"
-    )
-    assert main([str(scene), "--quiet", "-o", str(tmp_path / "out")]) == 0
-    reader = Reader()
-    reader.feed((tmp_path / "out" / "arm" / "report.html").read_text())
-    text = " ".join(reader.words)
-    for words in (
-        "= 60 rpm",
-        "\u22129.81 m/s^2 in y",
-        "5 N",
-        "Point load on arm, A",
-        "Euler-Bernoulli",
-        "1 position from",
-    ):
-        assert words in text
 
 
 def test_round_off_is_shown_as_nothing():

@@ -16,7 +16,7 @@ from mpmath import mpf
 from stress import EPS, STATIONS, FourBar, Inverted, SliderCrank, TwoDyads, error, number, references, scales, triangle
 
 import rigid.positions.placing
-from elastic import FIELDS, Section, deflection, sample
+from elastic import PRIMARY, Section, deflection, sample
 from rigid import (
     SINGULAR,
     Beam,
@@ -108,9 +108,9 @@ class TestDeadPoints:
             course = motion(case.mechanism, drive, 7.0, -3.0)
             solved = deflection(course, case.sections)
             other = exact(case.mechanism, case.sections, drive[:, 0], [7.0], [-3.0])
-            expected = {field: other.sampled(field, STATIONS) for field in FIELDS}
+            expected = {field: other.sampled(field, STATIONS) for field in PRIMARY}
             by = scales(expected)
-            for field in FIELDS:
+            for field in PRIMARY:
                 worst = np.abs(sample(solved, field, STATIONS)[:, 0] - expected[field]).max() / by[field] / EPS
                 assert worst < BOUND * course.condition[0], f"{field}, {worst / course.condition[0]:.3g}"
 
@@ -133,7 +133,7 @@ class TestDeadPoints:
             solved = deflection(course, case.sections)
             assert not course.condition[1] <= SINGULAR
             assert np.isnan(course.turning[2:, 1]).all()
-            fields = [sample(solved, field, STATIONS)[1:] for field in FIELDS]
+            fields = [sample(solved, field, STATIONS)[1:] for field in PRIMARY]
             assert np.isnan(fields)[..., 1, :].all()
             assert np.isfinite(fields)[..., 0, :].all()
 
@@ -246,7 +246,7 @@ class TestChangePoints:
             for crank in (lengths[0], np.nextafter(lengths[0], 0))
         )
         by = scales(one)
-        moved = max(np.abs(one[field] - other[field]).max() / by[field] for field in FIELDS)
+        moved = max(np.abs(one[field] - other[field]).max() / by[field] for field in PRIMARY)
         assert moved > 0.05 * EPS * 1e4**3
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import ALL, replaced
 
-from elastic import FIELDS, deflection
+from elastic import PRIMARY, deflection
 from rigid import LineLoad, PinDrive, PointLoad, motion
 
 EPS = np.finfo(float).eps
@@ -73,7 +73,7 @@ class TestUnits:
     def test_powers_of_two_change_no_digit(self, name, units):
         one, other = self.solved(ALL[name]()), self.solved(in_units(ALL[name](), *units))
         np.testing.assert_array_equal(other.motion.condition, one.motion.condition)
-        for field in FIELDS:
+        for field in PRIMARY:
             np.testing.assert_array_equal(getattr(other, field), getattr(one, field) * dimension(*units)[field])
 
     @pytest.mark.parametrize("units", [(1e3, 1e-3, 1.0), (39.37007874, 2.20462262, 1e3), (1e-9, 1e6, 1e-6)])
@@ -82,7 +82,7 @@ class TestUnits:
         """Millimetres and tonnes; inches, pounds, milliseconds; any."""
         one, other = self.solved(ALL[name]()), self.solved(in_units(ALL[name](), *units))
         condition = one.motion.condition.max()
-        for field in FIELDS:
+        for field in PRIMARY:
             ours = getattr(one, field) * dimension(*units)[field]
             off = np.abs(getattr(other, field) - ours).max() / np.abs(ours).max()
             assert off < BOUND * EPS * condition, field

@@ -18,20 +18,9 @@ import scipy.optimize
 from mechanisms import ALL, bar, rigid_sections, steel_four_bar
 from standard_beams import cantilever, propped, still, supported
 
-from elastic import (
-    RIGID,
-    JointCompliance,
-    Section,
-    cautions,
-    deflection,
-    harmonics,
-    natural_frequencies,
-    period_of,
-    quasi_static_error,
-    rectangle,
-    section_of,
-    tapered,
-)
+from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered
+from elastic.assessment import exceedances, harmonics, period_of, quasi_static_error
+from elastic.vibration import natural_frequencies
 from rigid import Beam, Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, motion
 
 LENGTH, EI, MASS = 1.7, 23.0, 0.9
@@ -369,7 +358,7 @@ class TestForcing:
     def test_caution_at_speed_only(self):
         case = steel_four_bar(72)
         slow, fast = (
-            cautions(deflection(motion(case.mechanism, case.drive, rate), case.sections), kinds=["vibration"])
+            exceedances(deflection(motion(case.mechanism, case.drive, rate), case.sections), kinds=["vibration"])
             for rate in (10.0, 100.0)
         )
         assert slow == []
@@ -390,7 +379,7 @@ class TestForcing:
         """A run of a third of a turn at constant speed excites what the whole turn does."""
         case = steel_four_bar(72)
         whole, part = (
-            cautions(deflection(motion(case.mechanism, drive, 100.0), case.sections), kinds=["vibration"])[0]
+            exceedances(deflection(motion(case.mechanism, drive, 100.0), case.sections), kinds=["vibration"])[0]
             for drive in (case.drive, case.drive[:, :24])
         )
         assert part.figure == pytest.approx(whole.figure, rel=0.1)
@@ -407,7 +396,7 @@ class TestForcing:
         guide = Slider("guide", "block", "ground", "B", origin=0.0, direction=1.0)
         mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0.0, "A": 0.15, "B": 0.45}, (guide,))
         course = motion(mechanism, np.linspace(0, 15, 40), 150.0)
-        (found,) = cautions(deflection(course, [RIGID, rod]), kinds=["vibration"])
+        (found,) = exceedances(deflection(course, [RIGID, rod]), kinds=["vibration"])
         assert 0.047 / 1.5 < found.figure < 0.047 * 1.5
 
     def test_speed_alone_where_there_is_no_cycle(self):
@@ -415,4 +404,6 @@ class TestForcing:
         mechanism = cantilever({"A": 0, "B": 1.0}, 2.0)
         lowest = natural_frequencies(still(mechanism), [SLENDER], 1, settled=SHARP).lowest
         course = motion(mechanism, [0.0, 0.1], lowest / 2, 3.0)
-        assert cautions(deflection(course, [SLENDER]), kinds=["vibration"])[0].figure == pytest.approx(1 / 3, rel=1e-3)
+        assert exceedances(deflection(course, [SLENDER]), kinds=["vibration"])[0].figure == pytest.approx(
+            1 / 3, rel=1e-3
+        )

@@ -1,1 +1,40 @@
 """What the fields mean for a design: strength, buckling, output error, validity of the theory."""
+
+from elastic.assessment.beam_theory import introduction_share, sections_with_shear, shear_share
+from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
+from elastic.assessment.cycle import Peak, over_cycle, period_of, rms
+from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
+from elastic.assessment.spectrum import Harmonics, harmonics, quasi_static_error
+from elastic.assessment.strength import safety_factor, stress_range
+from elastic.assessment.validity import LIMITS, Exceedance, Limit, exceedances
+
+__all__ = [
+    "LIMITS",
+    "Exceedance",
+    "Harmonics",
+    "Limit",
+    "PathDeviation",
+    "Peak",
+    "angle_error",
+    "euler_loads",
+    "euler_ratio",
+    "exceedances",
+    "harmonics",
+    "introduction_share",
+    "least_axial_force",
+    "over_cycle",
+    "path_deviation",
+    "period_of",
+    "point_displacements",
+    "quasi_static_error",
+    "rms",
+    "safety_factor",
+    "sections_with_shear",
+    "shear_share",
+    "slenderness",
+    "stress_range",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -7,25 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.pieces import in_pieces, pieces
 from elastic.beams.polynomials import evaluate, zeros_of
 from elastic.beams.section import Section
-from elastic.deflection import Deflection
+from elastic.derived import coefficients
+from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-TERMS = 16
-POINTS = 64
+TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
+POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
 
 
 def least_axial_force(deflection: Deflection) -> Reals:
     """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
-    cut = pieces(deflection)
-    N = in_pieces(deflection, "N", cut)
-    turning = zeros_of(in_pieces(deflection, "qx", cut))
+    N = deflection.N
+    turning = zeros_of(coefficients(deflection, "q_x"))
     rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
     least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
-    for row, beam in zip(rows, cut.beam, strict=True):
+    for row, beam in zip(rows, deflection.division.beam, strict=True):
         least[beam] = np.minimum(least[beam], row)
     return least
 
@@ -39,7 +38,7 @@ def euler_loads(deflection: Deflection) -> Reals:
     ----------
     Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1.
     """
-    ndim = deflection.N.ndim - 2
+    ndim = len(deflection.motion.columns)
     EI = per_row([section.EI for section in deflection.sections], ndim, float)
     factors = [_critical_factor(section) for section in deflection.sections]
     loads: Reals = per_row(factors, ndim, float) * EI / deflection.length**2
@@ -85,7 +84,7 @@ def slenderness(deflection: Deflection) -> Reals:
 
     The least along a tapered beam. nan of beams that cannot bend or stretch.
     """
-    ndim = deflection.N.ndim - 2
+    ndim = len(deflection.motion.columns)
     EA, EI = (
         per_row([getattr(section, name) for section in deflection.sections], ndim, float) for name in ("EA", "EI")
     )

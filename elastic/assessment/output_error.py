@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from elastic.deflection import Deflection
 from elastic.sampling import displacement_of, sample
+from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 
-AT_REST = 1e-12
+AT_REST = 1e-12  # of its greatest speed below which a point rests
 
 
 @dataclass(frozen=True, eq=False)

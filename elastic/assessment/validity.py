@@ -6,25 +6,24 @@ Limits and their sources: docs/strength.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastic.assessment.buckling import euler_ratio, slenderness
-from elastic.assessment.harmonics import harmonics, quasi_static_error
-from elastic.assessment.over_cycle import EVEN, Peak, over_cycle, period_of
-from elastic.assessment.strength import stress_extremes
-from elastic.deflection import Deflection
-from elastic.deflection import deflection as solve
-from elastic.extremes import extremes
+from elastic.assessment.beam_theory import introduction_share, shear_share
+from elastic.assessment.buckling import euler_ratio
+from elastic.assessment.cycle import EVEN, Peak, over_cycle, period_of
+from elastic.assessment.spectrum import harmonics, quasi_static_error
+from elastic.extreme_values import Extreme, extremes
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
 from rigid import SINGULAR, PinDrive, motion
 from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
-SHEAR_SHARE = 30.0  # 48 E I/(5 k G A l^2) = 30/slenderness^2 at E/G = 2.6, k = 5/6
 KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
 
 
@@ -35,7 +34,7 @@ class Limit:
     Attributes
     ----------
     watch, beyond
-        The figure grows worse from the first to the second; slenderness does so downwards.
+        The figure grows worse from the first to the second.
     """
 
     watch: float
@@ -43,15 +42,15 @@ class Limit:
 
     def passed(self, figure: float) -> bool:
         """Whether a figure is past the first limit."""
-        return figure > self.watch if self.beyond > self.watch else figure < self.watch
+        return figure > self.watch
 
     def far_passed(self, figure: float) -> bool:
         """Whether it is past the second."""
-        return figure > self.beyond if self.beyond > self.watch else figure < self.beyond
+        return figure > self.beyond
 
 
 LIMITS = {
-    "slenderness": Limit(35.0, 10.0),
+    "slenderness": Limit(0.03, 0.25),
     "deflection": Limit(0.01, 0.1),
     "axial force": Limit(0.1, 0.5),
     "yield": Limit(2 / 3, 1.0),
@@ -60,7 +59,7 @@ LIMITS = {
 
 
 @dataclass(frozen=True)
-class Caution:
+class Exceedance:
     """A figure that is past its limit.
 
     Attributes
@@ -72,8 +71,9 @@ class Caution:
     position
         Number of the position; None where it is not one position's.
     figure, limit
-        What it is and the limit that it is past: length over radius of gyration; deflection over length; compression
-        over Euler's load; von Mises stress over yield stress; estimated share of the deflection that vibration adds.
+        What it is and the limit that it is past: share of the largest deflection that beam theory leaves out;
+        deflection over length; compression over Euler's load; von Mises stress over yield stress; estimated share of
+        the deflection that vibration adds.
     severe
         Whether it is past the limit beyond which the answer is not to be relied on.
     message
@@ -89,12 +89,13 @@ class Caution:
     message: str
 
 
-def cautions(
+def exceedances(
     deflection: Deflection,
     frequencies: Frequencies | None = None,
     period: float | None = None,
     kinds: Sequence[str] = KINDS,
-) -> list[Caution]:
+    found: Mapping[str, Extreme] | None = None,
+) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
     Parameters
@@ -105,37 +106,46 @@ def cautions(
         Duration of the cycle [s], at equal steps of time; known by itself for whole turns at constant speed.
     kinds
         What to look at; natural frequencies cost most.
+    found
+        From `extremes`, of "w" and "mises", where they are known already.
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
     if not deflection.sections:
         return []
-    return [one for kind in kinds for one in _LOOK[kind](deflection, frequencies, period)]
+    known = found or {}
+    own = {"deflection": known.get("w"), "yield": known.get("mises")}
+    return [
+        one
+        for kind in kinds
+        for one in (_LOOK[kind](deflection, own[kind]) if kind in own else _LOOK[kind](deflection, frequencies, period))
+    ]
 
 
-def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Caution]:
+def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
     limit = LIMITS[kind]
     if limit.passed(figure):
         severe = limit.far_passed(figure)
-        yield Caution(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
+        yield Exceedance(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
 
 
-def _slender(deflection: Deflection, *_: Any) -> Iterator[Caution]:
-    """Only of beams without shear: with it the theory holds for stubby ones as well."""
-    for beam, (figure, section) in enumerate(zip(slenderness(deflection)[:, 0], deflection.sections, strict=True)):
-        if not np.isfinite(section.kGA).any():
-            added = f"shear, left out, adds about {SHEAR_SHARE / figure**2:.1%} to its bending" if figure else ""
-            message = f"is {figure:.3g} radii of gyration long: {added}"
-            yield from _judged("slenderness", beam, None, float(figure), message)
+def _slender(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
+    """By what beam theory leaves out: shear, and of what comes in at the ends."""
+    parts = shear_share(deflection), introduction_share(deflection)
+    for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
+        figure = float(max(shear, introduced))
+        what = "by shear" if shear >= introduced else "where moments come in at its ends"
+        message = f"is stubby: beam theory leaves out about {_share(figure)} its largest deflection, {what}"
+        yield from _judged("slenderness", beam, None, figure, message)
 
 
-def _deflection(deflection: Deflection, *_: Any) -> Iterator[Caution]:
-    found = extremes(deflection, ["w"])["w"].value / deflection.length
+def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
+    found = (known or extremes(deflection, ["w"])["w"]).value / deflection.length
     message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
-def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
     message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
     yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
 
@@ -145,14 +155,14 @@ def _amplified(ratio: float) -> str:
     return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
 
 
-def _yield(deflection: Deflection, *_: Any) -> Iterator[Caution]:
+def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
     limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
     if np.isfinite(limit).any():
-        share = stress_extremes(deflection, ["mises"])["mises"].value / limit
+        share = (known or extremes(deflection, ["mises"])["mises"]).value / limit
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
-def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Caution]:
+def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Exceedance]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
         words = message.format(figure=_share(float(value))) + more(float(value))
         yield from _judged(kind, beam, int(position), float(value), words)
@@ -163,7 +173,7 @@ def _share(figure: float) -> str:
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
-def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Caution]:
+def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Exceedance]:
     """By the harmonics of the load over the cycle, or the drives' speed where there is no cycle."""
     cycle, duration = _cycle(deflection, period)
     structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1, joints=deflection.joints)
@@ -172,7 +182,7 @@ def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: 
         return
     if math.isnan(duration):
         ratio = _speed(deflection) / lowest
-        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the drive's speed"
+        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the motion of the drive"
     else:
         found = harmonics(cycle, duration)
         strongest = int(found.strong().max(initial=0))
@@ -207,12 +217,14 @@ def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, fl
 
 
 def _speed(deflection: Deflection) -> float:
-    """Of the fastest motor [rad/s]."""
+    """Of the fastest motor, or of the quickest start or stop: greatest acceleration over greatest rate [rad/s]."""
     course = deflection.motion
-    pairs = zip(course.mechanism.drives, course.drive_rate, strict=True)
-    return float(
-        max((np.nanmax(np.abs(rate), initial=0.0) for drive, rate in pairs if isinstance(drive, PinDrive)), default=0.0)
+    rates, accelerations = (
+        np.nanmax(np.abs(part), axis=-1, initial=0.0) for part in (course.drive_rate, course.drive_acceleration)
     )
+    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if isinstance(drive, PinDrive)]
+    quick = [change / rate for rate, change in zip(rates, accelerations, strict=True) if rate]
+    return float(max([*turned, *quick], default=0.0))
 
 
 _LOOK = {

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: what a shape's dimensions come to, and how that changes along a tapered beam."""
+"""Cross-sections of beams: area, second moments and shear coefficients from dimensions, and tapers between two."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from elastic.beams.section import Section, Taper
 
 FITTED = 12  # degree of the polynomials that stand for what is none along a taper
-ROUND_OFF = 1e-14
+ROUND_OFF = 1e-14  # share of the greatest below which a coefficient of a taper is none
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What a symmetric cross-section resists with.
+    """Properties of a symmetric cross-section.
 
     Attributes
     ----------
@@ -91,7 +91,12 @@ def tube(outer: float, inner: float) -> Shape:
 
 
 def section_of(
-    shape: Shape, E: float, poisson: float | None = None, yield_stress: float = math.nan, taper: Taper | None = None
+    shape: Shape,
+    E: float,
+    poisson: float | None = None,
+    yield_stress: float = math.nan,
+    taper: Taper | None = None,
+    shear: bool = True,
 ) -> Section:
     """Section of a beam of one shape and material.
 
@@ -100,25 +105,28 @@ def section_of(
     E
         Young's modulus [Pa].
     poisson
-        Poisson's ratio where shear is to count: Timoshenko's beam with Cowper's coefficient.
+        Poisson's ratio where it is known: Timoshenko's beam with Cowper's coefficient.
     yield_stress
         [Pa], for the safety factor.
     taper
         From `tapered`.
+    shear
+        Whether shear counts; where it does not, what it would change can still be told.
     """
-    kGA = math.inf
+    kGA = math.nan
     if poisson is not None:
         kGA = shape.shear_coefficient(poisson) * E / (2 * (1 + poisson)) * shape.area
     return Section(
         EA=E * shape.area,
         EI=E * shape.inertia,
-        kGA=kGA,
+        kGA=kGA if shear and poisson is not None else math.inf,
         taper=taper,
         area=shape.area,
         inertia=shape.inertia,
         fibre=shape.fibre,
         peak_shear=shape.peak_shear,
         yield_stress=yield_stress,
+        shear_rigidity=kGA,
     )
 
 

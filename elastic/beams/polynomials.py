@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-STEPS = 60
-TOGETHER = 4
-CLOSE = 1e-8
+STEPS = 60  # of Newton's method at most: as many bisections leave nothing of a double's bracket
+TOGETHER = 4  # steps that all zeros take, before those that are there are left out
+CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence is the last
 
 
 def evaluate(values: Any, xi: Any) -> Any:
@@ -29,10 +29,38 @@ def derivative(values: Any) -> Any:
     return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
 
 
+def multiplied(one: Any, other: Any) -> Any:
+    """Coefficients of products of polynomials, shapes (n, ...) and (m, ...)."""
+    result = np.zeros((len(one) + len(other) - 1, *np.broadcast_shapes(one.shape[1:], other.shape[1:])))
+    for k, value in enumerate(other):
+        result[k : k + len(one)] += one * value
+    return result
+
+
+def added(one: Any, other: Any) -> Any:
+    """Coefficients of sums of polynomials, of the same or another degree."""
+    long, short = (one, other) if len(one) >= len(other) else (other, one)
+    result: Any = long.copy()
+    result[: len(short)] += short
+    return result
+
+
+def shifted(values: Any, start: Any, width: Any) -> Any:
+    """Coefficients in powers of t of p(start + width t), by Horner's scheme."""
+    shape = np.broadcast_shapes(values.shape[1:], np.shape(start))
+    result = np.zeros((len(values), *shape))
+    for done, value in enumerate(values[::-1]):
+        result[1 : done + 1] = result[1 : done + 1] * start + result[:done] * width
+        result[0] = result[0] * start + value
+    return result
+
+
 def turning_points(values: Any) -> Any:
-    """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...)."""
+    """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...); a line has none."""
+    if len(values) < 3:
+        return ()
     slope = derivative(values)
-    return zeros_of(slope, turning_points(slope) if len(slope) > 2 else ())
+    return zeros_of(slope, turning_points(slope))
 
 
 def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:

@@ -1,9 +1,11 @@
-"""What a beam resists with."""
+"""Rigidities of a beam, how they change along it, and the compliance of joints."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from rigid import Reals
 
@@ -23,7 +25,7 @@ class Taper:
     peak_shear: tuple[float, ...] = (1.0,)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Section:
     """Rigidities of a beam at its start; shapes () or (designs, 1).
 
@@ -42,6 +44,8 @@ class Section:
         stress over V/A: for stresses; nan where they are not known.
     yield_stress
         [Pa]; nan where it is not known.
+    shear_rigidity
+        kGA of a beam that is not to shear [N], by which it is told what that leaves out; nan where it is not known.
     """
 
     EA: float | Reals = math.inf
@@ -54,6 +58,15 @@ class Section:
     fibre: float | Reals = math.nan
     peak_shear: float | Reals = math.nan
     yield_stress: float | Reals = math.nan
+    shear_rigidity: float | Reals = math.nan
+
+    def __repr__(self) -> str:
+        return f"Section(EA={_told(self.EA)}, EI={_told(self.EI)}{', tapered' if self.taper else ''})"
+
+
+def _told(value: float | Reals) -> str:
+    """A property of one design, or of how many there are values."""
+    return f"{float(np.ravel(value)[0]):.6g}" if np.size(value) == 1 else f"of {np.size(value)} designs"
 
 
 RIGID = Section()

@@ -12,7 +12,7 @@ import numpy as np
 from rigid import LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.plane import cross
 
-LINED_UP = 1e-9
+LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet lie along it
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Cut:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class BeamTrees:
     """Beams of all moving links.
 
     Attributes
@@ -59,8 +59,13 @@ class Frame:
     rails: Mapping[int, int]
 
 
+def root_of(tree: tuple[Branch, ...]) -> str:
+    """The node from which a tree grows."""
+    return tree[0].near
+
+
 @lru_cache(maxsize=64)
-def frame(mechanism: Mechanism) -> Frame:
+def trees_of(mechanism: Mechanism) -> BeamTrees:
     """Trees of beams of a mechanism.
 
     Raises
@@ -79,7 +84,7 @@ def frame(mechanism: Mechanism) -> Frame:
         number += len(link.beams)
     _require_held(mechanism, trees)
     tips = frozenset((at, branch.far) for at, tree in trees.items() for branch in tree)
-    return Frame(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
+    return BeamTrees(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
 
 
 def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, str]]]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from elastic.links.configuration import NodeDisplacements
 from rigid import JointForces, Motion
 from rigid.gears import gear_input, gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO
 
-Bent = Mapping[tuple[int, str], tuple[Any, Any]]
 STILL = (ZERO, ZERO)
 
 
@@ -28,14 +28,14 @@ def driver_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str
                 yield link, driver.point(link) or "", pull, couple
 
 
-def gear_gap(place: JointPlace, bent: Bent) -> tuple[Any, Any]:
+def follower_displacement(place: JointPlace, nodes: NodeDisplacements) -> tuple[Any, Any]:
     """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because its driving links bend."""
     gear = place.joint.gear
     if gear is None:
         return STILL
     moved = gear_input(
         place.joint,
-        lambda link: bent.get((link, gear.driver.name), STILL)[1],
-        lambda driver, link: bent.get((link, driver.point(link) or ""), STILL)[0],
+        lambda link: nodes.get((link, gear.driver.name), STILL)[1],
+        lambda driver, link: nodes.get((link, driver.point(link) or ""), STILL)[0],
     )
     return place.driven(moved)

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.line import designs_of
+from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import frame
-from elastic.links.free_body import block_places
+from elastic.links.beam_trees import trees_of
+from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
 from rigid import SINGULAR, Motion, Reals
 from rigid.kinematics import repeated
 
-SETTLED = 1e-3
-REFINEMENTS = (1, 3, 5, 7, 9, 12)
+SETTLED = 1e-3  # share of a frequency that the last refinement may change
+REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials of every beam, one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ def _of_design(
     """Frequencies of one design, shape (modes, positions), and how much the last refinement changed them."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
-    for xi in block_places(motion, frame(motion.mechanism)):
+    for xi in block_places(motion, trees_of(motion.mechanism)):
         carried &= np.isfinite(np.atleast_2d(np.broadcast_to(xi, motion.columns))[design, chosen])
     good = np.flatnonzero((condition <= SINGULAR) & carried)
     omega = np.full((modes, len(chosen)), np.nan)

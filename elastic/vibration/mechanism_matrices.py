@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.links.beam_trees import frame
+from elastic.links.beam_trees import trees_of
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
 from rigid import Motion
 from rigid.gears import gear_input
 from rigid.joints import Joint, JointPlace
 
-MASSLESS = 1e-13
+MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
 NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
 
 
@@ -39,7 +39,7 @@ class VibratingStructure:
         inner: int,
     ) -> None:
         self._motion, self._design, self._positions = motion, design, positions
-        self._rails = frame(motion.mechanism).rails
+        self._rails = trees_of(motion.mechanism).rails
         self._places = motion.places
         self._scale = self._unit_of_length()
         self._links: list[list[VibratingLink]] = [[]]
@@ -123,10 +123,14 @@ class VibratingStructure:
             links = self._links[at]
             local = np.zeros(shape[0]) if number is None else self._local(at, self._arm(number, at))
             name = _block(number) if point is None else point
-            own = [link.place(name, spot) for link, spot in zip(links * (len(local) // len(links)), local, strict=True)]
+            if len(links) == 1:
+                moved, turn = links[0].place(name, local[:, None])
+            else:
+                own = [link.place(name, spot) for link, spot in zip(links, local, strict=True)]
+                moved, turn = (np.array(parts) for parts in zip(*own, strict=True))
             part = slice(self._first[at], self._first[at] + len(links[0].mass))
-            shift[:, part] = self._at(self._motion.direction[at])[:, None] * np.array([one[0] for one in own])
-            turned[:, part] = np.array([one[1] for one in own])
+            shift[:, part] = self._at(self._motion.direction[at])[:, None] * moved
+            turned[:, part] = turn
         return shift, turned
 
     def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:

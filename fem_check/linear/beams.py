@@ -1,4 +1,4 @@
-"""All beams together: their sizes, compliances and loads, and how far loads move the places that are tied."""
+"""Lengths, compliances and loads of all beams, and the displacements of their ends as multiples of a unit beam's."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rigid.kinematics import repeated, stacked
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """What all beams are and feel; rows of shape (beams, ..., positions).
+    """Lengths, directions, compliances and loads of all beams; rows of shape (beams, ..., positions).
 
     Attributes
     ----------
@@ -48,14 +48,14 @@ class Beams:
 
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
-        """Every unit beam and the numbers of its multiples; a slice where that is all of them."""
+        """The unit beams and the numbers of the beams that are multiples of each; a slice where that is all of them."""
         found = {id(unit): unit for unit in self.units}
         if len(found) == 1:
             return [(self.units[0], slice(None))]
         return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in found.values()]
 
     def per_beam(self, values: Any) -> Any:
-        """Numbers of the unit beams, a function of each, shape (n, beams, 1, ...)."""
+        """A function of every beam's unit beam, shape (n, beams, 1, ...)."""
         found = {id(unit): values(unit) for unit in self.units}
         table = np.array([found[id(unit)] for unit in self.units])
         return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
@@ -67,7 +67,7 @@ class Beams:
         return replace(self, **own, load=self.load[:, number], units=(self.units[number],), blocks=())
 
     def coupling(self, size: float, u: Any, w: Any, phi: Any, slide: Any) -> Any:
-        """Displacement of one place per load on another, from those of the unit beam.
+        """Flexibility of a beam: displacement of one place per load on another, from that of the unit beam.
 
         Parameters
         ----------
@@ -103,14 +103,14 @@ def _sum(unit: Any, load: Any) -> Any:
 
 
 def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
-    """The motion once for every design that the sections are of."""
+    """The motion, repeated for every design of the sections."""
     properties = [np.shape(value) for part in sections for value in (part.EA, part.EI, part.kGA, part.strain)]
     columns = np.broadcast_shapes(motion.columns, *properties)
     return motion if columns == motion.columns else repeated(motion, columns)
 
 
 def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:
-    """Size, direction, compliance and load of all beams."""
+    """Length, direction, compliance and load of all beams."""
     motion, columns = frame.motion, frame.motion.columns
     bodies = frame.bodies[: len(sections)]
     degree = max([DEGREE, *(len(beam.mass_taper) for _, beam in motion.mechanism.beams)])

@@ -1,4 +1,8 @@
-"""A slider's block on a beam: the element under it is divided there, at every position anew."""
+"""A slider's block on a beam: the element under it is divided there, at every position anew.
+
+Assembled and condensed here, not by scikit-fem: that would take one mesh and one matrix a position; the two parts of
+one element are a few numbers, and all positions go through at once. The tests divide the element in scikit-fem's mesh.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.elements import Line
+from fem_check.linear.lines import Line
 from fem_check.linear.unit_beam import UnitBeam
 
-NEAREST = 1e-14  # to a node, in lengths of an element, that one is divided
+NEAREST = 1e-14  # distance from a node, in lengths of an element, at which it is divided at least
 
 
 class Divided:

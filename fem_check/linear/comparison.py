@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Taper, sample
+from elastic import PRIMARY, Deflection, Taper, sample
 from fem_check.linear.solution import Solution
 from rigid import Reals
 
 TOLERANCE = 1e-8
+"""Granted to beams without taper, whose nodal values are exact: room for round-off in ill-conditioned positions."""
 COARSEST = 1e-3
 """What is granted at most to elements of tapered beams, whose nodal values are exact to the fourth order only."""
 STEEPNESS = 250.0
@@ -40,14 +41,14 @@ class Worst:
     relative: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Differences of N, V, M, u, w, phi at the nodes.
 
     Attributes
     ----------
     worst
-        Per field, in the order of `elastic.FIELDS`.
+        Per field, in the order of `elastic.PRIMARY`.
     relative
         Greatest difference of every field and beam over the cycle, against the field's greatest magnitude over the
         cycle on any beam, shape (6, beams): what passes or fails.
@@ -67,6 +68,10 @@ class Comparison:
     compared: int
     elements: int
     tolerance: float
+
+    def __repr__(self) -> str:
+        largest = float(self.relative.max(initial=0.0))
+        return f"Comparison(passed={self.passed}, {self.compared} positions, {largest:.2g} of {self.tolerance:.2g})"
 
     @property
     def passed(self) -> bool:
@@ -88,14 +93,13 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     ValueError
         The two are not of as many beams and positions.
     """
-    if deflection.w.shape[1:] != solution.w.shape[:-1]:
-        raise ValueError(
-            f"a deflection of {deflection.w.shape[1:]} beams and positions, a solution of {solution.w.shape[:-1]}"
-        )
+    asked = (len(deflection.sections), *deflection.motion.columns)
+    if asked != solution.w.shape[:-1]:
+        raise ValueError(f"a deflection of {asked} beams and positions, a solution of {solution.w.shape[:-1]}")
     if tolerance is None:
         tolerance = _granted([section.taper for section in solution.sections if section.taper], solution.elements)
-    values = np.array([sample(deflection, field, solution.xi) for field in FIELDS])
-    found = np.array([getattr(solution, field) for field in FIELDS])
+    values = np.array([sample(deflection, field, solution.xi) for field in PRIMARY])
+    found = np.array([getattr(solution, field) for field in PRIMARY])
     _leave_out(deflection, solution.xi, values, found)
     one, other = np.isfinite(values), np.isfinite(found)
     magnitude = np.where(one, np.abs(values), 0.0)
@@ -103,12 +107,14 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
         one & other, np.abs(np.where(one & other, values - found, 0.0)), np.where(one | other, np.inf, 0.0)
     )
     beams = values.shape[1]
-    flat = difference.reshape(len(FIELDS), beams, int(np.prod(values.shape[2:])))
+    flat = difference.reshape(len(PRIMARY), beams, int(np.prod(values.shape[2:])))
     floor = _Floor(deflection)
     by_beam = floor.lifted(magnitude.reshape(flat.shape).max(axis=2, initial=0.0))
-    scale = floor.lifted_over_all(magnitude.reshape(len(FIELDS), flat[0].size).max(axis=1, initial=0.0))
+    scale = floor.lifted_over_all(magnitude.reshape(len(PRIMARY), flat[0].size).max(axis=1, initial=0.0))
     greatest = flat.max(axis=2, initial=0.0)
-    worst = tuple(_worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(FIELDS) if beams)
+    worst = tuple(
+        _worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(PRIMARY) if beams
+    )
     compared = int((one & other)[3:].all(axis=(0, 1, -1)).sum())
     return Comparison(
         worst, _ratio(greatest, scale[:, None]), _ratio(greatest, by_beam), compared, solution.elements, tolerance
@@ -132,12 +138,12 @@ def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -
     """Mark what is not asked: positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
     for array in (values, found):
         array[:, :, deflection.lost] = np.nan
-    for contact in deflection.contacts:
-        lost = np.isnan(contact.xi)
-        jump = np.abs(xi - np.asarray(contact.xi)[..., None]) <= AT_NODE
+    for block in deflection.blocks:
+        lost = np.isnan(block.xi)
+        jump = np.abs(xi - np.asarray(block.xi)[..., None]) <= AT_NODE
         for array in (values, found):
             array[:, :, lost] = np.nan
-            array[:3, contact.beam][:, jump] = np.nan
+            array[:3, block.beam][:, jump] = np.nan
 
 
 class _Floor:

@@ -1,4 +1,9 @@
-"""Equilibrium and closure of the frame: what the ties carry and how the bodies are displaced, at every position."""
+"""Equilibrium and compatibility of the frame: forces in the constraints and displacements of the bodies.
+
+Not one constrained finite element matrix a position, which scikit-fem would assemble and `condense`: the beams come in
+by the flexibility of their ends. That solves all positions in one call, and keeps the round-off of a fine mesh out. The
+tests assemble that matrix (tests/fem_direct.py) and compare.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +23,11 @@ from rigid.plane import cross
 
 @dataclass(frozen=True, eq=False)
 class Wrenches:
-    """What a unit of every row, and last what the loads, do to the bodies: force [N] and moment over `size` [N].
+    """Wrenches on the bodies of a unit multiplier of every constraint, and last of the loads.
 
-    `total` about the start of every body in the ground's axes, shape (..., positions, rows + 1, bodies, 3); `spots` the
-    part that acts at the frame's spots, in the beams' own axes, shape (..., positions, rows + 1, spots, 3).
+    Forces [N], and moments over `size` [N]: `total` about the start of every body in the ground's axes, shape
+    (..., positions, rows + 1, bodies, 3); `spots` the part that acts at the frame's spots, in the beams' own axes,
+    shape (..., positions, rows + 1, spots, 3).
     """
 
     total: Any
@@ -30,7 +36,7 @@ class Wrenches:
 
 
 def wrenches_of(frame: Frame, rows: Sequence[Row], beams: Beams) -> Wrenches:
-    """Of every row of the ties, and of all loads, on the bodies."""
+    """Wrenches on the bodies of every constraint and of all loads."""
     columns = frame.motion.columns
     total = np.zeros((*columns, len(rows) + 1, len(frame.bodies), 3))
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
@@ -62,7 +68,7 @@ def wrenches_of(frame: Frame, rows: Sequence[Row], beams: Beams) -> Wrenches:
 
 
 def _resultants(beams: Beams) -> tuple[Any, Any]:
-    """Of the distributed loads, about the starts of the beams: force in the ground's axes and moment."""
+    """Resultants of the distributed loads about the starts of the beams: force in the ground's axes and moment."""
     if not beams.units:
         return beams.length * beams.axis, beams.length
     along, across, turn = (
@@ -77,7 +83,7 @@ def _resultants(beams: Beams) -> tuple[Any, Any]:
 
 
 def balanced(motion: Motion, rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> tuple[Any, Any]:
-    """Multipliers of all rows, and displacement and rotation of all bodies, that close and balance the frame.
+    """Solution of the frame: multipliers of all constraints, displacement and rotation of all bodies.
 
     Returns
     -------
@@ -100,7 +106,9 @@ def balanced(motion: Motion, rows: Sequence[Row], beams: Beams, wrenches: Wrench
 
 
 class _System:
-    """Gaps of the rows, in units of the softest place's, and balance of the bodies.
+    """The linear system of the frame: gaps of the constraints and balance of the bodies.
+
+    Gaps are in units of the softest place's.
 
     Attributes
     ----------
@@ -138,7 +146,7 @@ class _System:
         return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
 
     def left(self, found: Any) -> Any:
-        """What multipliers and displacements leave open and unbalanced, negated; None stands for none.
+        """Residual of the gaps and the balance, negated; None stands for no multipliers and displacements yet.
 
         Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
         """
@@ -155,7 +163,7 @@ class _System:
 
 
 def _ends(beams: Beams, size: float) -> tuple[Any, Any]:
-    """Compliance of the beams' ends and what their distributed loads and free strain do there.
+    """Flexibility of the beams' ends, and their displacement by distributed loads and free strain.
 
     Returns
     -------

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS
+from elastic import PRIMARY
 from fem_check.linear.beams import Beams
 from fem_check.linear.block import Block
 from fem_check.linear.unit_beam import UnitBeam
@@ -34,7 +34,7 @@ def fields_of(beams: Beams, spots: Any, carried: Any) -> dict[str, Reals]:
     shape = (*length.shape, len(beams.units[0].xi)) if beams.units else (0, *length.shape[1:], 1)
     for kind in beams.kinds if count else ():
         _add_kind(fields, beams, kind, along, across, shape)
-    fields = fields or {field: np.zeros(shape) for field in FIELDS}
+    fields = fields or {field: np.zeros(shape) for field in PRIMARY}
     for spot, block in enumerate(beams.blocks, count):
         _add_block(fields, beams, block, spots[:, spot])
     xi = beams.units[0].xi if beams.units else np.zeros(1)
@@ -52,7 +52,7 @@ def _add_kind(
     across: Any,
     shape: tuple[int, ...],
 ) -> None:
-    """Responses of the beams that are multiples of one."""
+    """Add the responses of the beams that are multiples of one unit beam."""
     unit, own = kind
     along, across, length = along[own], across[own], beams.length[own][..., None]
     stretch, bend, shear = (row[own][..., None] for row in (beams.stretch, beams.bend, beams.shear))
@@ -75,7 +75,7 @@ def _add_kind(
 
 
 def _add_block(fields: dict[str, Reals], beams: Beams, block: Block, load: Any) -> None:
-    """What a block does to its beam."""
+    """Add the response of a beam to the block on it."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))
     along, force, moment = (np.where(np.isnan(block.xi), np.nan, part)[..., None] for part in load)

@@ -9,8 +9,8 @@ import numpy as np
 
 from rigid import Link, MechanismError, Motion, Slider, position_of
 
-LINED_UP = 1e-9
-REACHED = 1e-12  # beyond a beam's end, in its lengths, that counts as on it
+LINED_UP = 1e-9  # sine of the angle, and distance over length, to which a beam lies along a slider's line
+REACHED = 1e-12  # how far beyond a beam's end, in its lengths, a block counts as on it
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What the bodies feel, from the acceleration of their points."""
+"""Distributed and concentrated loads of the bodies, from the acceleration of their points."""
 
 from __future__ import annotations
 

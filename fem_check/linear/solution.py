@@ -18,9 +18,9 @@ from fem_check.linear.unit_beam import unit_beam
 from rigid import Motion, Reals
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TieForce:
-    """What a weld, joint or drive does to its child.
+    """Force and moment of a weld, joint or drive on its child.
 
     `force` [N], complex, and `moment` about the point where they meet [N m], shape (..., positions).
     """
@@ -29,10 +29,13 @@ class TieForce:
     force: Any
     moment: Any
 
+    def __repr__(self) -> str:
+        return f"TieForce({self.name!r})"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """Answer of the finite elements.
+    """Section forces and displacements at the nodes of all beams by finite elements.
 
     Attributes
     ----------
@@ -63,6 +66,9 @@ class Solution:
     phi: Reals
     ties: tuple[TieForce, ...]
     efforts: Reals
+
+    def __repr__(self) -> str:
+        return f"Solution({len(self.sections)} beams of {self.elements} elements, columns {self.motion.columns})"
 
 
 def solve(

@@ -1,4 +1,4 @@
-"""What holds the bodies together: welds of beams, pins, sliders, locked drives and gears, row by row."""
+"""Constraints between the bodies: welds of beams, pins, sliders, locked drives and gears."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Sides = tuple[Place | None, Place | None]
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A condition: the displacements of its parts, each times force or moment, add up to `wanted` - `soft` multiplier.
+    """A scalar constraint on displacements.
 
-    The child comes first. Where the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere
-    a force [N] and a displacement [m].
+    Those of its parts, each times force or moment, add up to `wanted` - `soft` multiplier. The child comes first. Where
+    the row `turns`, its multiplier is a moment [N m] and what it holds an angle; elsewhere a force and a displacement.
     """
 
     parts: tuple[Part, ...]
@@ -34,7 +34,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """A weld, joint, drive or gear, by name; `drive` is the number of the drive."""
+    """The constraints of a weld, joint, drive or gear, by name; `drive` is the number of the drive."""
 
     name: str
     rows: tuple[Row, ...]
@@ -42,7 +42,7 @@ class Tie:
 
 
 def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
-    """Welds of the beams, pins, sliders, locked drives and gears.
+    """All constraints: welds of the beams, pins, sliders, locked drives and gears.
 
     Parameters
     ----------

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from elastic import Taper
-from fem_check.linear.elements import Line, hermite, quadratic
+from fem_check.linear.elements import hermite, quadratic
+from fem_check.linear.lines import Line
 from rigid import Reals
 
-DEGREE = 3
+DEGREE = 3  # of distributed loads at least: what inertia makes where the mass per length is of the second degree
 Key = tuple[tuple[float, ...], ...]
 
 

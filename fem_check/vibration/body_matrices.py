@@ -1,4 +1,8 @@
-"""Stiffness and consistent mass of a body that nothing holds, in its own axes, of one design."""
+"""Stiffness and consistent mass of a free body in its own axes, of one design.
+
+Integrated and assembled here, not by scikit-fem: nodes move with the blocks of sliders, so every position is another
+mesh, and all go through at once by the tables of one element.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from elastic import Section, Taper
-from fem_check.linear.elements import Kind, Line, hermite, quadratic
+from fem_check.linear.elements import Kind, hermite, quadratic
+from fem_check.linear.lines import Line
 from rigid import Beam, Reals
 
-NEAREST = 0.02  # to one another, in equal elements, that nodes are moved
+NEAREST = 0.02  # least distance between a block's node and the next, in lengths of equal elements
 
 Powers = np.polynomial.polynomial.polyval
 
@@ -28,14 +33,14 @@ class Field:
     values: Reals
 
     def at(self, functions: Any, length: Any) -> Any:
-        """From shape functions or slopes at places of all elements, (dofs, places): (..., elements, places, n)."""
+        """Displacement per coordinate, shape (..., elements, places, n), by shape functions, (dofs, places)."""
         scale = np.power.outer(length, self.kind.turns)
         return np.einsum("dg,...edn->...egn", functions, self.values * scale[..., None])
 
 
 @dataclass(frozen=True, eq=False)
 class VibratingBody:
-    """A body of n coordinates.
+    """Stiffness and mass of a body of n coordinates.
 
     Attributes
     ----------
@@ -79,7 +84,7 @@ def one_of(value: Any, design: tuple[int, ...]) -> complex:
 
 
 def vibrating_lumps() -> VibratingBody:
-    """A link without beams: its motion along and across its axes and its rotation; lumps give it its mass."""
+    """Stiffness and mass, both none, of a link without beams: its lumps are added to its three rigid motions."""
     nothing = np.zeros((1, 3, 3))
     return VibratingBody(nothing, nothing, (), np.zeros((1, 1)))
 
@@ -87,7 +92,7 @@ def vibrating_lumps() -> VibratingBody:
 def vibrating_beam(
     length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Any], design: tuple[int, ...]
 ) -> VibratingBody:
-    """A beam; infinite rigidities leave it rigid in what they resist.
+    """Stiffness and mass of a beam; infinite rigidities leave it rigid in what they resist.
 
     Parameters
     ----------

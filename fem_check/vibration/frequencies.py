@@ -14,8 +14,8 @@ from fem_check.linear.ties import Row, ties
 from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_lumps
 from rigid import SINGULAR, Motion, Reals
 
-RANK = 1e-9
-MASSLESS = 1e-13
+RANK = 1e-9  # of the greatest singular value, below which a constraint repeats others
+MASSLESS = 1e-13  # of the greatest mass per stiffness, below which a shape of vibration has no mass
 
 
 def natural_frequencies(
@@ -162,7 +162,7 @@ class _Structure:
         return total
 
     def frequencies(self, rows: Sequence[Row], count: int) -> Any:
-        """[rad/s], shape (count, positions)."""
+        """Lowest natural frequencies [rad/s], shape (count, positions)."""
         held = [np.zeros((len(self.positions), 0, self.mass.shape[-1]))]
         stiffness = self.stiffness.copy()
         for row in rows:
@@ -185,7 +185,7 @@ class _Structure:
 
 
 def _lowest(stiffness: Any, mass: Any, count: int) -> Any:
-    """Lowest frequencies of stacked structures, from the greatest mass per stiffness: massless ones need no care."""
+    """Lowest frequencies of stacked structures, by the greatest mass per stiffness: massless shapes do no harm."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     root = np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :])
     left = np.linalg.solve(root, mass * scale[:, :, None] * scale[:, None, :])

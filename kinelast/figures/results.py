@@ -10,36 +10,54 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import (
-    FIELDS,
-    Caution,
-    Deflection,
-    Extreme,
-    Frequencies,
+from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
+from elastic.assessment import (
+    LIMITS,
+    Exceedance,
     PathDeviation,
-    cautions,
     euler_ratio,
-    extremes,
-    natural_frequencies,
+    exceedances,
     path_deviation,
     period_of,
     slenderness,
-    stress_extremes,
+    stress_range,
 )
+from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
 
 if TYPE_CHECKING:
     from fem_check import Comparison
 
-UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m", "qx": "N/m", "qy": "N/m"}
-STRESSES = {"normal_stress": "normal", "shear_stress": "shear", "mises_stress": "mises"}
-UNITS |= dict.fromkeys(STRESSES, "Pa")
-EXTREME_FIELDS = (*FIELDS, "chord", *STRESSES)
+EXTREME_FIELDS = tuple(key for key, field in FIELDS.items() if field.main and field.kind is not Kind.LOAD)
 FEW = 16  # positions that tell too little of a cycle
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
+
+
+STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """What a run of very many positions comes to, where only some of them are at hand.
+
+    Attributes
+    ----------
+    positions, singular, ill
+        How many there are, are singular, and are left out of the largest values.
+    swings
+        Of the normal stress [Pa], as of `elastic.stress_range` at `STATIONS`.
+    shown
+        The same run at fewer, even positions.
+    """
+
+    positions: int
+    singular: int
+    ill: int
+    swings: Any
+    shown: Results
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +68,34 @@ class Results:
     ----------
     left_out
         Number of the run's positions that the mechanism does not reach and that were left out on request.
+    whole
+        Where these are but the positions of a long run at which something is largest: what the whole comes to.
     """
 
     scene: Scene
     deflection: Deflection
     comparison: Comparison | None = None
     left_out: int = 0
+    whole: Whole | None = None
+
+    @property
+    def shown(self) -> Results:
+        """The run at even positions."""
+        return self if self.whole is None else self.whole.shown
+
+    @cached_property
+    def counts(self) -> tuple[int, int, int]:
+        """How many positions there are, are singular, and are left out of the largest values."""
+        if self.whole is not None:
+            return self.whole.positions, self.whole.singular, self.whole.ill
+        return len(self.motion.time), int(np.count_nonzero(self.singular)), int(np.count_nonzero(self.ill))
+
+    @cached_property
+    def swings(self) -> Any:
+        """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
+        if self.whole is not None:
+            return self.whole.swings
+        return stress_range(self.counted_deflection, STATIONS) if self.scene.labels else ()
 
     @property
     def motion(self) -> Motion:
@@ -95,26 +135,38 @@ class Results:
 
     @cached_property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some of the positions; None where no link has beams."""
+        """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:
             return None
-        return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        if self.whole is not None:
+            return self.shown.frequencies
+        try:
+            return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
+            return Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
 
     @cached_property
     def period(self) -> float:
         """Duration of the cycle [s]; nan where the motion is none."""
+        if self.whole is not None:
+            return self.shown.period
         period = period_of(self.motion)
         run = self.scene.run
         once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
         return run.duration if math.isnan(period) and once else period
 
     @cached_property
-    def cautions(self) -> list[Caution]:
+    def exceedances(self) -> list[Exceedance]:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
-        return cautions(self.counted_deflection, self.frequencies, period)
+        if self.whole is None:
+            known = None if self.ill.any() else self.extremes
+            return exceedances(self.counted_deflection, self.frequencies, period, found=known)
+        found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
+        shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
+        return [*found, *(replace(one, position=None) for one in shown)]
 
     @cached_property
     def efforts(self) -> Reals:
@@ -150,7 +202,7 @@ class Results:
             "N": force,
             "N m": force * length,
             "m": greatest(found["u"], found["w"], *self.displacements.values()),
-            "Pa": greatest(*(found[field] for field in STRESSES)),
+            "Pa": greatest(*(found[key] for key in found if FIELDS[key].kind is Kind.STRESS)),
         }
 
     def rounded(self, values: Any, unit: str) -> Any:
@@ -165,23 +217,15 @@ class Results:
     @cached_property
     def counted_deflection(self) -> Deflection:
         """The deflection with nan at the positions that do not count."""
-        if not self.ill.any():
-            return self.deflection
-        shown = ("N", "V", "M", "u", "w", "phi", "q")
-        fields: dict[str, Any] = {
-            name: np.where(self.counted, getattr(self.deflection, name), np.nan) for name in shown
-        }
-        return replace(self.deflection, **fields)
+        return marked(self.deflection, self.ill) if self.ill.any() else self.deflection
 
 
 def extremes_of(deflection: Deflection, fields: Sequence[str]) -> dict[str, Extreme]:
-    """Values of largest magnitude along every beam, of fields and stresses by the names of `EXTREME_FIELDS`."""
+    """Values of largest magnitude along every beam, also where there are none."""
     if not deflection.sections:
         none = np.zeros((0, *deflection.motion.columns))
         return {field: Extreme(none, none) for field in fields}
-    found = extremes(deflection, [field for field in fields if field not in STRESSES])
-    stresses = stress_extremes(deflection, [STRESSES[field] for field in fields if field in STRESSES])
-    return {field: stresses[STRESSES[field]] if field in STRESSES else found[field] for field in fields}
+    return extremes(deflection, fields)
 
 
 def _wide(results: Results, link: int, point: str) -> PathDeviation:

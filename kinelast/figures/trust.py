@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from elastic import LIMITS
+from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
-from kinelast.page.numbers import number
+from kinelast.page.numbers import number, quantity
 
+INPUTS = "Inputs"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
@@ -27,19 +28,21 @@ HEADINGS = {
     "yield": "Strength",
     "vibration": "Quasi-static answer",
 }
+LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
+FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
 SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "E": (1e6, 2e12, "Pa", '"210 GPa"'),
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
 WITHIN = {
-    "slenderness": "all links are longer than {:.0f} radii of gyration",
+    "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
     "deflection": "none deflects by more than {:.0f} % of its length",
     "axial force": "none is pressed with more than {:.0f} % of Euler's load",
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
     "vibration": "vibration would change the deflection by less than about {:.0f} %",
 }
-ADVICE = {"slenderness": 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'}
+SHEARING = 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
 UNKNOWN = {
     "yield": "strength: no yield stress or dimensions of the sections are given",
     "vibration": "vibration: the motion is no cycle, and no drive turns",
@@ -57,28 +60,31 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [*_inputs(results), _positions(results), *_check(results), *_cautions(results), *_within(results)]
+    found = [*_inputs(results), _positions(results), *_check(results), *_exceedances(results), *_within(results)]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
 def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and what has it."""
-    level = min((finding["level"] for finding in trust if finding["level"] != OPEN), key=ORDER.index)
-    return level, list(dict.fromkeys(finding["heading"].lower() for finding in trust if finding["level"] == level))
+    """The worst level of findings as plain data, and what has it.
+
+    Strength does not count: that a link yields is a bad answer, not a doubtful one.
+    """
+    about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
+    level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
+    return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
 
 
 def _positions(results: Results) -> Finding:
     condition = results.motion.condition
-    singular = int(np.count_nonzero(results.singular))
+    count, singular, ill = results.counts
     heading = "Conditioning of the positions"
-    if singular == len(condition):
+    if singular == count:
         return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
     worst = float(condition[~results.singular].max())
     digits = max(0, int(15 - math.log10(max(worst, 1.0))))
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
     if singular:
-        text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
-    ill = int(np.count_nonzero(results.ill))
+        text += f" {singular} of {count} positions are singular: they have no figures and count in no extreme."
     if ill:
         text += (
             f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
@@ -92,7 +98,8 @@ def _positions(results: Results) -> Finding:
 
 
 def _inputs(results: Results) -> Iterator[Finding]:
-    """What no solid has: most likely a number without its unit."""
+    """What no solid and no mechanism has: most likely a number without its unit."""
+    yield from _sizes(results)
     for name, stuff in results.scene.materials.items():
         for (what, (least, most, unit, example)), value in zip(
             SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
@@ -100,7 +107,27 @@ def _inputs(results: Results) -> Iterator[Finding]:
             if value is not None and not least <= value <= most:
                 told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
                 hint = f"a bare number is in {unit}, other units are told as in {example}"
-                yield Finding(POOR, "Inputs", f"The {told}: {hint}.")
+                yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
+
+
+def _sizes(results: Results) -> Iterator[Finding]:
+    """Links and speeds that hardly a machine has."""
+    sizes = {
+        link.name: max(
+            abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
+        )
+        for link in results.mechanism.links
+    }
+    name = max(sizes, key=lambda each: sizes[each])
+    if sizes[name] > LONG:
+        hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
+        yield Finding(POOR, INPUTS, f"The link {name} is {quantity(sizes[name], 'm')} long, is that meant? {hint}.")
+    elif 0 < sizes[name] < SHORT:
+        yield Finding(POOR, INPUTS, f"No link is longer than {quantity(sizes[name], 'm')}, is that meant?")
+    speed = fastest_drive(results)
+    if speed > FAST:
+        text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
+        yield Finding(POOR, INPUTS, f"{text}.")
 
 
 def _check(results: Results) -> list[Finding]:
@@ -123,22 +150,20 @@ def _check(results: Results) -> list[Finding]:
     return [Finding(GOOD if comparison.passed else POOR, heading, text)]
 
 
-def _cautions(results: Results) -> Iterator[Finding]:
+def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [caution for caution in results.cautions if caution.kind == kind]
+        own = [one for one in results.exceedances if one.kind == kind]
         if not own:
             continue
-        worst = (min if LIMITS[kind].beyond < LIMITS[kind].watch else max)(own, key=lambda caution: caution.figure)
-        names = [
-            results.scene.labels[caution.beam] for caution in own if caution.beam is not None and caution is not worst
-        ]
+        worst = max(own, key=lambda one: one.figure)
+        names = [results.scene.labels[one.beam] for one in own if one.beam is not None and one is not worst]
         words = (
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
         )
         words += f" (limits: {_limits(kind)})"
-        if kind in ADVICE:
-            words += f"; {ADVICE[kind]}"
+        if kind == "slenderness" and LIMITS[kind].passed(float(shear_share(results.deflection)[worst.beam])):
+            words += f"; {SHEARING}"
         if names:
             words += f"; less so {', '.join(names)}"
         yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")
@@ -147,7 +172,7 @@ def _cautions(results: Results) -> Iterator[Finding]:
 def _limits(kind: str) -> str:
     """From where a figure is to be watched, and from where not to be relied on, in words."""
     both = (LIMITS[kind].watch, LIMITS[kind].beyond)
-    return " and ".join(number(value, 2) if kind == "slenderness" else f"{number(100 * value, 2)} %" for value in both)
+    return " and ".join(f"{number(100 * value, 2)} %" for value in both)
 
 
 def _sentence(words: str) -> str:
@@ -159,8 +184,8 @@ def _within(results: Results) -> Iterator[Finding]:
     if not results.mechanism.beams or results.singular.all():
         return
     judged = _judged(results)
-    passed = {caution.kind for caution in results.cautions}
-    limits = {kind: LIMITS[kind].watch * (1 if kind == "slenderness" else 100) for kind in WITHIN}
+    passed = {caution.kind for caution in results.exceedances}
+    limits = {kind: LIMITS[kind].watch * 100 for kind in WITHIN}
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
@@ -172,10 +197,9 @@ def _within(results: Results) -> Iterator[Finding]:
 def _judged(results: Results) -> set[str]:
     """Kinds of caution that there are figures for."""
     sections = results.deflection.sections
-    mises = results.extremes["mises_stress"].value
+    mises = results.extremes["mises"].value
     stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
-    pairs = zip(results.slenderness, sections, strict=True)
-    slender = [np.isfinite(value) and np.isinf(section.kGA) for value, section in pairs]
+    slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
     bends = [np.isfinite(section.EI) for section in sections]
     cyclic = not math.isnan(results.period) and bool(results.counted.all())
     frequencies = results.frequencies
@@ -185,23 +209,23 @@ def _judged(results: Results) -> set[str]:
         "deflection": True,
         "axial force": any(bends),
         "yield": any(stressed),
-        "vibration": known and (cyclic or fastest_drive(results) > 0.0),
+        "vibration": known and (cyclic or bool(np.nan_to_num(results.motion.drive_rate).any())),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
 
-def caution_figures(results: Results) -> list[dict[str, Any]]:
-    """The cautions as plain data, with the limit that each is past."""
+def exceedance_figures(results: Results) -> list[dict[str, Any]]:
+    """The exceedances as plain data, with the limit that each is past."""
     return [
         {
-            "kind": caution.kind,
-            "label": None if caution.beam is None else results.scene.labels[caution.beam],
-            "figure": caution.figure if math.isfinite(caution.figure) else None,
-            "limit": caution.limit,
-            "severe": caution.severe,
-            **({} if caution.position is None else at_position(results, caution.position)),
+            "kind": exceedance.kind,
+            "label": None if exceedance.beam is None else results.scene.labels[exceedance.beam],
+            "figure": exceedance.figure if math.isfinite(exceedance.figure) else None,
+            "limit": exceedance.limit,
+            "severe": exceedance.severe,
+            **({} if exceedance.position is None else at_position(results, exceedance.position)),
         }
-        for caution in results.cautions
+        for exceedance in results.exceedances
     ]
 
 

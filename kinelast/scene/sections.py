@@ -8,6 +8,7 @@ from math import inf, nan
 from typing import Any, TypeVar
 
 from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
+from kinelast.scene.data import Making
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import (
     BeamTable,
@@ -63,7 +64,8 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
             raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
         if shear and shape.kGA is None:
             raise fault(f"sections.{section}", "kGA", 'the key is missing: theory = "timoshenko" asks for it')
-        plain = Section(float(shape.EA), float(shape.EI), float(shape.kGA) if shear and shape.kGA else inf)
+        kGA = float(shape.kGA) if shape.kGA else nan
+        plain = Section(float(shape.EA), float(shape.EI), kGA if shear else inf, shear_rigidity=kGA)
         return CrossSection(_strained(plain, table, link, beam, None), float(shape.mass_per_length))
     if material is None:
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
@@ -72,7 +74,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     poisson = _poisson(stuff, material)
     if shear and poisson is None:
         raise fault(f"materials.{material}", "poisson", 'the key is missing: theory = "timoshenko" asks for it')
-    made, mass_taper = _made(shape, section, stuff, poisson if shear else None)
+    made, mass_taper = _made(shape, section, stuff, poisson, shear)
     return CrossSection(
         _strained(made, table, link, beam, stuff.expansion, material), float(stuff.density * made.area), mass_taper
     )
@@ -86,23 +88,24 @@ def _named(tables: Mapping[str, Entry], table: str, key: str, name: str) -> Entr
 
 
 def _made(
-    shape: SectionTable, name: str, stuff: MaterialTable, poisson: float | None
+    shape: SectionTable, name: str, stuff: MaterialTable, poisson: float | None, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
-    """Section of a shape and material, and the taper of its mass; `poisson` where shear counts."""
+    """Section of a shape and material, and the taper of its mass; `shear` where shear counts."""
     limit = nan if stuff.yield_stress is None else float(stuff.yield_stress)
     if isinstance(shape, Properties):
         found = Shape(float(shape.A), float(shape.I), nan if shape.c is None else float(shape.c))
         made = section_of(found, float(stuff.E), None, limit)
-        if poisson is not None:
-            if shape.shear_area is None:
-                raise fault(f"sections.{name}", "shear_area", 'the key is missing: theory = "timoshenko" asks for it')
-            made = replace(made, kGA=float(stuff.E / (2 * (1 + poisson)) * shape.shear_area))
+        if shear and shape.shear_area is None:
+            raise fault(f"sections.{name}", "shear_area", 'the key is missing: theory = "timoshenko" asks for it')
+        if poisson is not None and shape.shear_area is not None:
+            known = float(stuff.E / (2 * (1 + poisson)) * shape.shear_area)
+            made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
     function, start, end = _dimensions(shape, name)
     if start == end:
-        return section_of(function(*start), float(stuff.E), poisson, limit), (1.0,)
+        return section_of(function(*start), float(stuff.E), poisson, limit, shear=shear), (1.0,)
     taper, mass_taper = tapered(function, start, end, poisson or 0.0)
-    return section_of(function(*start), float(stuff.E), poisson, limit, taper), mass_taper
+    return section_of(function(*start), float(stuff.E), poisson, limit, taper, shear), mass_taper
 
 
 def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], Any, Any]:
@@ -151,3 +154,20 @@ def _strained(
             )
         total += expansion * warming
     return replace(section, strain=total) if total else section
+
+
+def making(scene: SceneTable, link: str, number: int) -> Making:
+    """Section and material of a link's beam by its number."""
+    table = scene.links[link]
+    given = None if table.beams is None else table.beams[number]
+    beam = given if isinstance(given, BeamTable) else BeamTable(start="", end="")
+    name, material = beam.section or table.section or "", beam.material or table.material or ""
+    section: Any = scene.sections[name]
+    dimensions: dict[Any, tuple[str, ...]] = {
+        Rectangle: ("depth", "width"),
+        Circle: ("diameter",),
+        Tube: ("outer", "inner"),
+    }
+    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in dimensions.get(type(section), ())}
+    shape = section.__struct_config__.tag
+    return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rigid.joints import Joint, along_of, coordinate_of
 from rigid.kinematics import Motion
 from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
@@ -77,22 +78,21 @@ class Slide(_Plain):
 
     def value(self, motion: Motion) -> Any:
         """The slide."""
-        line, block, on = self._of(motion)
-        vector = position_of(motion, block, line.point) - position_of(motion, on, line.origin)
-        return dot(motion.direction[on] * line.direction, vector)
+        return coordinate_of(motion, self._joint(motion))
 
     def rate(self, motion: Motion) -> Any:
         """Its rate [m/s]."""
-        line, block, on = self._of(motion)
-        point = position_of(motion, block, line.point) - motion.origin[on]
-        carried = motion.velocity[on] + 1j * motion.angular_velocity[on] * point
-        return dot(motion.direction[on] * line.direction, velocity_of(motion, block, line.point) - carried)
+        joint = self._joint(motion)
+        block = velocity_of(motion, joint.block, joint.at(joint.block))
+        arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
+        carried = motion.velocity[joint.owner] + 1j * motion.angular_velocity[joint.owner] * arm
+        return dot(along_of(motion, joint), block - carried)
 
-    def _of(self, motion: Motion) -> tuple[Any, int, int]:
-        for line in motion.mechanism.sliders:
-            if line.name == self.slider:
-                return line, motion.mechanism.index[line.link], motion.mechanism.index[line.on]
-        raise MechanismError(f'there is no slider "{self.slider}"')
+    def _joint(self, motion: Motion) -> Joint:
+        for joint in motion.structure.joints:
+            if joint.slider is not None and joint.slider.name == self.slider:
+                return joint
+        raise MechanismError(f'there is no slider "{self.slider}"', joints=(self.slider,))
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class PointCoordinate(_Plain):
 
 @dataclass(frozen=True)
 class Offset(_Plain):
-    """How far a point is beyond another along a unit vector of the ground's axes [m]: in height as it stands."""
+    """Distance of a point beyond another along a unit vector of the ground's axes [m]: in height as it stands."""
 
     link: str
     point: str

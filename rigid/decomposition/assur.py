@@ -93,10 +93,9 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     if not free:
         return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints))
     if len(bodies) == 2 and len(inner) == 1:
-        ends = sorted("R" if joint.slider is None else "P" for joint in outer)
+        ends = sorted(joint.letter for joint in outer)
         first, last = ("R", "P") if ends == ["P", "R"] else ends
-        middle = "R" if inner[0].slider is None else "P"
-        return AssurGroup(names, drives, 2, len(outer), first + middle + last)
+        return AssurGroup(names, drives, 2, len(outer), first + inner[0].letter + last)
     edges = [(body[joint.parent], body[joint.child]) for joint in inner]
     held = max(sum(one in edge for edge in edges) for one in bodies)
     return AssurGroup(names, drives, max(2, held, _greatest_contour(edges)), len(outer))

@@ -1,4 +1,4 @@
-"""Who is joined to whom, and which links have as many constraints as freedoms."""
+"""Joints between the links, and sets of links with as many constraints as freedoms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RIGID = 3  # constraints that hold a link
 
 
 class Net:
-    """Who is joined to whom: pins by point, sliders, drives."""
+    """Links and the joints between them: pins by point, sliders, drives, gears."""
 
     def __init__(
         self,

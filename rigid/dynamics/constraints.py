@@ -19,6 +19,8 @@ from rigid.decomposition.order import structure
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 
+FIRST = 1e6  # weight of the drives' rows, so that they are among the independent ones
+
 
 @dataclass(frozen=True, eq=False)
 class JointTable:
@@ -189,3 +191,36 @@ def centripetal(here: Constraints, velocity: Any, omega: Any) -> Any:
     rows[..., 1 : 2 * count : 2] = second.imag[..., :count]
     rows[..., 2 * count :] = np.where(slides, second.real, 0.0)[..., table.moved] @ table.shares.T
     return rows
+
+
+def independent_rows(table: JointTable, matrix: Any) -> Any:
+    """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
+    if matrix.shape[0] == matrix.shape[1]:
+        return np.arange(len(matrix))
+    from scipy.linalg import qr
+
+    weight = np.where(np.arange(len(matrix)) < 2 * table.count, 1.0, FIRST)
+    return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
+
+
+def unwound_angles(table: JointTable, angle: Any, drive: Any) -> Any:
+    """Angles of all links [rad], shape (links, 1), so that sliders and driven pins have the coordinates given.
+
+    Whole turns are chosen, nothing else.
+    """
+    angle = angle.copy()
+    wanted = table.turn.astype(float).copy()[:, 0]
+    driven = table.moved[: len(drive)]
+    sense = np.diagonal(table.shares)[: len(drive)]
+    wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
+    fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
+    placed = {0}
+    for number, joint in enumerate(table.joints):
+        if joint.child in placed:
+            continue
+        placed.add(joint.child)
+        if number in fixed:
+            sign = 1.0 if table.block[number] == joint.child else -1.0
+            seen = angle[joint.child] - angle[joint.parent]
+            angle[joint.child] += 2 * np.pi * np.round((sign * wanted[number] - seen) / (2 * np.pi))
+    return angle

@@ -32,15 +32,14 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 class ForwardError(MechanismError):
     """A motion that cannot be continued; `time` [s] is the last at which it could.
 
-    `course` is what was integrated until then, to be asked as any other; None where nothing was. The rest as of
-    `MechanismError`.
+    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
     """
 
-    def __init__(
-        self, message: str, time: float = 0.0, course: IntegratedMotion | None = None, **culprits: Any
-    ) -> None:
+    course: IntegratedMotion | None = None
+
+    def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
         super().__init__(message, **culprits)
-        self.time, self.course = time, course
+        self.time = time
 
 
 class _EnoughError(Exception):
@@ -94,8 +93,9 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
+    most_steps: int | None = None,
+    on_step: Callable[[float], None] | None = None,
     evaluations: int = EVALUATIONS,
-    progress: Callable[[float], object] | None = None,
 ) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
@@ -113,16 +113,18 @@ def forward(
     tolerance
         Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
         at the end, which a mechanism may magnify.
+    most_steps
+        After which it is given up, as a motion that cannot be continued.
+    on_step
+        Called with the time [s] that is reached after every step.
     evaluations
-        Of the equation of motion, at most.
-    progress
-        Called with the time [s] that is reached after every step of the integrator; what it raises is passed on.
+        Of the equation of motion, at most: the step size may fall without bound.
 
     Raises
     ------
     ForwardError
-        It takes more evaluations; or the mechanism comes to a position where its drives no longer say how it moves on,
-        or to an infinite speed; a drive given as effort that moves no mass. Its `course` is what was reached.
+        The mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
+        drive given as effort that moves no mass.
     MechanismError
         It cannot be assembled at the start.
 
@@ -146,7 +148,8 @@ def forward(
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     scale = tolerance * np.concatenate([unit, unit / duration])
-    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, progress)
+    most = np.inf if most_steps is None else most_steps
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, most, on_step)
 
 
 def _integrated(
@@ -155,65 +158,56 @@ def _integrated(
     duration: float,
     tolerance: float,
     scale: Any,
-    progress: Callable[[float], object] | None,
+    most_steps: float,
+    on_step: Callable[[float], None] | None,
 ) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853
 
     tracker = system.tracker
+    solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
     tracker.restart()
-    steps = _Steps(system)
-    try:
-        solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
-        tracker.restart()
-        while solver.status == "running":
+    times, origins, directions = [0.0], [tracker.origin], [tracker.direction]
+    pieces: list[Any] = []
+    while solver.status == "running":
+        try:
             solver.step()
-            reached = tracker.go(system.laws(solver.t, solver.y)[0])
-            if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-                raise _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker), steps.reached)
-            tracker.mark()
-            steps.add(solver.t, solver.dense_output())
-            if progress is not None:
-                progress(float(solver.t))
-    except _EnoughError:
-        raise ForwardError(
-            f"the motion took more than {system.most} evaluations until {steps.times[-1]:.6g} s of {duration:g} s: "
-            "allow more evaluations, a greater tolerance or a shorter duration",
-            steps.times[-1],
-            steps.reached,
-        ) from None
-    return steps.course()
+        except _EnoughError:
+            why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
+            break
+        reached = tracker.go(system.laws(solver.t, solver.y)[0])
+        if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
+            stuck = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+            break
+        if len(pieces) >= most_steps:
+            more = f"{duration:g} s would take about {duration / times[-1]:.3g} times as many"
+            why = f"it has taken {most_steps} steps, {more}"
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
+            break
+        tracker.mark()
+        times.append(solver.t)
+        pieces.append(solver.dense_output())
+        origins.append(tracker.origin)
+        directions.append(tracker.direction)
+        if on_step:
+            on_step(solver.t)
+    else:
+        return _course(system, times, pieces, origins, directions, int(solver.nfev))
+    stuck.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
+    raise stuck
 
 
-class _Steps:
-    """The steps of an integration so far."""
+def _course(
+    system: _System, times: list[float], pieces: list[Any], origins: list[Any], directions: list[Any], evaluations: int
+) -> IntegratedMotion:
+    from scipy.integrate import OdeSolution
 
-    def __init__(self, system: _System) -> None:
-        self.system = system
-        self.times = [0.0]
-        self.pieces: list[Any] = []
-        self.origins, self.directions = [system.tracker.origin], [system.tracker.direction]
-
-    def add(self, time: float, piece: Any) -> None:
-        """One more, to where the tracker is."""
-        self.times.append(time)
-        self.pieces.append(piece)
-        self.origins.append(self.system.tracker.origin)
-        self.directions.append(self.system.tracker.direction)
-
-    @property
-    def reached(self) -> IntegratedMotion | None:
-        """The motion so far; None before the first step."""
-        return self.course() if self.pieces else None
-
-    def course(self) -> IntegratedMotion:
-        """The motion so far."""
-        from scipy.integrate import OdeSolution
-
-        mechanism, drives = self.system.tracker.mechanism, self.system.drives
-        postures = Posture(mechanism, *(np.concatenate(each, axis=-1) for each in (self.origins, self.directions)))
-        state = OdeSolution(self.times, self.pieces)
-        return IntegratedMotion(mechanism, drives, np.array(self.times), postures, state, self.system.evaluations)
+    tracker = system.tracker
+    postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
+    return IntegratedMotion(
+        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations
+    )
 
 
 def motion_during(course: IntegratedMotion, time: Any) -> Motion:
@@ -301,16 +295,13 @@ def _aligned(tracker: Tracker) -> str:
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
-def _stuck(
-    mechanism: Mechanism, time: float, drive: Reals, why: str, course: IntegratedMotion | None = None
-) -> ForwardError:
+def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
     names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
     return ForwardError(
         f"the motion cannot go on after {time:.6g} s with {places}: {why}",
         time,
-        course,
-        kind="singular",
+        kind=kind,
         links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
         drives=range(len(names)),
     )

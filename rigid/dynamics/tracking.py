@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from rigid.constants import mass_table
-from rigid.dynamics.constraints import Constraints, centripetal, constraint_matrix, constraints_at, joint_table
+from rigid.dynamics.constraints import (
+    Constraints,
+    centripetal,
+    constraint_matrix,
+    constraints_at,
+    independent_rows,
+    joint_table,
+    unwound_angles,
+)
 from rigid.kinematics import Motion, motion
 from rigid.loads import given_loads
 from rigid.mechanism import Mechanism
@@ -20,7 +28,6 @@ FAR = 0.25  # greatest step, over the size or [rad], that the linear forecast is
 PIECES = 1024  # such steps at most between two calls
 SLOW = 0.05  # share of the error that a step may leave before the matrix is renewed
 FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below which it fits
-FIRST = 1e6  # weight of the drives' rows, so that they are among the independent ones
 TINY = np.finfo(float).tiny
 SMOOTH = 0.25  # of a way: how far it may be from what the rates at its ends tell
 NARROW = 0.05  # of the reciprocal condition at the start: nearer to singular, rates lose digits
@@ -28,7 +35,7 @@ BESIDE = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])  # where 
 
 
 class Tracker:
-    """A mechanism where it is now, led by the coordinates of its drives.
+    """A mechanism where it is now, followed along the coordinates of its drives.
 
     Attributes
     ----------
@@ -61,8 +68,8 @@ class Tracker:
         joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
         moved = ~slides[self._table.moved[: len(self._table.shares)]]
         self._row_weights = np.where(np.concatenate([joints, moved]), 1.0, 1 / self.size)
-        self._begin = (drive.copy(), first.origin, self._angles(first, drive))
-        self._rows = self._independent(constraint_matrix(here, self._links)[0])
+        self._begin = (drive.copy(), first.origin, unwound_angles(self._table, np.angle(first.direction), drive))
+        self._rows = independent_rows(self._table, constraint_matrix(here, self._links)[0])
         self._units = np.zeros((len(self._rows), len(drive)))
         driven = 2 * self._table.count + np.arange(len(drive))
         self._units[np.searchsorted(self._rows, driven)] = np.eye(len(drive))
@@ -247,7 +254,7 @@ class Tracker:
         self._here = constraints_at(self._table, self.origin, self.direction)
 
     def _residual(self, drive: Reals) -> Any:
-        """What the constraints lack, in the order of their rows."""
+        """Residuals of the constraints, in the order of their rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
         slides, count = table.slides[:, 0], table.count
@@ -271,15 +278,6 @@ class Tracker:
         swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
         return float((-1.0) ** (swaps + np.count_nonzero(diagonal < 0)))
 
-    def _independent(self, matrix: Any) -> Any:
-        """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
-        if matrix.shape[0] == matrix.shape[1]:
-            return np.arange(len(matrix))
-        from scipy.linalg import qr
-
-        weight = np.where(np.arange(len(matrix)) < 2 * self._table.count, 1.0, FIRST)
-        return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
-
     def _solve(self, rows: Any) -> Any:
         return self._lapack.dgetrs(*self._factors, rows)[0]
 
@@ -291,22 +289,3 @@ class Tracker:
         omega = np.zeros(velocity.shape)
         omega[1:] = columns[2::3]
         return velocity, omega
-
-    def _angles(self, first: Motion, drive: Reals) -> Any:
-        """Angles of all links, whole turns chosen so that sliders and driven pins have the coordinates given."""
-        table, angle = self._table, np.angle(first.direction)
-        wanted = table.turn.astype(float).copy()[:, 0]
-        driven = table.moved[: len(drive)]
-        sense = np.diagonal(table.shares)[: len(drive)]
-        wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
-        fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
-        placed = {0}
-        for number, joint in enumerate(table.joints):
-            if joint.child in placed:
-                continue
-            placed.add(joint.child)
-            if number in fixed:
-                sign = 1.0 if table.block[number] == joint.child else -1.0
-                seen = angle[joint.child] - angle[joint.parent]
-                angle[joint.child] += 2 * np.pi * np.round((sign * wanted[number] - seen) / (2 * np.pi))
-        return angle

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from rigid.drawing import Drawing
-from rigid.joints import Columns, Joint, along_of, carried, coordinate_of, point_of
+from rigid.joints import Columns, Joint, child_place, coordinate_of
 from rigid.mechanism import Mechanism
-from rigid.plane import ROUND_OFF, ZERO, unit
+from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
 
 TURNS = 8  # of a gear's driver either way, that a posture is compared with
@@ -68,12 +68,4 @@ class Placement:
 
     def hang(self, joint: Joint, coordinate: Columns) -> None:
         """Place a joint's child by the joint's coordinate [rad or m]."""
-        parent, child = joint.parent, joint.child
-        slide: Columns = ZERO
-        if joint.slider is None:
-            self.direction[child] = self.direction[parent] * unit(joint.sense * coordinate)
-        else:
-            self.direction[child] = self.direction[parent] * joint.turn
-            slide = joint.sense * coordinate * along_of(self, joint)
-        at_parent = point_of(self, parent, joint.at_parent)
-        self.origin[child] = at_parent - carried(self.direction[child], joint.at_child) + slide
+        self.origin[joint.child], self.direction[joint.child] = child_place(self, joint, coordinate)

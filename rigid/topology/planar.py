@@ -13,7 +13,7 @@ from rigid.postures import Posture
 from rigid.topology.assembly import assembled
 from rigid.topology.kinematic_pairs import Contact, Pair, pairs
 from rigid.topology.mechanism_graphs import link_graph
-from rigid.topology.ranks import Chain, Mobility, mobility, self_stress, stressed_joints
+from rigid.topology.ranks import Chain, Mobility, mobility
 
 
 def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
@@ -50,22 +50,9 @@ def planar_chain(here: Posture, contacts: Iterable[Contact] = ()) -> Chain:
     )
 
 
-def redundant_joints(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
-    """Joints whose forces statics alone cannot tell, with the mechanism as drawn; none where it is not redundant."""
-    contacts = tuple(contacts)
-    joints = pairs(mechanism, contacts)
-    return tuple(joints[number] for number in stressed_joints(planar_chain(assembled(mechanism), contacts)))
-
-
 def mechanism_mobility(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Mobility:
     """Mobility and hyperstaticity of a mechanism as drawn, drives left free."""
     return mobility(planar_chain(assembled(mechanism), contacts))
-
-
-def self_stress_forces(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> Complexes:
-    """Forces on the end link of every pair in the self-stress states, complex [N], shape (h, pairs)."""
-    states = self_stress(planar_chain(assembled(mechanism), tuple(contacts)))
-    return np.asarray(states[..., 1] + 1j * states[..., 2])
 
 
 def _place(here: Posture, pair: Pair) -> Complexes:

@@ -1,0 +1,94 @@
+"""What beam theory leaves out, as it is estimated and as plane-stress bodies have it: docs/check.md has the tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import measuring
+import numpy as np
+from jobs import steel_four_bar
+
+from elastic import Deflection, Section, deflection
+from elastic.assessment import introduction_share, shear_share
+from fem_check import compare_solid
+from rigid import Beam, LineLoad, Link, Mechanism, Motion, PinDrive, PointLoad, Slider, motion
+
+SLENDER = (5, 10, 20, 50, 100, 200)
+RANDOM = 200
+UNIFORM = LineLoad("arm", 0, -1j, -1j)
+
+
+def section(slender: float, length: float = 1.0) -> Section:
+    """A rectangle of EI = 1 of some slenderness."""
+    return Section(EA=(slender / length) ** 2, EI=1.0)
+
+
+def supported() -> Motion:
+    """A uniform load on two supports."""
+    links = Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),)), Link("block", {"A": 0})
+    guide = Slider("guide", "block", "ground", "A", 0.0, 1.0)
+    return motion(Mechanism(links, (), {"O": 0, "A": 1.0}, (guide,), loads=(UNIFORM,)), np.zeros((0, 1)))
+
+
+def driven(load: Any) -> Motion:
+    """An arm that its motor holds."""
+    links = Link("ground", {"O": 0}), Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A"),))
+    return motion(Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=(load,)), [0.0])
+
+
+def estimated(solved: Deflection) -> float:
+    """Largest part that beam theory leaves out, over the largest deflection of all beams."""
+    largest = compare_solid(solved).largest
+    return float((np.maximum(shear_share(solved), introduction_share(solved)) * largest).max() / largest.max())
+
+
+def family() -> list[dict[str, Any]]:
+    """Beams and the steel four-bar by slenderness, in percent."""
+    four_bar = steel_four_bar(72)
+    rows = []
+    for slender in SLENDER:
+        beams = {
+            "two supports, uniform load": deflection(supported(), [section(slender)]),
+            "driven arm, force at its end": deflection(driven(PointLoad("arm", "A", -1j)), [section(slender)]),
+            "driven arm, uniform load": deflection(driven(UNIFORM), [section(slender)]),
+            "steel four-bar": deflection(four_bar.motion(), [section(slender, size) for size in (0.1, 0.3, 0.25)]),
+        }
+        row: dict[str, Any] = {"slenderness": slender}
+        for name, solved in beams.items():
+            row[f"{name}: estimated [%]"] = 100 * estimated(solved)
+            row[f"{name}: plane bodies [%]"] = 100 * compare_solid(solved).relative
+        rows.append(row)
+    return rows
+
+
+def at_random() -> list[dict[str, Any]]:
+    """Estimate over what plane bodies have, of four-bars of random lengths, slenderness 10 to 200."""
+    random = np.random.default_rng(1)
+    ratios = []
+    for _ in range(RANDOM):
+        job = steel_four_bar(12, crank=float(random.uniform(0.05, 0.12)))
+        lengths = [abs(job.mechanism.links[at].points[beam.end]) for at, beam in job.mechanism.beams]
+        drawn = zip(10 ** random.uniform(1, 2.3, 3), lengths, 10 ** random.uniform(-1, 1, 3), strict=True)
+        stiff = [(section(slender, size), scale) for slender, size, scale in drawn]
+        solved = deflection(job.motion(), [replace(part, EA=part.EA * scale, EI=scale) for part, scale in stiff])
+        ratios.append(estimated(solved) / compare_solid(solved).relative)
+    found = np.array(ratios)
+    return [
+        {
+            "mechanisms": RANDOM,
+            "within a factor of two [%]": 100 * float(((found > 0.5) & (found < 2)).mean()),
+            "least": float(found.min()),
+            "median": float(np.median(found)),
+            "greatest": float(found.max()),
+        }
+    ]
+
+
+def main() -> None:
+    tables = {"slenderness": family(), "random four-bars": at_random()}
+    measuring.report("beam_theory", "What beam theory leaves out, and the estimate of it", tables)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,139 @@
+"""How far beam theory itself is off: what shear would change, and how loads come in at the ends of beams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import Section, Taper
+from elastic.sampling import sample
+from elastic.solution import Deflection
+from elastic.solution import deflection as solve
+from rigid import Reals
+
+POISSON = 0.3  # of metals, where none is known
+STATIONS = 33  # along a beam, at which deflections are compared
+INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
+UNBENT = 1e-6  # of the mechanism's largest deflection, below which a beam's own counts as that
+
+
+def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
+    """Sections of which all that bend and stretch also shear.
+
+    By `Section.shear_rigidity` where it is known, else as a rectangle of the same EA: k = 10 (1 + nu)/(12 + 11 nu).
+
+    Parameters
+    ----------
+    sections
+        One per beam.
+    poisson
+        Poisson's ratio where nothing is known.
+    """
+    return tuple(_sheared(section, poisson) for section in sections)
+
+
+def _sheared(section: Section, poisson: float) -> Section:
+    if not np.isinf(section.kGA).all() or not (np.isfinite(section.EA).all() and np.isfinite(section.EI).all()):
+        return section
+    if np.isfinite(section.shear_rigidity).all():
+        return replace(section, kGA=section.shear_rigidity)
+    taper = section.taper and replace(section.taper, kGA=section.taper.EA)
+    return replace(section, kGA=section.EA * (5 / (12 + 11 * poisson)), taper=taper)
+
+
+def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
+    """Greatest change that shear would bring to the deflection from the chord, over the largest of every beam.
+
+    Solved once more with shear; 0 of beams that shear already, or cannot bend.
+
+    Parameters
+    ----------
+    poisson
+        Poisson's ratio of beams of which no shear rigidity is known.
+
+    Returns
+    -------
+    Shape (beams, ...).
+
+    Examples
+    --------
+    A square bar of 1 m, 10 cm deep, between two supports: 48 EI/(5 kGA l^2) = 2.45 %.
+
+    >>> from elastic import Section, deflection
+    >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
+    >>> links = Link("ground", {"A": 0}), Link("bar", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})
+    >>> guide, load = Slider("guide", "block", "ground", "B", 0.0, 1.0), LineLoad("bar", 0, -1j, -1j)
+    >>> held = motion(Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,)), np.zeros((0, 1)))
+    >>> shear_share(deflection(held, [Section(EA=12e2, EI=1.0)])).round(4)
+    array([0.0245])
+    """
+    sheared = sections_with_shear(deflection.sections, poisson)
+    if all(new is old for new, old in zip(sheared, deflection.sections, strict=True)):
+        return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
+    xi = np.linspace(0.0, 1.0, STATIONS)
+    without = sample(deflection, "chord", xi)
+    more = sample(solve(deflection.motion, sheared, joints=deflection.joints), "chord", xi) - without
+    return _over_largest(_greatest(more), _greatest(without))
+
+
+def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
+    """Estimate of what moments at the ends of beams add by the way they come in, over the largest deflection.
+
+    Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
+    about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that passes from
+    one beam of a link to the next counts as far as they form a corner.
+
+    Returns
+    -------
+    Shape (beams, ...).
+    """
+    sections = sections_with_shear(deflection.sections, poisson)
+    moments = _introduced(deflection)
+    chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
+    soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
+    return _over_largest(INTRODUCED * soft * moments, _greatest(chord))
+
+
+def _introduced(deflection: Deflection) -> Reals:
+    """Largest moment that comes in at either end of every beam [N m], shape (beams, ...).
+
+    From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
+    """
+    at_ends = sample(deflection, "M", [0.0, 1.0])
+    nodes: dict[tuple[int, str], list[tuple[int, int, Any]]] = {}
+    for number, (at, beam) in enumerate(deflection.motion.mechanism.beams):
+        points = deflection.motion.mechanism.links[at].points
+        way = np.ravel(points[beam.end] - points[beam.start])[0]
+        for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
+            nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
+    found = np.zeros((len(at_ends), *at_ends.shape[1:-2]))
+    for meeting in nodes.values():
+        outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
+        for number, end, out in meeting:
+            others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
+            turned = at_ends[number, ..., end] * min([1.0, *others]) if others else outside
+            moment = np.maximum(np.abs(outside), np.abs(turned))
+            found[number] = np.maximum(found[number], _greatest(moment[..., None]))
+    return found
+
+
+def _softest(section: Section) -> Any:
+    """1/kGA, the larger of a beam's two ends."""
+    taper = section.taper or Taper()
+    factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
+    return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
+
+
+def _greatest(values: Any) -> Any:
+    """Largest magnitude over positions and stations, the last two axes; what is not known does not count."""
+    return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
+
+
+def _over_largest(change: Any, largest: Any) -> Reals:
+    """Changes over the largest deflection of every beam, or what counts as that; 0 where nothing bends."""
+    taken = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
+    return share

@@ -1,0 +1,87 @@
+"""Figures over all positions: the largest value and when, the root of the mean square."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.extreme_values import Extreme
+from rigid import Motion, PinDrive, Reals
+
+EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
+
+
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """The values of largest magnitude over the positions.
+
+    Attributes
+    ----------
+    value
+        With their signs, shape (...); nan where no position has one.
+    position
+        Number of the position.
+    xi
+        Where along the beam; nan of values that belong to no place.
+    """
+
+    value: Reals
+    position: Any
+    xi: Reals
+
+
+def over_cycle(values: Any) -> Peak:
+    """Largest magnitude over the positions, the last axis; singular positions do not count.
+
+    Parameters
+    ----------
+    values
+        Shape (..., positions), or an `Extreme` of such.
+
+    Examples
+    --------
+    >>> float(over_cycle([1.0, -3.0, 2.0]).value)
+    -3.0
+    """
+    plain = np.asarray(values.value if isinstance(values, Extreme) else values)
+    size = np.where(np.isnan(plain), -1.0, np.abs(plain))
+    position = size.argmax(axis=-1)
+
+    def taken(array: Any) -> Any:
+        return np.take_along_axis(array, position[..., None], -1)[..., 0]
+
+    xi = taken(values.xi) if isinstance(values, Extreme) else np.full(position.shape, np.nan)
+    return Peak(taken(plain), position, xi)
+
+
+def rms(values: Any) -> Any:
+    """Root of the mean square over the positions, the last axis; singular positions do not count."""
+    square = np.square(np.abs(np.asarray(values)))
+    known = ~np.isnan(square)
+    count = known.sum(axis=-1)
+    mean = np.where(known, square, 0.0).sum(axis=-1) / np.maximum(count, 1)
+    return np.where(count > 0, np.sqrt(mean), np.nan)
+
+
+def period_of(motion: Motion) -> float:
+    """Duration of the cycle [s] of a motion that goes once round at constant speed, in equal steps, the end left out.
+
+    nan of any other motion.
+    """
+    rate = motion.drive_rate
+    if not len(rate) or rate.shape[-1] < 3 or not all(isinstance(drive, PinDrive) for drive in motion.mechanism.drives):
+        return float("nan")
+    step = np.diff(motion.drive, axis=-1)
+    way = step[:, :1] * motion.drive.shape[-1]
+    turns = np.round(way / (2 * np.pi))
+    even = np.ptp(step, axis=-1) <= EVEN * np.abs(way[:, 0])
+    steady = np.ptp(rate, axis=-1) <= EVEN * np.abs(rate[:, 0])
+    once = np.abs(turns).min() == 1 and (np.abs(way - 2 * np.pi * turns) <= EVEN * np.abs(way)).all()
+    if not (even.all() and steady.all() and once and rate.any()):
+        return float("nan")
+    periods = way[:, 0] / rate[:, 0]
+    if np.ptp(periods) > EVEN * abs(periods[0]):
+        return float("nan")
+    return float(abs(periods[0]))

@@ -1,0 +1,89 @@
+"""What the cycle excites: the harmonics of the quasi-static bending, and how much of vibration that answer misses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.sampling import sample
+from elastic.solution import Deflection
+from rigid import Reals
+
+POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
+HELD = 0.05  # share of the strain energy's root from which a harmonic is strong
+ROUND_OFF = 1e-12  # share below which a harmonic is none
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonics:
+    """Parts of the bending of all beams by their frequency.
+
+    Attributes
+    ----------
+    omega
+        0, 1, 2, ... times the cycle's angular frequency [rad/s], shape (harmonics,).
+    share
+        Root of the strain energy that each holds, of that of the whole cycle: the squares add up to 1.
+    """
+
+    omega: Reals
+    share: Reals
+
+    def strong(self, share: float = HELD) -> Any:
+        """Numbers of the harmonics, but the mean, that hold more than a share."""
+        return 1 + np.flatnonzero(self.share[1:] > share)
+
+
+def harmonics(deflection: Deflection, period: float) -> Harmonics:
+    """Harmonics of the loads, measured by the bending that they cause.
+
+    Bending moments weighed with 1/EI, because they hold what every load does: inertia, lumps and joints.
+
+    Parameters
+    ----------
+    deflection
+        One design, at equal steps of time over one cycle, the end left out.
+    period
+        Duration of the cycle [s].
+
+    Returns
+    -------
+    Up to half the number of positions; shares nan where a position is singular, or nothing bends.
+    """
+    columns = deflection.motion.columns
+    if len(columns) != 1:
+        raise ValueError(f"columns of shape {columns}: expected one design")
+    count = columns[0]
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    moment = sample(deflection, "M", (nodes + 1) / 2)
+    spectrum = np.abs(np.fft.rfft(moment, axis=1)) / count
+    twice = np.full(spectrum.shape[1], 2.0)
+    twice[0] = 1.0
+    if count % 2 == 0:
+        twice[-1] = 1.0
+    per_length = deflection.length * deflection.compliance.bend
+    energy = np.einsum("bks,s,b->k", np.square(spectrum), weights, per_length[:, 0]) * twice
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.sqrt(energy / energy.sum())
+    return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share)
+
+
+def quasi_static_error(found: Harmonics, omega: float) -> float:
+    """What the quasi-static answer misses of the vibration it excites, as a share of the deflection.
+
+    An undamped oscillator follows a harmonic r times as fast as itself with 1/(1 - r^2) of the quasi-static deflection:
+    the harmonics' shares times |r^2/(1 - r^2)|, as the root of the sum of squares. Infinite at resonance. An estimate:
+    as if all bending were in the lowest mode, of frequency `omega` [rad/s].
+
+    References
+    ----------
+    Den Hartog, Mechanical Vibrations, chapter 2: forced vibrations without damping.
+    """
+    square = np.square(found.omega / omega)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        missed = found.share * np.abs(square / (1 - square))
+    # what is round-off is not at resonance
+    missed = np.where(found.share < ROUND_OFF, 0.0, missed)
+    return float(np.sqrt(np.square(missed).sum()))

@@ -1,0 +1,53 @@
+"""A load that moves along a beam: what the block of a slider does to the fields beyond it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from elastic.beams.compliance import Compliance
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A force and a moment on a beam between its ends.
+
+    Attributes
+    ----------
+    beam
+        Number of the beam.
+    xi
+        Where the block is, shape (..., positions); nan where it is beyond the beam.
+    force, moment
+        On the beam, in its own axes [N], complex, and [N m].
+    """
+
+    beam: int
+    xi: Any
+    force: Any
+    moment: Any
+
+    def beyond(self, length: Any, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
+        """What the fields beyond the block are more than those before it, in powers of xi less the block's.
+
+        Parameters
+        ----------
+        length
+            Of all beams [m], shape (beams, ..., 1).
+        """
+        k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
+        bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))
+        slope = (0.0, -bend * moment, bend * length[k] * across / 2)
+        return {
+            "N": (-along,),
+            "V": (across,),
+            "M": (-moment, length[k] * across),
+            "u": (0.0, -stretch * along),
+            "phi": slope,
+            "w": (0.0, -shear * across, length[k] * slope[1] / 2, length[k] * slope[2] / 3),
+        }
+
+
+def at(powers: tuple[Any, ...], way: Any) -> Any:
+    """A polynomial of few coefficients at a distance."""
+    return sum(value * way**power for power, value in enumerate(powers))

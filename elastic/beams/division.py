@@ -1,0 +1,146 @@
+"""How beams are divided into pieces on each of which every field is one polynomial, and the fields on these.
+
+A beam is one piece as a rule; blocks that slide on it divide it where they are, and a tapered one is divided until its
+compliance is a polynomial to round-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.blocks import Block
+from elastic.beams.compliance import Compliance
+from elastic.beams.elastic_line import Amplitudes
+from elastic.beams.polynomials import added, evaluate, shifted
+from elastic.beams.section import Section
+from elastic.beams.taper import piece_ends, piece_functions
+
+
+@dataclass(frozen=True, eq=False)
+class Division:
+    """Pieces of all beams, in the order of the beams and along each of them.
+
+    Attributes
+    ----------
+    beam
+        Number of every piece's beam, shape (pieces,).
+    start, width
+        Where the piece begins on its beam and how long it is, in xi, shape (pieces, ..., positions); (pieces, ..., 1)
+        where every beam is one piece.
+    sections, blocks
+        One section per beam, and the blocks: what divides them.
+    """
+
+    beam: Any
+    start: Any
+    width: Any
+    sections: tuple[Section, ...]
+    blocks: tuple[Block, ...]
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether every beam is one piece."""
+        return not self.blocks and not any(section.taper for section in self.sections)
+
+    def of_beam(self, number: int) -> Any:
+        """Numbers of a beam's pieces."""
+        return np.flatnonzero(self.beam == number)
+
+
+def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], columns: tuple[int, ...]) -> Division:
+    """How the beams of these sections are divided, by their tapers and the blocks on them."""
+    if not blocks and not any(section.taper for section in sections):
+        rows = (len(sections),) + (1,) * len(columns)
+        return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, blocks)
+    pieces: list[tuple[int, Any, Any]] = []
+    for number, section in enumerate(sections):
+        marks = [np.full(columns, mark) for mark in (piece_ends(section) if section.taper else (0.0, 1.0))]
+        marks += [np.broadcast_to(block.xi, columns) for block in blocks if block.beam == number]
+        marks = list(np.sort(np.array(marks), axis=0))
+        pieces += [(number, low, high - low) for low, high in pairwise(marks)]
+    beam, start, width = (np.array(part) for part in zip(*pieces, strict=True))
+    return Division(beam, start, width, sections, blocks)
+
+
+def on_pieces(field: str, amplitudes: Amplitudes, division: Division, length: Any, compliance: Compliance) -> Any:
+    """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
+    values = getattr(amplitudes, field)
+    if division.whole:
+        return values
+    result = shifted(values[:, division.beam], division.start, division.width)
+    for number, section in enumerate(division.sections):
+        if section.taper and field in ("u", "w", "phi"):
+            rows = division.of_beam(number)
+            carried, bent = _of_tapered(field, amplitudes, number, section, length[number])
+            moved = shifted(carried[:, None], division.start[rows], division.width[rows])
+            result = _with_rows(result, rows, added(bent, moved))
+    for block in division.blocks:
+        _add_beyond(result, block, division, block.beyond(length, compliance)[field])
+    return result
+
+
+def _with_rows(values: Any, rows: Any, own: Any) -> Any:
+    """Coefficients with those of some rows replaced, to the higher of both degrees."""
+    result = np.zeros((max(len(values), len(own)), *values.shape[1:]))
+    result[: len(values)] = values
+    result[:, rows] = 0.0
+    result[: len(own), rows] = own
+    return result
+
+
+def _of_tapered(field: str, amplitudes: Amplitudes, number: int, section: Section, length: Any) -> tuple[Any, Any]:
+    """Of a tapered beam the line that carries it, in powers of xi, and the rest on its pieces: (n, pieces, ...)."""
+    values = getattr(amplitudes, field)[:, number]
+    stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
+
+    def along(functions: Any, parts: Any) -> Any:
+        return np.tensordot(functions[..., : len(parts)], parts, 1)
+
+    if field == "u":
+        strained = np.broadcast_to(section.strain * length, values.shape[1:])
+        return np.array([values[0], strained]), along(stretch, values[1:])
+    if field == "phi":
+        return values[:1], along(turn, values[1:])
+    bent = along(bend, values[2:])
+    return values[:2], bent if amplitudes.slide is None else bent + along(slide, amplitudes.slide[:, number])
+
+
+def _add_beyond(values: Any, block: Block, division: Division, powers: tuple[Any, ...]) -> None:
+    """Add to the pieces beyond a block what it changes there; of a beam that it has left nothing is known."""
+    more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
+    for row in division.of_beam(block.beam):
+        start = division.start[row] - block.xi
+        changed = shifted(more, start, division.width[row])
+        values[: len(more), row] += np.where(start >= 0.0, changed, 0.0 * block.xi)
+
+
+def evaluated(values: Any, division: Division, stations: Any) -> Any:
+    """Fields at stations along the beams, shape (beams, ..., positions, stations); at a block the value before it.
+
+    Parameters
+    ----------
+    values
+        Coefficients along the pieces, shape (n, pieces, ..., positions).
+    stations
+        xi, shape (stations,).
+    """
+    if division.whole:
+        powers = np.power.outer(stations, np.arange(len(values)))
+        flat = powers @ values.reshape(len(values), -1)
+        return np.moveaxis(flat.reshape(len(stations), *values.shape[1:]), 0, -1)
+    result = np.empty((len(division.sections), *values.shape[2:], len(stations)))
+    for number, own in enumerate(result):
+        first, *others = division.of_beam(number)
+        for row, following in zip((first, *others), (*others, None), strict=True):
+            start, width = division.start[row][..., None], division.width[row][..., None]
+            begun = (stations > start) | (row == first)
+            ended = False if following is None else stations > division.start[following][..., None]
+            chosen = np.flatnonzero((begun & ~np.asarray(ended)).any(axis=tuple(range(begun.ndim - 1))))
+            way = (stations[chosen] - start) / np.where(width > 0.0, width, 1.0)
+            own[..., chosen] = np.where(begun[..., chosen], evaluate(values[:, row, ..., None], way), own[..., chosen])
+    return result

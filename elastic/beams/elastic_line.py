@@ -1,0 +1,103 @@
+"""One beam: section forces by equilibrium, then the elastic line and Hooke's law, all in powers of xi = x'/l."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.compliance import Compliance
+
+
+def section_forces(q: Any, pull: Any, twist: Any, length: Any) -> tuple[Any, Any, Any]:
+    """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
+
+    Parameters
+    ----------
+    q
+        q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
+    pull, twist
+        Force in the beam's axes [N], complex, and moment [N m] on its end, shape (beams, ..., positions).
+    length
+        [m], shape (beams, ..., 1).
+
+    Returns
+    -------
+    Coefficients of N and V, shape (n + 1, ...), and of M, shape (n + 2, ...).
+    """
+    power = np.arange(1.0, len(q) + 2).reshape(-1, *[1] * pull.ndim)
+    beyond = np.empty((len(q) + 1, *pull.shape), complex)
+    np.multiply(q, -length / power[:-1], out=beyond[1:])
+    np.subtract(pull, _sum(beyond[1:]), out=beyond[0])
+    N, V = np.ascontiguousarray(beyond.real), -beyond.imag
+    M = np.empty((len(q) + 2, *pull.shape))
+    np.multiply(V, length / power, out=M[1:])
+    np.subtract(twist, _sum(M[1:]), out=M[0])
+    return N, V, M
+
+
+def _sum(rows: Any) -> Any:
+    """Sum over the first axis, which is short."""
+    return reduce(np.add, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Amplitudes:
+    """What the fields of all beams are made of, rows of shape (beams, ..., positions).
+
+    Coefficients of N, V, M and of u, w, phi in powers of xi, up to the first block on the beam. On tapered beams the
+    powers of u, w, phi that section forces bring are replaced by `taper_functions`, and `slide` is what shear brings to
+    w by functions of its own, None without; `elastic.beams.division` makes fields of all that.
+    """
+
+    N: Any
+    V: Any
+    M: Any
+    u: Any
+    w: Any
+    phi: Any
+    slide: Any
+
+
+def elastic_line(N: Any, V: Any, M: Any, length: Any, compliance: Compliance) -> tuple[Amplitudes, tuple[Any, ...]]:
+    """u, w, phi of beams clamped at their start: M/EI integrated twice, N/EA once, and the slide of shear.
+
+    Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero. phi is the rotation of the
+    section; with shear w' = phi - V/kGA.
+
+    Returns
+    -------
+    The amplitudes, and u, w, phi at the beams' ends, (6) and (7).
+    """
+    power = np.arange(1.0, len(M) + 2).reshape(-1, *[1] * (N.ndim - 1))
+    u = np.zeros((len(N) + 1, *N.shape[1:]))
+    np.multiply(N, length * compliance.stretch / power[: len(N)], out=u[1:])
+    phi = np.zeros((len(M) + 1, *M.shape[1:]))
+    np.multiply(M, length * compliance.bend / power[: len(M)], out=phi[1:])
+    w = np.zeros((len(M) + 2, *M.shape[1:]))
+    np.multiply(phi[1:], length / power[1:], out=w[2:])
+    slide = V * (-length * compliance.shear / power[: len(V)]) if compliance.sheared else None
+    if compliance.ends is None:
+        if slide is not None:
+            w[1 : len(V) + 1] += slide
+            slide = None
+        end = _sum(u[1:]), _sum(w[1 if compliance.sheared else 2 :]), _sum(phi[1:])
+    else:
+        stretched, turned, bent, slid = compliance.ends
+        end = _reached(u[1:], stretched), _reached(w[2:], bent), _reached(phi[1:], turned)
+        if slide is not None:
+            end = end[0], end[1] + _reached(slide, slid), end[2]
+            w[1 : len(V) + 1] += np.where(compliance.tapered, 0.0, slide)
+            slide = np.where(compliance.tapered, slide, 0.0)
+    if compliance.strained:
+        free = compliance.strain * length
+        u[1] += free if compliance.ends is None else np.where(compliance.tapered, 0.0, free)
+        end = end[0] + free, end[1], end[2]
+    return Amplitudes(N, V, M, u, w, phi, slide), end
+
+
+def _reached(amplitudes: Any, ends: Any) -> Any:
+    """Sum of functions at the end of the beam by their amplitudes."""
+    return (amplitudes * ends[: len(amplitudes)]).sum(0)

@@ -1,0 +1,132 @@
+"""Every field as polynomials of the pieces of the beams: those that the solution holds, and those made of them.
+
+The bending stress is that of a symmetric section, -M y/I; the left fibre is on the side of y', the right one opposite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.polynomials import added, multiplied, shifted
+from elastic.beams.taper import DEGREE, lowered, piece_quotient
+from elastic.fields import FIELDS, field_named
+from elastic.solution import Deflection
+from rigid import Reals
+from rigid.constants import per_row
+
+
+def coefficients(deflection: Deflection, field: str) -> Reals:
+    """Coefficients of a field in powers of the way along every piece, from 0 to 1.
+
+    Parameters
+    ----------
+    field
+        Key of a field in `FIELDS` that is a polynomial: neither the greatest nor the root of others.
+
+    Raises
+    ------
+    ValueError
+        There is no such field, or it is no polynomial.
+
+    Returns
+    -------
+    Shape (coefficients, pieces, ..., positions), units of the field; `Deflection.division` tells the pieces, one a beam
+    as a rule. nan where the section does not tell its dimensions, of stresses.
+    """
+    found = field_named(field)
+    if found.integral_of:
+        values: Reals = getattr(deflection, field)
+        return values
+    if field not in _MADE:
+        polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
+        raise ValueError(f'the field "{field}" is no polynomial: choose from {polynomials}')
+    values = _MADE[field](deflection)
+    return values
+
+
+def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Any:
+    values, division = np.ascontiguousarray(part(deflection.q)), deflection.division
+    return values if division.whole else shifted(values[:, division.beam], division.start, division.width)
+
+
+def _chord(deflection: Deflection) -> Any:
+    """Deflection from the line through the displaced ends of every beam."""
+    division = deflection.division
+    chord: Any = deflection.w.copy()
+    first = np.searchsorted(division.beam, division.beam)
+    last = np.searchsorted(division.beam, division.beam, side="right") - 1
+    begin, end = chord[0, first], chord[:, last].sum(0)
+    chord[0] -= begin + (end - begin) * division.start
+    chord[1] -= (end - begin) * division.width
+    return chord
+
+
+def _axial(deflection: Deflection) -> Any:
+    """N/A."""
+    return _per_section(deflection, deflection.N, "", "area", "EA")
+
+
+def _bending(deflection: Deflection, side: float) -> Any:
+    """N/A and M c/I of the outermost fibre on one side."""
+    return added(side * _per_section(deflection, deflection.M, "fibre", "inertia", "EI"), _axial(deflection))
+
+
+def _shear(deflection: Deflection) -> Any:
+    """f V/A."""
+    return _per_section(deflection, deflection.V, "peak_shear", "area", "EA")
+
+
+def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Reals:
+    """Coefficients of a sum of squares of fields with their weights, as of `coefficients`."""
+    squares = []
+    for weight, key in parts:
+        values = coefficients(deflection, key)
+        squares.append(multiplied(values, weight * values))
+    result: Reals = _lowered(deflection, reduce(added, squares))
+    return result
+
+
+def _lowered(deflection: Deflection, values: Any) -> Any:
+    """Products of polynomials along tapered beams, without what is round-off; others as they are."""
+    if not any(section.taper for section in deflection.sections):
+        return values
+    return lowered(values, max(DEGREE, 2 * len(deflection.q)))
+
+
+def _per_section(deflection: Deflection, values: Any, over: str, under: str, rigidity: str) -> Any:
+    """A field times one property of the sections over another that changes as a rigidity does."""
+    return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
+
+
+def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Any:
+    """Quotient of two properties of the sections along every piece, shape (n, pieces, ..., 1)."""
+    ndim, division = len(deflection.motion.columns), deflection.division
+    at_start = per_row(
+        [(getattr(each, over) if over else 1.0) / np.asarray(getattr(each, under)) for each in deflection.sections],
+        ndim,
+        float,
+    )
+    values = at_start[None, division.beam]
+    for number, section in enumerate(deflection.sections):
+        if section.taper:
+            rows = division.of_beam(number)
+            quotient = piece_quotient(section, over, rigidity)
+            if len(values) < len(quotient):
+                values = np.concatenate([values, np.zeros((len(quotient) - 1, *values.shape[1:]))])
+            values[:, rows] = quotient.reshape(len(quotient), -1, *(1,) * ndim) * at_start[number]
+    return values
+
+
+_MADE: dict[str, Callable[[Deflection], Any]] = {
+    "q_x": lambda deflection: _load(deflection, np.real),
+    "q_y": lambda deflection: _load(deflection, np.imag),
+    "chord": _chord,
+    "axial": _axial,
+    "left": lambda deflection: _bending(deflection, -1.0),
+    "right": lambda deflection: _bending(deflection, 1.0),
+    "shear": _shear,
+}

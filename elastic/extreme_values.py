@@ -1,0 +1,143 @@
+"""Greatest values of the fields along every beam, exact.
+
+Every field is a polynomial whose derivative is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one are the
+turning points of the next and bracket its zeros, so all are found by walking up the chain from the straight line, each
+zero alone between two neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.polynomials import (
+    at_marks,
+    derivative,
+    greatest_at,
+    turning_points,
+    zeros_between,
+    zeros_of,
+)
+from elastic.derived import coefficients, sum_of_squares
+from elastic.fields import PRIMARY, chains, field_named
+from elastic.solution import Deflection
+from rigid import Reals
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Extreme:
+    """The value of largest magnitude of a field along every beam, and where it is, shape (beams, ..., positions)."""
+
+    value: Reals
+    xi: Reals
+
+    def __repr__(self) -> str:
+        return f"Extreme(of {len(self.value)} beams, columns {self.value.shape[1:]})"
+
+
+def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[str, Extreme]:
+    """Values of largest magnitude along every beam at every position, to round-off; nan at singular positions.
+
+    Parameters
+    ----------
+    fields
+        Keys of `FIELDS`; only what these take is computed.
+
+    Raises
+    ------
+    ValueError
+        There is no such field.
+
+    Examples
+    --------
+    A rod of 1 m and 1 kg/m turning at 1 rad/s pulls most at its root, with 1/2 N.
+
+    >>> from elastic import Section, deflection
+    >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
+    >>> rod = Link("rod", {"O": 0, "A": 1.0}, (Beam("O", "A", 1.0),))
+    >>> turning = Mechanism((Link("ground", {"O": 0}), rod), (PinDrive("rod", "O"),), {"O": 0, "A": 1})
+    >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
+    array([[0.5]])
+    """
+    wanted = _with_parts(fields)
+    found: dict[str, Extreme] = {}
+    for chain in chains():
+        found |= _along_chain(deflection, chain, wanted)
+    for key in wanted:
+        field = field_named(key)
+        if field.root_of:
+            square = _greatest_of(deflection, sum_of_squares(deflection, field.root_of))
+            found[key] = Extreme(np.sqrt(np.maximum(square.value, 0.0)), square.xi)
+        elif not field.greatest_of and key not in found:
+            found[key] = _greatest_of(deflection, coefficients(deflection, key))
+    for key in wanted:
+        field = field_named(key)
+        if field.greatest_of:
+            best = reduce(_greater, (found[part] for part in field.greatest_of))
+            found[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
+    return {key: found[key] for key in fields}
+
+
+def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
+    """The fields, and those of which they are the greatest."""
+    wanted: dict[str, None] = {}
+    for key in fields:
+        wanted |= dict.fromkeys((*_with_parts(field_named(key).greatest_of), key))
+    return tuple(wanted)
+
+
+def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
+    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, whose turning points M tells.
+
+    Strain and shear make the derivative of u and w another than the field before it.
+    """
+    needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
+    if not needed:
+        return {}
+    bare = not deflection.compliance.strained and not deflection.compliance.sheared
+    found: dict[str, Extreme] = {}
+    turning = zeros_of(coefficients(deflection, chain[0]))
+    for field in chain[1 : max(needed) + 1]:
+        values = coefficients(deflection, field)
+        if not bare and field in ("u", "w"):
+            turning = turning_points(values)
+        marks, heights = at_marks(values, turning)
+        if field in wanted:
+            found[field] = _merged(Extreme(*greatest_at(marks, heights)), deflection)
+        if field == "phi" and "chord" in wanted:
+            chord = coefficients(deflection, "chord")
+            turns = zeros_of(derivative(chord), turning) if bare else turning_points(chord)
+            found["chord"] = _merged(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
+        if field != chain[max(needed)]:
+            turning = zeros_between(values, marks, heights)
+    return found
+
+
+def _greatest_of(deflection: Deflection, values: Any) -> Extreme:
+    """Greatest magnitude of polynomials along the beams whose turning points no other field tells."""
+    return _merged(Extreme(*greatest_at(*at_marks(values, turning_points(values)))), deflection)
+
+
+def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
+    """The greatest of every beam's pieces."""
+    division = deflection.division
+    if division.whole:
+        return pieces
+    where = division.start + division.width * pieces.xi
+    value = np.zeros((len(deflection.sections), *pieces.value.shape[1:]))
+    xi = np.zeros_like(value)
+    for row, beam in enumerate(division.beam):
+        better = ~(np.abs(pieces.value[row]) <= np.abs(value[beam]))
+        value[beam] = np.where(better, pieces.value[row], value[beam])
+        xi[beam] = np.where(better, where[row], xi[beam])
+    return Extreme(value, xi)
+
+
+def _greater(one: Extreme, other: Extreme) -> Extreme:
+    """Of two extremes the one of greater magnitude."""
+    better = np.abs(other.value) > np.abs(one.value)
+    return Extreme(np.where(better, other.value, one.value), np.where(better, other.xi, one.xi))

@@ -1,0 +1,42 @@
+"""What sections and joints must be for the links' statics to have one answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from elastic.beams.compliance import Compliance
+from elastic.beams.section import JointCompliance, Section
+from elastic.links.beam_trees import BeamTrees
+from rigid import Mechanism, MechanismError, Motion, structure
+
+
+def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
+    """Raise where a joint that gives way is none of the mechanism's."""
+    names = [joint.name for joint in motion.structure.joints]
+    for name in joints:
+        if names.count(name) == 0:
+            raise ValueError(f'there is no joint "{name}" to be soft')
+        if names.count(name) > 1:
+            raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
+
+
+def require_prismatic_rails(mechanism: Mechanism, trees: BeamTrees, sections: Sequence[Section]) -> None:
+    """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
+    for place, beam in trees.rails.items():
+        if sections[beam].taper is not None:
+            owner = mechanism.links[mechanism.beams[beam][0]].name
+            name = structure(mechanism).joints[place].name
+            raise MechanismError(
+                f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
+            )
+
+
+def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: Compliance) -> None:
+    """Raise where all beams of a link with a ring are rigid: no law tells how they share the loads."""
+    for cut in trees.cuts:
+        numbers = [branch.number for branch in trees.trees[cut.link]]
+        if not any(part[numbers].any() for part in (compliance.stretch, compliance.bend, compliance.shear)):
+            name = mechanism.links[cut.link].name
+            raise MechanismError(
+                f'link "{name}": its beams close a ring and are all rigid, which leaves their forces open: omit one'
+            )

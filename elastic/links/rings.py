@@ -1,0 +1,69 @@
+"""Rings of beams: cut open, and closed again by the redundants that their cut ends exert on one another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.compliance import Compliance
+from elastic.links.clamped_links import LinkResponse, clamped_response
+from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
+from elastic.links.free_body import add_load
+
+CLOSINGS = 2  # what round-off leaves open between beams of very different stiffness is closed again
+
+
+def link_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
+    """Section forces and displacements of the links under loads, every link clamped at its root, rings closed."""
+    if configuration.trees.cuts:
+        loads = _with_redundants(configuration, compliance, loads)
+    return clamped_response(configuration, compliance, loads)
+
+
+def _with_redundants(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkLoads:
+    """The loads with those that close the rings: the force method, three redundants a ring."""
+    scaled, scale = _flexibility(configuration, compliance, loads.q)
+    for _ in range(CLOSINGS):
+        nodes = clamped_response(configuration, compliance, loads).nodes
+        openings = np.moveaxis(_openings(configuration, nodes), 0, -1)
+        redundants = -np.linalg.solve(scaled, (openings * scale)[..., None])[..., 0] * scale
+        closed = dict(loads.nodes)
+        for number, cut in enumerate(configuration.trees.cuts):
+            along, across, moment = (redundants[..., 3 * number + row] for row in range(3))
+            force = configuration.link[cut.link] * (along + 1j * across)
+            add_load(closed, (cut.link, cut.free), force, moment)
+            add_load(closed, (cut.link, cut.node), -force, -moment)
+        loads = replace(loads, nodes=closed)
+    return loads
+
+
+def _flexibility(configuration: Configuration, compliance: Compliance, q: Any) -> tuple[Any, Any]:
+    """Openings of the cuts per redundant, scaled to ones on the diagonal, shape (..., n, n), and the scale (..., n).
+
+    Found in the links' own axes, where they do not change with the position.
+    """
+    own = configuration.in_link_axes
+    nothing = np.zeros((len(q), len(own.length), *own.columns), complex)
+    found = []
+    for cut in own.trees.cuts:
+        for pair in ((1.0, 0.0), (1j, 0.0), (0.0, 1.0)):
+            nodes: NodeLoads = {}
+            add_load(nodes, (cut.link, cut.free), *(np.broadcast_to(value, own.columns) for value in pair))
+            add_load(nodes, (cut.link, cut.node), *(np.broadcast_to(-value, own.columns) for value in pair))
+            response = clamped_response(own, compliance.unstrained, LinkLoads(nodes, nothing))
+            found.append(_openings(own, response.nodes))
+    flexibility = np.moveaxis(np.array(found), (0, 1), (-1, -2))
+    scale = 1.0 / np.sqrt(np.abs(np.diagonal(flexibility, axis1=-2, axis2=-1)))
+    return flexibility * scale[..., :, None] * scale[..., None, :], scale
+
+
+def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Any:
+    """How far every ring is open at its cut, in its link's axes: x, y, turned; shape (3 cuts, ..., positions)."""
+    rows = []
+    for cut in configuration.trees.cuts:
+        (free, turned), (node, held) = nodes[cut.link, cut.free], nodes[cut.link, cut.node]
+        opened = np.conj(configuration.link[cut.link]) * (free - node)
+        rows += [opened.real, opened.imag, turned - held]
+    return np.array(np.broadcast_arrays(*rows))

@@ -1,0 +1,228 @@
+"""From motion to deflection: section forces, elastic line and Hooke's law, compatibility at the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.blocks import Block
+from elastic.beams.compliance import Compliance, designs_of
+from elastic.beams.division import Division, division_of, on_pieces
+from elastic.beams.elastic_line import Amplitudes
+from elastic.beams.section import JointCompliance, Section
+from elastic.links.clamped_links import carry
+from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
+from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
+from rigid import SINGULAR, JointForces, Motion, Reals
+from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import repeated, stacked
+from rigid.plane import ZERO
+from rigid.statics import balancing_forces, force_condition
+
+
+def _polynomials(field: str) -> cached_property[Reals]:
+    """A field of a deflection on the pieces of its beams, made when it is asked for."""
+    return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.length, self.compliance))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Deflection:
+    """How much every beam bends, turns and stretches, exactly.
+
+    N, V, M, u, w, phi are polynomials of the way along every piece of the beams, from 0 to 1 in the beam's own axes:
+    arrays of shape (coefficients, pieces, ..., positions), powers from 0 up, made when they are asked for. Each is the
+    whole field on its piece. Every beam is one piece, in the order of `Mechanism.beams`, unless blocks slide on it or
+    it is tapered: `division` tells which pieces there are. Values at stations: `sample`; the greatest: `extremes`.
+
+    Attributes
+    ----------
+    N, V, M
+        Axial force (tension positive) [N], shear force [N], bending moment [N m]: N' = -q_x, V' = q_y, M' = V.
+    u, w, phi
+        Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
+    motion, sections, joints
+        What was asked; one section per beam, and the joints that give way.
+    forces
+        Joint forces.
+    length
+        Of the beams [m], shape (beams, 1) or (beams, designs, 1).
+    q
+        Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
+    amplitudes
+        What the fields are made of.
+    shift, angle
+        Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
+        where the link would be were it only carried, not bent.
+    gaps
+        By how much the links, bent but not carried, leave every joint open.
+    blocks
+        Of sliders on the beams.
+    compliance
+        Of the beams.
+    unmarked
+        The same before positions were made nan; None where none was.
+    """
+
+    motion: Motion
+    sections: tuple[Section, ...]
+    joints: Mapping[str, JointCompliance]
+    forces: JointForces
+    length: Reals
+    q: Any
+    amplitudes: Amplitudes
+    shift: Any
+    angle: Reals
+    gaps: JointGaps
+    blocks: tuple[Block, ...]
+    compliance: Compliance
+    unmarked: Deflection | None = None
+
+    def __repr__(self) -> str:
+        return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
+
+    @cached_property
+    def division(self) -> Division:
+        """The pieces of the beams."""
+        return division_of(self.sections, self.blocks, self.motion.columns)
+
+    N, V, M = _polynomials("N"), _polynomials("V"), _polynomials("M")
+    u, w, phi = _polynomials("u"), _polynomials("w"), _polynomials("phi")
+
+    @cached_property
+    def condition(self) -> Reals:
+        """By how much round-off grows in the fields, shape (..., positions): errors are of this many eps.
+
+        As `Motion.condition`, and more where joint forces, or the displacements that bring the bent links together, are
+        small beside what they are the difference of. Beyond SINGULAR the fields are nan.
+        """
+        if self.unmarked is not None:
+            return self.unmarked.condition
+        with np.errstate(all="ignore"):
+            found = force_condition(self.motion, self.forces)
+            if self.sections:
+                closures = self.motion.closures
+                still = [ZERO] * len(self.motion.mechanism.links)
+                *_, openings = displacements(closures, self.gaps.displacement, self.gaps.rotation, still)
+                bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
+                turned = reduce(np.maximum, bounds, 0.0)
+                moved = np.maximum(_greatest(self.u), _greatest(self.w))
+                found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
+        found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
+        return np.broadcast_to(found, self.motion.columns)
+
+    @cached_property
+    def lost(self) -> Any:
+        """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
+        singular = np.logical_not(self.motion.condition <= SINGULAR)
+        if not self.motion.suspect:
+            return singular
+        return singular | ill_conditioned(self.motion, self.condition)
+
+
+def deflection(
+    motion: Motion,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance] | None = None,
+) -> Deflection:
+    """Section forces and displacements of all beams at all positions.
+
+    Parameters
+    ----------
+    motion
+        Of a mechanism whose elastic links are made of straight beams.
+    sections
+        One per beam, in the order of `Mechanism.beams`.
+    joints
+        By name, the joints that give way or do not fit.
+
+    Raises
+    ------
+    MechanismError
+        A link's beams close a ring and are all rigid, or do not hang together; a slider moves along a tapered beam.
+    ValueError
+        Too many or too few sections; a soft joint that is none.
+
+    Returns
+    -------
+    Deflection, nan at singular positions. Where statics alone does not tell the joint forces, those that bring the bent
+    links together; nan where these are all rigid.
+
+    Examples
+    --------
+    A cantilever of 2 m that turns at 3 rad/s, 5 kg/m: at its root it pulls with m w^2 L^2/2.
+
+    >>> from rigid import Beam, Link, Mechanism, PinDrive, motion
+    >>> arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 5.0),))
+    >>> turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2})
+    >>> deflection(motion(turning, [0.0], 3.0), [Section(EA=1e6, EI=1e3)]).N[0, 0]
+    array([90.])
+    """
+    mechanism = motion.mechanism
+    if len(sections) != len(mechanism.beams):
+        raise ValueError(f"{len(sections)} sections for {len(mechanism.beams)} beams")
+    sections = tuple(sections)
+    designs = designs_of(sections)
+    if designs:
+        columns = np.broadcast_shapes(motion.columns, designs)
+        motion = motion if columns == motion.columns else repeated(motion, columns)
+    joints = joints or {}
+    require_joints(motion, joints)
+    with np.errstate(invalid="ignore"):
+        problem = problem_of(motion, sections, joints)
+        require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
+        require_prismatic_rails(mechanism, problem.configuration.trees, sections)
+        states = self_stresses(motion.closures)
+        forces = balancing_forces(motion)
+        response, gaps = bent_links(problem, forces)
+        if states:
+            forces = compatible_forces(problem, forces, gaps, states)
+            response, gaps = bent_links(problem, forces)
+        still = [ZERO] * len(mechanism.links)
+        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still)
+        shift = stacked(shifts, motion.columns, complex)
+        angle = stacked([value.imag for value in turning], motion.columns, float)
+        carry(problem.configuration, response, shift, angle)
+    solved = Deflection(
+        motion=motion,
+        sections=sections,
+        joints=joints,
+        forces=forces,
+        length=problem.configuration.length,
+        q=problem.loads.q,
+        amplitudes=response.amplitudes,
+        shift=shift,
+        angle=angle,
+        gaps=gaps,
+        blocks=response.blocks,
+        compliance=problem.compliance,
+    )
+    if not motion.suspect or not solved.lost.any():
+        return solved
+    lost = solved.lost
+    forces.mark(lost)
+    return marked(solved, lost)
+
+
+def marked(deflection: Deflection, lost: Any) -> Deflection:
+    """The same with nan for all fields at some positions, bool, shape (..., positions)."""
+
+    def known(values: Any) -> Any:
+        return None if values is None else np.where(lost, np.nan, values)
+
+    amplitudes = Amplitudes(*(known(values) for values in vars(deflection.amplitudes).values()))
+    shift, angle = known(deflection.shift), known(deflection.angle)
+    unmarked = deflection.unmarked or deflection
+    return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
+
+
+def _greatest(values: Any) -> Any:
+    """Greatest magnitude of a field over the ends and middles of all pieces."""
+    halves = 0.5 ** np.arange(len(values))
+    places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
+    return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)

@@ -1,0 +1,26 @@
+"""Weak forms of beams, in scikit-fem's terms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from skfem import BilinearForm, LinearForm
+from skfem.helpers import dd, ddot, dot, grad
+
+
+@BilinearForm
+def bending(w: Any, v: Any, given: Any) -> Any:
+    """Work of the moments of w on the curvatures of v, `rigidity` EI."""
+    return given.rigidity * ddot(dd(w), dd(v))
+
+
+@BilinearForm
+def stretching(u: Any, v: Any, given: Any) -> Any:
+    """Work of the axial forces of u on the strains of v, `rigidity` EA; with kGA, of shear forces on shear strains."""
+    return given.rigidity * dot(grad(u), grad(v))
+
+
+@LinearForm
+def pushed(v: Any, given: Any) -> Any:
+    """Work of a force per length, `load`, on v."""
+    return given.load * v

@@ -1,0 +1,183 @@
+"""Planar beam elements of large displacements: strains, forces, tangents; and how compliant a piece of beam is.
+
+An element has two nodes with place and rotation. It measures what its own axes, turned by the mean rotation of its
+nodes, see: how much longer and how much askew the line through its nodes is, and by how much one node is turned from
+the other (Reissner, On one-dimensional finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, with one
+point as in Simo and Vu-Quoc, Computer Methods in Applied Mechanics and Engineering 58 (1986) 79-116). The compliance
+is that of the exact solution of a straight piece under end forces, so that nothing locks and linear statics are exact
+at the nodes (residual bending flexibility, MacNeal, Computers and Structures 8 (1978) 175-183). A bent piece is longer
+than its chord by h turn^2 / 24, which the stretch takes into account.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import Section, Taper
+from rigid import Reals
+
+GAUSS = np.polynomial.legendre.leggauss(8)
+ENDS = np.array([[-1, 0, 0, 1, 0, 0], [0, -1, 0, 0, 1, 0], [0, 0, 0.5, 0, 0, 0.5], [0, 0, -1, 0, 0, 1]], float)
+"""From x, y and rotation of the two nodes to difference of place, mean rotation and turn."""
+
+Powers = np.polynomial.polynomial.polyval
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Beam elements; arrays of shape (elements, ...).
+
+    Attributes
+    ----------
+    nodes
+        Numbers of start and end, (elements, 2).
+    axis
+        Unit vector of x' in the axes of the link, complex.
+    length
+        h [m].
+    free
+        Stretch when nothing pulls [m].
+    stiffness
+        From stretch, askew and turn to N, Q and M, (elements, 3, 3); Q = -V.
+    damping
+        beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s].
+    """
+
+    nodes: Any
+    axis: Any
+    length: Reals
+    free: Reals
+    stiffness: Reals
+    damping: Reals
+
+
+def element_stiffness(section: Section, length: float, first: float, last: float) -> Reals:
+    """From stretch, askew and turn of the piece of a beam between two xi to N, Q and M in its middle, shape (3, 3).
+
+    EA and EI are finite.
+
+    The inverse of what N, Q and M move when the piece is in balance: a moment M - Q x, x from its middle.
+    """
+    taper = section.taper or Taper()
+    places, weights = (GAUSS[0] + 1) / 2, GAUSS[1] / 2
+    xi, part = first + (last - first) * places, (last - first) * length
+    x, weights = part * (places - 0.5), part * weights
+    stretch = weights / (float(section.EA) * Powers(xi, taper.EA))
+    bend = weights / (float(section.EI) * Powers(xi, taper.EI))
+    shear = weights / (float(section.kGA) * Powers(xi, taper.kGA))
+    flexibility = np.zeros((3, 3))
+    flexibility[0, 0] = stretch.sum()
+    flexibility[1, 1] = (bend * x**2).sum() + shear.sum()
+    flexibility[1, 2] = flexibility[2, 1] = -(bend * x).sum()
+    flexibility[2, 2] = bend.sum()
+    return np.asarray(np.linalg.inv(flexibility), float)
+
+
+@dataclass(frozen=True, eq=False)
+class ElementState:
+    """Of all elements at some instants.
+
+    Attributes
+    ----------
+    resultants
+        N, Q and M in the middle, along and across the element's own axes, shape (instants, elements, 3).
+    axis
+        Unit vector of these axes in the ground's, shape (instants, elements).
+    force
+        On x, y and rotation of both nodes, what holds the element as it is, shape (instants, elements, 6).
+    stiffness, damping
+        Derivatives of the force by place and by velocity, shape (instants, elements, 6, 6); empty unless asked for.
+    power
+        What the damping turns into heat [W], and `energy`, what is stored [J], shape (instants, elements).
+    slope
+        Derivatives of stretch, askew and turn by x, y and rotation of both nodes, shape (instants, elements, 3, 6).
+    """
+
+    resultants: Reals
+    axis: Any
+    force: Reals
+    stiffness: Reals
+    damping: Reals
+    power: Reals
+    energy: Reals
+    slope: Reals
+
+
+def element_state(elements: Elements, q: Reals, v: Reals, tangent: bool, assumed: Reals | None = None) -> ElementState:
+    """Forces and tangents of all elements.
+
+    Parameters
+    ----------
+    q, v
+        x, y and rotation of every node and their rates, shape (instants, nodes, 3).
+    tangent
+        Whether the derivatives are wanted.
+    assumed
+        Resultants whose turning makes the geometric part of the tangent, in place of the present ones: see `predicted`.
+    """
+    p, rate = (_differences(elements, values) for values in (q, v))
+    back = np.conj(elements.axis * np.exp(1j * p[..., 2]))
+    chord = back * (p[..., 0] + 1j * p[..., 1])
+    h, turn = elements.length, p[..., 3]
+    strain = np.stack([chord.real - h + h * turn**2 / 24 - elements.free, chord.imag, turn], axis=-1)
+    B = np.zeros((*chord.shape, 3, 4))
+    B[..., 0, 0], B[..., 0, 1], B[..., 0, 2], B[..., 0, 3] = back.real, -back.imag, chord.imag, h * turn / 12
+    B[..., 1, 0], B[..., 1, 1], B[..., 1, 2] = back.imag, back.real, -chord.real
+    B[..., 2, 3] = 1.0
+    strain_rate = np.einsum("peij,pej->pei", B, rate)
+    elastic = np.einsum("eij,pej->pei", elements.stiffness, strain)
+    viscous = np.einsum("eij,pej->pei", elements.stiffness * elements.damping[:, None, None], strain_rate)
+    held = elastic + viscous
+    force = np.einsum("peij,pei,jk->pek", B, held, ENDS)
+    stiffness = damping = np.zeros((0, 0, 6, 6))
+    if tangent:
+        stiffness, damping = _tangents(elements, back, chord, B, held if assumed is None else assumed, rate)
+    power, energy = (viscous * strain_rate).sum(-1), (elastic * strain).sum(-1) / 2
+    return ElementState(held, np.conj(back), force, stiffness, damping, power, energy, B @ ENDS)
+
+
+def predicted(elements: Elements, state: ElementState, change: Reals, change_of_rate: Reals) -> Reals:
+    """Resultants that a step of Newton's method expects, shape (instants, elements, 3).
+
+    Straight ahead, a node that goes round another stretches what is between them, and the force of that stretch spoils
+    the next tangent; the expected one does not (Magisano, Leonetti and Garcea, Computer Methods in Applied Mechanics
+    and Engineering 313 (2017) 986-1005).
+
+    Parameters
+    ----------
+    change, change_of_rate
+        Of x, y and rotation of all nodes, (instants, nodes, 3).
+    """
+    total: Reals = state.resultants.copy()
+    for values, beta in ((change, 1.0), (change_of_rate, elements.damping[:, None])):
+        ends = values[:, elements.nodes].reshape(len(values), -1, 6)
+        strain = (state.slope @ ends[..., None])[..., 0]
+        total += beta * np.einsum("eij,pej->pei", elements.stiffness, strain)
+    return total
+
+
+def _differences(elements: Elements, values: Reals) -> Reals:
+    """Difference of place, mean rotation and turn, shape (instants, elements, 4)."""
+    start, end = values[:, elements.nodes[:, 0]], values[:, elements.nodes[:, 1]]
+    between, mean = end - start, (end[..., 2] + start[..., 2]) / 2
+    return np.stack([between[..., 0], between[..., 1], mean, between[..., 2]], axis=-1)
+
+
+def _tangents(elements: Elements, back: Any, chord: Any, B: Reals, held: Reals, rate: Reals) -> tuple[Reals, Reals]:
+    """Derivatives of the forces by place and by velocity."""
+    H = np.zeros((*chord.shape, 3, 4, 4))
+    H[..., 0, 0, 2] = H[..., 0, 2, 0] = back.imag
+    H[..., 0, 1, 2] = H[..., 0, 2, 1] = back.real
+    H[..., 0, 2, 2], H[..., 0, 3, 3] = -chord.real, elements.length / 12
+    H[..., 1, 0, 2] = H[..., 1, 2, 0] = -back.real
+    H[..., 1, 1, 2] = H[..., 1, 2, 1] = back.imag
+    H[..., 1, 2, 2] = -chord.imag
+    weighted = np.swapaxes(B, -1, -2) @ elements.stiffness
+    beta = elements.damping[:, None, None]
+    damping = beta * (weighted @ B)
+    changed = (H @ rate[..., None, :, None])[..., 0]
+    stiffness = weighted @ B + np.einsum("pei,peijk->pejk", held, H) + beta * (weighted @ changed)
+    return ENDS.T @ stiffness @ ENDS, ENDS.T @ damping @ ENDS

@@ -1,0 +1,106 @@
+"""What two nodes have to do with one another: gaps of pins and sliders, coordinates of drives and gears, springs.
+
+All of them are functions c of place and rotation of two nodes, the first of which may be the ground's. A multiplier, a
+spring or a damper acts along the gradient of its c: a moment where c is an angle, a force where it is a length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from rigid import Reals
+
+
+class Kind(IntEnum):
+    """What c is: parts of the gap between two points, the angle, the gap seen from the first node, the distance."""
+
+    X = 0
+    Y = 1
+    TURN = 2
+    ALONG = 3
+    ACROSS = 4
+    DISTANCE = 5
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A function c of two nodes.
+
+    Attributes
+    ----------
+    kind
+        Of `Kind`.
+    parent, child
+        Numbers of the nodes.
+    at_parent, at_child
+        The two points, from the nodes in the axes of their links [m].
+    line
+        Unit vector of ALONG and ACROSS in the axes of the parent's link.
+    """
+
+    kind: Kind
+    parent: int
+    child: int
+    at_parent: complex = 0.0
+    at_child: complex = 0.0
+    line: complex = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class CouplingState:
+    """Values of c, (instants, couplings), and derivatives by x, y, rotation of both nodes, (..., 6) and (..., 6, 6)."""
+
+    value: Reals
+    gradient: Reals
+    second: Reals
+
+
+def coupling_state(couplings: tuple[Coupling, ...], q: Reals) -> CouplingState:
+    """All couplings for nodes at q, shape (instants, nodes, 3)."""
+    shape = (len(q), len(couplings))
+    value, gradient, second = np.zeros(shape), np.zeros((*shape, 6)), np.zeros((*shape, 6, 6))
+    for number, own in enumerate(couplings):
+        here = _turn(own, q) if own.kind is Kind.TURN else _gap(own, q)
+        value[:, number], gradient[:, number], second[:, number] = here
+    return CouplingState(value, gradient, second)
+
+
+def _turn(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
+    return q[:, own.child, 2] - q[:, own.parent, 2], np.array([0, 0, -1.0, 0, 0, 1.0]), 0.0
+
+
+def _gap(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
+    """The gap u of the two points, or u seen from the parent's line, as a complex number; then the part that counts."""
+    (zp, ep), (zc, ec) = (
+        (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (own.parent, own.child)
+    )
+    arm = own.at_child * ec
+    d, dd = np.zeros((len(q), 6), complex), np.zeros((len(q), 6, 6), complex)
+    if own.kind in (Kind.ALONG, Kind.ACROSS):
+        back = np.conj(own.line * ep)
+        u = back * (zc + arm - zp)
+        d[:, 2], dd[:, 2, 2] = -1j * u, -u
+        dd[:, 2, 0] = dd[:, 0, 2] = 1j * back
+        dd[:, 2, 1] = dd[:, 1, 2] = -back
+        dd[:, 2, 3] = dd[:, 3, 2] = -1j * back
+        dd[:, 2, 4] = dd[:, 4, 2] = back
+        dd[:, 2, 5] = dd[:, 5, 2] = arm * back
+        u = u - np.conj(own.line) * own.at_parent
+    else:
+        back = np.ones(len(q))
+        u = zc + arm - zp - own.at_parent * ep
+        d[:, 2], dd[:, 2, 2] = -1j * own.at_parent * ep, own.at_parent * ep
+    d[:, 0], d[:, 1], d[:, 3], d[:, 4], d[:, 5] = -back, -1j * back, back, 1j * back, 1j * arm * back
+    dd[:, 5, 5] = -arm * back
+    if own.kind is not Kind.DISTANCE:
+        part = np.real if own.kind in (Kind.X, Kind.ALONG) else np.imag
+        return part(u), part(d), part(dd)
+    reach = np.abs(u)
+    unit = np.conj(u / reach)
+    seen = unit[:, None] * d
+    across = seen.imag[:, :, None] * seen.imag[:, None, :] / reach[:, None, None]
+    return reach, seen.real, (unit[:, None, None] * dd).real + across

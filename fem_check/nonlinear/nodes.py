@@ -1,0 +1,202 @@
+"""A mechanism as nodes: one for a rigid link, several along every beam of an elastic one, the ground's first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from elastic import Section, Taper
+from fem_check.nonlinear.beam_elements import Elements, element_stiffness
+from fem_check.nonlinear.node_masses import Masses, gathered
+from rigid import Beam, Link, Mechanism, MechanismError, Reals
+
+STIFF = 1e6
+"""An infinite rigidity in a link that has finite ones is so many times the largest of these."""
+
+Powers = np.polynomial.polynomial.polyval
+
+
+class NotCheckedError(MechanismError):
+    """What this check does not know how to treat; the message names it."""
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes, elements and masses.
+
+    Attributes
+    ----------
+    link
+        Number of every node's link.
+    rest
+        Its place in the axes of the link [m].
+    at
+        Node of a link's point and the point's place from it, by link and point.
+    along
+        Per beam of `Mechanism.beams` the numbers of its nodes; those of rigid links have none.
+    first
+        Per beam the number of its first element.
+    """
+
+    link: Any
+    rest: Any
+    at: Mapping[tuple[int, str], tuple[int, complex]]
+    along: tuple[tuple[int, ...], ...]
+    first: tuple[int, ...]
+    elements: Elements
+    masses: Masses
+
+
+def is_rigid(section: Section) -> bool:
+    """Whether nothing bends or stretches it."""
+    return not (isfinite(float(section.EA)) or isfinite(float(section.EI)) or isfinite(float(section.kGA)))
+
+
+def nodes_of(
+    mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
+) -> Nodes:
+    """Nodes of a mechanism; links whose beams are all rigid are one node."""
+    builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
+    for number, link in enumerate(mechanism.links):
+        own = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
+        if number and any(not is_rigid(sections[k]) for k in own):
+            builder.elastic_link(number, link, own)
+        else:
+            builder.rigid_link(number, link, own)
+    return builder.built()
+
+
+class _Builder:
+    """Nodes so far."""
+
+    def __init__(self, mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: Reals) -> None:
+        self.beams = [beam for _, beam in mechanism.beams]
+        self.sections, self.count, self.damping = sections, elements, damping
+        self.link: list[int] = []
+        self.rest: list[complex] = []
+        self.at: dict[tuple[int, str], tuple[int, complex]] = {}
+        self.along: list[tuple[int, ...]] = [() for _ in self.beams]
+        self.first: list[int] = [0 for _ in self.beams]
+        self.elements: list[tuple[Any, ...]] = []
+        self.mass: list[list[Any]] = []
+
+    def node(self, link: int, rest: complex) -> int:
+        """Number of a new node."""
+        self.link.append(link)
+        self.rest.append(rest)
+        self.mass.append([0.0, 0.0, 0.0])
+        return len(self.link) - 1
+
+    def add(self, node: int, mass: float, arm: complex = 0.0, inertia: float = 0.0) -> None:
+        """Hang a mass with its centre at an arm from a node and a moment of inertia about that centre."""
+        own = self.mass[node]
+        own[0] += mass
+        own[1] += mass * arm
+        own[2] += inertia + mass * abs(arm) ** 2
+
+    def rigid_link(self, number: int, link: Link, own: Sequence[int]) -> None:
+        """One node at the link's origin."""
+        node = self.node(number, 0.0)
+        points = {name: complex(place) for name, place in link.points.items()}
+        self.at.update({(number, name): (node, place) for name, place in points.items()})
+        for k in own:
+            beam = self.beams[k]
+            self._rigid_beam(node, beam, points[beam.start], points[beam.end], self.sections[k])
+        for lump in link.lumps if number else ():
+            self.add(node, float(lump.mass), points[lump.point] + complex(lump.offset), float(lump.inertia))
+
+    def _rigid_beam(self, node: int, beam: Beam, start: complex, end: complex, section: Section) -> None:
+        places, weights = np.polynomial.legendre.leggauss(8)
+        xi, way = (places + 1) / 2, end - start
+        line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
+        turned = line * _squared_gyration(section, xi)
+        for share, mass, inertia in zip(
+            xi, line * weights / 2 * abs(way), turned * weights / 2 * abs(way), strict=True
+        ):
+            self.add(node, float(mass), complex(start + share * way), float(inertia))
+
+    def elastic_link(self, number: int, link: Link, own: Sequence[int]) -> None:
+        """Nodes at the ends of the beams and along them."""
+        for k in own:
+            self._elastic_beam(number, link, k, [self.sections[j] for j in own])
+        for lump in link.lumps:
+            if (number, lump.point) not in self.at:
+                raise NotCheckedError(
+                    f'link "{link.name}": no beam reaches the point "{lump.point}", which carries a mass'
+                )
+            self.add(self.at[number, lump.point][0], float(lump.mass), complex(lump.offset), float(lump.inertia))
+
+    def _elastic_beam(self, number: int, link: Link, k: int, beside: Sequence[Section]) -> None:
+        beam = self.beams[k]
+        start, end = (complex(link.points[name]) for name in (beam.start, beam.end))
+        for name, place in ((beam.start, start), (beam.end, end)):
+            if (number, name) not in self.at:
+                self.at[number, name] = self.node(number, place), 0.0
+        marks, way = np.linspace(0.0, 1.0, self.count + 1), end - start
+        inner = [self.node(number, complex(start + xi * way)) for xi in marks[1:-1]]
+        self.along[k] = (self.at[number, beam.start][0], *inner, self.at[number, beam.end][0])
+        self.first[k] = len(self.elements)
+        h, axis = abs(way) / self.count, way / abs(way)
+        section = _finite(beside, self.sections[k], abs(way))
+        for j, (first, last) in enumerate(pairwise(marks)):
+            stiffness = element_stiffness(section, abs(way), first, last)
+            pair = self.along[k][j : j + 2]
+            self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
+        self._spread_mass(k, beam, self.sections[k], h, axis)
+
+    def _spread_mass(self, k: int, beam: Beam, section: Section, h: float, axis: complex) -> None:
+        """Masses of all elements of a beam at its nodes: see `fem_check.nonlinear.node_masses`."""
+        xi = np.linspace(0.0, 1.0, self.count + 1)
+        line = np.asarray(float(beam.mass_per_length) * Powers(xi, beam.mass_taper), float)
+        slope = Powers(xi[[0, -1]], np.polynomial.polynomial.polyder(np.asarray(beam.mass_taper, float)))
+        ends = float(beam.mass_per_length) * slope / (h * self.count)
+        masses, firsts, inertias = gathered(line, (float(ends[0]), float(ends[1])), h)
+        inertias += masses * _squared_gyration(section, xi)
+        for node, mass, first, inertia in zip(self.along[k], masses, firsts, inertias, strict=True):
+            own = self.mass[node]
+            own[0], own[1], own[2] = own[0] + float(mass), own[1] + axis * float(first), own[2] + float(inertia)
+
+    def built(self) -> Nodes:
+        """All of it."""
+        columns = list(zip(*self.elements, strict=True)) or [(), (), (), (), (), ()]
+        count = len(self.elements)
+        elements = Elements(
+            np.array(columns[0], int).reshape(count, 2),
+            np.array(columns[1], complex),
+            np.array(columns[2], float),
+            np.array(columns[3], float),
+            np.array(columns[4], float).reshape(count, 3, 3),
+            np.array(columns[5], float),
+        )
+        mass, first, inertia = (np.array(values) for values in zip(*self.mass, strict=True))
+        masses = Masses(mass.astype(float), first.astype(complex), inertia.astype(float))
+        return Nodes(
+            np.array(self.link), np.array(self.rest), self.at, tuple(self.along), tuple(self.first), elements, masses
+        )
+
+
+def _squared_gyration(section: Section, xi: Any) -> Any:
+    """I/A along a beam [m^2]; 0 where they are not known: its sections have no inertia of their own."""
+    square = float(section.inertia) / float(section.area)
+    if not isfinite(square):
+        return np.zeros_like(xi)
+    taper = section.taper or Taper()
+    return square * Powers(xi, taper.EI) / Powers(xi, taper.EA)
+
+
+def _finite(beside: Sequence[Section], section: Section, length: float) -> Section:
+    """A section with no infinite EA and EI, of a beam in a link where not all is rigid."""
+    EA, EI = (
+        max((r for own in beside if isfinite(r := float(getattr(own, name)))), default=0.0) for name in ("EA", "EI")
+    )
+    EA, EI = STIFF * max(EA, 12 * EI / length**2), STIFF * max(EI, EA * length**2 / 12)
+    if isfinite(float(section.EA)):
+        EA = float(section.EA)
+    if isfinite(float(section.EI)):
+        EI = float(section.EI)
+    return replace(section, EA=EA, EI=EI)

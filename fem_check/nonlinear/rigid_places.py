@@ -1,0 +1,193 @@
+"""Places of the rigid links at any time, by Newton's method on all conditions of the joints at once.
+
+Three coordinates a link, a row for every condition: nothing of the groups and closed forms of `rigid`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from elastic import RIGID
+from fem_check.nonlinear.couplings import coupling_state
+from fem_check.nonlinear.nodes import Nodes, nodes_of
+from fem_check.nonlinear.ties import Ties, ties_of
+from rigid import Mechanism, PinDrive, Reals
+
+DriveLaw = Callable[[Any], Sequence[Any]]
+STRIDE = 0.05
+"""Longest stride between two instants [rad], or share of the mechanism's size."""
+CLOSED = 1e-13
+MISSED = 1e-9
+STEPS = 30
+
+
+class DoesNotCloseError(ValueError):
+    """The rigid links cannot be where the drives want them, or the elastic ones find no balance."""
+
+
+def coordinates(laws: Sequence[DriveLaw], time: Any) -> Reals:
+    """Coordinates of all drives, shape (instants, drives)."""
+    time = np.atleast_1d(np.asarray(time, float))
+    values = [np.broadcast_to(np.asarray(law(time)[0], float), time.shape) for law in laws]
+    return np.stack(values, axis=-1) if values else np.zeros((len(time), 0))
+
+
+def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
+    """x, y and angle of every link as drawn, shape (links, 3); where the drawing is silent, from joints and drives."""
+    places: dict[int, tuple[complex, complex]] = {0: (0.0, 1.0)}
+    drawing = {name: complex(place) for name, place in mechanism.drawing.items()}
+    drawing |= {name: complex(place) for name, place in mechanism.links[0].points.items()}
+    for number, link in enumerate(mechanism.links):
+        seen = [(complex(local), drawing[name]) for name, local in link.points.items() if name in drawing]
+        local, drawn = np.array(seen, complex).reshape(-1, 2).T
+        if number and len(seen) > 1 and np.ptp(np.abs(local - local[0])) > 0:
+            turn = np.vdot(local - local.mean(), drawn - drawn.mean())
+            turn /= abs(turn)
+            places[number] = drawn.mean() - turn * local.mean(), turn
+    while len(places) < len(mechanism.links):
+        _place_next(mechanism, places, drawing, first)
+    rows = [places[number] for number in range(len(mechanism.links))]
+    return np.array([[complex(z).real, complex(z).imag, np.angle(turn)] for z, turn in rows])
+
+
+def _place_next(
+    mechanism: Mechanism, places: dict[int, tuple[complex, complex]], drawing: dict[str, complex], first: Reals
+) -> None:
+    """Place one more link: one that is known to turn with a placed one, else any."""
+    index, links = mechanism.index, mechanism.links
+    turns = [(index[slider.on], index[slider.link], complex(slider.turn)) for slider in mechanism.sliders]
+    for drive, value in zip(mechanism.drives, first, strict=True):
+        if isinstance(drive, PinDrive):
+            turns.append((index[drive.on], index[drive.link], complex(np.exp(1j * value))))
+    turns += [(child, parent, 1 / turn) for parent, child, turn in turns]
+    missing = [number for number in range(len(links)) if number not in places]
+    known = (
+        (child, places[parent][1] * turn) for parent, child, turn in turns if parent in places and child in missing
+    )
+    number, turn = next(known, (missing[0], 1.0 + 0j))
+    drawn = dict(drawing)
+    for other, (z, own) in places.items():
+        drawn |= {name: z + own * complex(local) for name, local in links[other].points.items() if name not in drawn}
+    spots = [(drawn[name], complex(local)) for name, local in links[number].points.items() if name in drawn]
+    place, local = spots[0] if spots else (0.0, 0.0)
+    places[number] = place - turn * local, turn
+
+
+class RigidPlaces:
+    """Places of the links at given times; they are followed from the drawing in small strides."""
+
+    def __init__(self, mechanism: Mechanism, laws: Sequence[DriveLaw], start: float) -> None:
+        self.mechanism, self.laws, self.start = mechanism, laws, start
+        first = coordinates(laws, start)[0]
+        self.drawn = drawn_places(mechanism, first)
+        stiff = [RIGID] * len(mechanism.beams)
+        self.nodes: Nodes = nodes_of(mechanism, stiff, 1, 0.0)
+        self.ties: Ties = ties_of(mechanism, self.nodes, {}, self.drawn, first)
+        reach = [
+            abs(complex(p) - complex(o))
+            for link in mechanism.links
+            for p in link.points.values()
+            for o in link.points.values()
+        ]
+        self.size = max([*reach, 1e-12])
+        want = first + self.ties.winding
+        have = self._closed(self.drawn, None)
+        now = np.array([self._coordinate(have, k) for k in range(len(want))])
+        for share in np.linspace(0.0, 1.0, self._strides(want - now) + 1)[1:]:
+            have = self._closed(have, now + share * (want - now))
+        self.begin = have
+
+    def at(self, time: Any) -> Reals:
+        """x, y and angle of every link, shape (instants, links, 3), at times that grow from the start.
+
+        Raises
+        ------
+        DoesNotCloseError
+            The joints do not close.
+        """
+        time = np.asarray(time, float)
+        found = np.empty((len(time), *self.begin.shape))
+        here, now = self.begin, self.start
+        value = coordinates(self.laws, now)[0]
+        for number, instant in enumerate(time):
+            change = coordinates(self.laws, instant)[0] - value
+            inner = np.linspace(now, instant, self._strides(change) + 1)[1:]
+            before = here
+            for wanted in coordinates(self.laws, inner):
+                here, before = self._closed(here + (here - before), wanted + self.ties.winding, instant), here
+            found[number], now, value = here, instant, value + change
+        return found
+
+    def _strides(self, change: Reals) -> int:
+        scale = np.array([1.0 if isinstance(drive, PinDrive) else self.size for drive in self.mechanism.drives])
+        return max(1, int(np.ceil(np.abs(change / scale).max(initial=0.0) / STRIDE)))
+
+    def _coordinate(self, places: Reals, drive: int) -> float:
+        ties = self.ties
+        if drive in ties.driven:
+            return float(places[self.nodes.link[ties.driven[drive]], 2])
+        mover = ties.movers[drive]
+        assert mover is not None
+        return float(coupling_state((ties.couplings[mover],), places[self.nodes.link][None]).value[0, 0])
+
+    def _closed(self, near: Reals, wanted: Reals | None, time: float | None = None) -> Reals:
+        """The places nearest to others at which all joints close; the drives are left free without a coordinate."""
+        places = near.copy()
+        for _ in range(STEPS):
+            gaps, rows = self._equations(places, wanted)
+            step = np.linalg.lstsq(rows, -gaps, rcond=1e-12)[0].reshape(-1, 3) * [self.size, self.size, 1.0]
+            longest = np.abs(step / [self.size, self.size, 1.0]).max(initial=0.0)
+            places[1:] += step * min(1.0, 0.5 / max(longest, 1e-300))
+            if longest < CLOSED:
+                break
+        gaps, _ = self._equations(places, wanted)
+        if not np.abs(gaps).max(initial=0.0) < MISSED:
+            when = "as drawn" if time is None else f"at {time:.6g} s"
+            raise DoesNotCloseError(f"the joints of the rigid links do not close {when}")
+        return places
+
+    def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
+        """What is open, and its derivatives by places over size and by angles."""
+        ties, link, count = self.ties, self.nodes.link, len(places)
+        state = coupling_state(tuple(ties.couplings), places[link][None])
+        gaps: list[float] = []
+        rows: list[Reals] = []
+
+        def add(parts: Sequence[tuple[int, int, float]], gap: float, scale: float) -> None:
+            row = np.zeros((count, 3))
+            for node, component, value in parts:
+                row[link[node], component] += value * (self.size if component < 2 else 1.0)
+            rows.append(row[1:].ravel() / scale)
+            gaps.append(gap / scale)
+
+        for node, held in ties.held.items():
+            for component, value in enumerate((complex(held).real, complex(held).imag)):
+                add([(node, component, 1.0)], float(places[link[node], component]) - value, self.size)
+        for one, other in ties.shared:
+            for component in (0, 1):
+                gap = float(places[link[other], component] - places[link[one], component])
+                add([(other, component, 1.0), (one, component, -1.0)], gap, self.size)
+        for drive, node in ties.driven.items():
+            if wanted is not None:
+                add([(node, 2, 1.0)], float(places[link[node], 2] - wanted[drive]), 1.0)
+        for condition in ties.conditions:
+            if condition.drive is not None and wanted is None:
+                continue
+            gap = -condition.target - (
+                wanted[condition.drive] if wanted is not None and condition.drive is not None else 0.0
+            )
+            parts = []
+            for number, factor in condition.parts:
+                own = ties.couplings[number]
+                gap += factor * state.value[0, number]
+                slope = factor * state.gradient[0, number]
+                parts += [
+                    (node, c, float(slope[3 * k + c]))
+                    for k, node in enumerate((own.parent, own.child))
+                    for c in range(3)
+                ]
+            add(parts, float(gap), 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
+        return np.array(gaps), np.array(rows).reshape(len(gaps), 3 * (count - 1))

@@ -1,0 +1,238 @@
+"""What the nonlinear check finds: displacements, section forces, joint forces, drive efforts, energies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import Section
+from fem_check.nonlinear.couplings import Kind
+from fem_check.nonlinear.end_shares import inertia_shares, line_shares
+from fem_check.nonlinear.loads import line_loads
+from fem_check.nonlinear.system import State, System
+from fem_check.nonlinear.ties import JointSource
+from rigid import Mechanism, Reals
+
+Powers = np.polynomial.polynomial.polyval
+
+
+@dataclass(frozen=True, eq=False)
+class JointForce:
+    """What a pin or slider does to `link`; the opposite to `on`.
+
+    `force` [N], complex, in the ground's axes, and `moment` of a slider [N m], shape (positions,); without the effort
+    of a drive there, and without springs.
+    """
+
+    name: str
+    link: str
+    on: str
+    force: Any
+    moment: Reals
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearSolution:
+    """Motion of an elastic mechanism.
+
+    Attributes
+    ----------
+    mechanism, sections, elements
+        What was asked; `elements` to every beam.
+    time
+        [s], shape (positions,).
+    drive
+        Coordinates of the drives [rad or m], shape (drives, positions).
+    xi
+        Nodes of every beam, x'/l, shape (elements + 1,).
+    u, w, phi
+        Displacement [m] along and across the beam's own axes in the rigid mechanism, from its place there, and rotation
+        from these axes [rad], shape (beams, positions, nodes), beams in the order of `Mechanism.beams`.
+    chord
+        w from the line through the displaced ends [m], of the same shape.
+    N, V, M
+        Axial force, shear force [N] and bending moment [N m] in the axes of the section as it is turned, of the same
+        shape; nan for the beams of rigid links.
+    joints
+        Forces in pins and sliders.
+    efforts
+        Moment [N m] or force [N] of every drive along its coordinate, shape (drives, positions).
+    kinetic, stored
+        Energy of motion, and of strain and springs [J], shape (positions,).
+    potential
+        Energy of weight [J], shape (positions,).
+    dissipated
+        Power that damping turns into heat [W], shape (positions,).
+    """
+
+    mechanism: Mechanism
+    sections: tuple[Section, ...]
+    elements: int
+    time: Reals
+    drive: Reals
+    xi: Reals
+    u: Reals
+    w: Reals
+    phi: Reals
+    chord: Reals
+    N: Reals
+    V: Reals
+    M: Reals
+    joints: tuple[JointForce, ...]
+    efforts: Reals
+    kinetic: Reals
+    stored: Reals
+    potential: Reals
+    dissipated: Reals
+
+    def __repr__(self) -> str:
+        """In one line."""
+        beams, positions, nodes = self.w.shape
+        return f"NonlinearSolution({beams} beams, {positions} positions, {nodes} nodes)"
+
+
+@dataclass(frozen=True, eq=False)
+class Instants:
+    """Coordinates of a system and their rates at some times, those of the rigid mechanism, and what stands behind."""
+
+    time: Reals
+    rigid: Reals
+    q: Reals
+    v: Reals
+    a: Reals
+    state: State
+
+
+def solution_of(system: System, sections: tuple[Section, ...], elements: int, found: Instants) -> NonlinearSolution:
+    """Everything that is asked for, from the coordinates."""
+    xi = np.linspace(0.0, 1.0, elements + 1)
+    drive = system.drives(found.time) - system.ties.winding
+    fields = np.stack([_fields(system, k, xi, found) for k in range(len(sections))] or [np.zeros((6, 0, 0))], axis=1)
+    w = fields[1]
+    chord = w - w[..., :1] * (1 - xi) - w[..., -1:] * xi if len(sections) else w
+    return NonlinearSolution(
+        mechanism=system.mechanism,
+        sections=sections,
+        elements=elements,
+        time=found.time,
+        drive=drive.T,
+        xi=xi,
+        u=fields[0],
+        w=w,
+        phi=fields[2],
+        chord=chord,
+        N=fields[3],
+        V=fields[4],
+        M=fields[5],
+        joints=tuple(_joint_force(system, source, found) for source in system.ties.joints),
+        efforts=_efforts(system, found.state),
+        kinetic=found.state.masses.energy.sum(-1),
+        stored=found.state.elements.energy.sum(-1) + _spring_energy(system, found),
+        potential=_potential(system, found),
+        dissipated=_dissipated(system, found),
+    )
+
+
+def _complex(values: Reals) -> Any:
+    return values[..., 0] + 1j * values[..., 1]
+
+
+def _fields(system: System, k: int, xi: Reals, found: Instants) -> Reals:
+    """u, w, phi, N, V and M of a beam, shape (6, positions, nodes)."""
+    at, beam = system.mechanism.beams[k]
+    link, along = system.mechanism.links[at], list(system.nodes.along[k])
+    start, end = complex(link.points[beam.start]), complex(link.points[beam.end])
+    axis = (end - start) / abs(end - start)
+    now, rigid = (values[:, system.of_node] for values in (found.q, found.rigid))
+    if not along:
+        node = system.nodes.at[at, beam.start][0]
+        arm = start + xi * (end - start)
+        place, was = (_complex(all_[:, [node]]) + arm * np.exp(1j * all_[:, [node], 2]) for all_ in (now, rigid))
+        turned, first = now[:, [node], 2] + 0 * xi, rigid[:, [node], 2]
+        inner = np.full((3, *turned.shape), np.nan)
+    else:
+        place, was, turned, first = (
+            _complex(now[:, along]),
+            _complex(rigid[:, along]),
+            now[:, along, 2],
+            rigid[:, along, 2],
+        )
+        inner = _section_forces(system, k, xi, axis, found)
+    moved = np.conj(axis * np.exp(1j * first)) * (place - was)
+    return np.stack([moved.real, moved.imag, turned - first, *inner])
+
+
+def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Instants) -> Reals:
+    """N, V and M at the nodes, shape (3, positions, nodes): see `fem_check.nonlinear.end_shares`."""
+    beam, along = system.mechanism.beams[k][1], list(system.nodes.along[k])
+    count = len(along) - 1
+    pieces = slice(system.nodes.first[k], system.nodes.first[k] + count)
+    ends = found.state.elements.force[:, pieces]
+    h = system.nodes.elements.length[pieces][0]
+    direction = axis * np.exp(1j * found.q[:, system.of_node[along, 2]])
+    line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
+    felt = line * (complex(system.mechanism.gravity) - _complex(found.a[:, system.of_node[along]]))
+    laid = line_loads(system.mechanism, k, xi, direction, found.time)
+    (push, lever), (laid_push, laid_lever) = inertia_shares(count), line_shares(count)
+    force, arm = h * (felt @ push.T + laid @ laid_push.T), h**2 * (felt @ lever.T + laid @ laid_lever.T)
+    first = np.arange(count // 2 + 1) if count > 1 else np.arange(1)
+    last = np.arange(len(first), count + 1)
+    moment = (np.conj(direction) * arm).imag
+    force[:, first] -= _complex(ends[:, first, :2])
+    moment[:, first] -= ends[:, first, 2]
+    force[:, last] = _complex(ends[:, last - 1, 3:5]) - force[:, last]
+    moment[:, last] += ends[:, last - 1, 5]
+    seen = np.conj(direction) * force
+    return np.stack([seen.real, -seen.imag, moment])
+
+
+def _joint_force(system: System, source: JointSource, found: Instants) -> JointForce:
+    names = [system.mechanism.links[number].name for number in (source.child, source.parent)]
+    pull = found.state.pull
+    if source.node is not None:
+        needed = found.state.needed[:, source.node]
+        return JointForce(source.name, names[0], names[1], _complex(needed), np.zeros(len(needed)))
+    one, other = source.couplings
+    own = system.ties.couplings[one]
+    if own.kind is Kind.X:
+        return JointForce(source.name, names[0], names[1], -(pull[:, one] + 1j * pull[:, other]), np.zeros(len(pull)))
+    across = 1j * own.line * np.exp(1j * found.q[:, system.of_node[own.parent, 2]])
+    return JointForce(source.name, names[0], names[1], -pull[:, one] * across, -pull[:, other])
+
+
+def _efforts(system: System, state: State) -> Reals:
+    rows = np.zeros((len(system.ties.movers), len(state.needed)))
+    for drive, mover in enumerate(system.ties.movers):
+        rows[drive] = state.needed[:, system.ties.driven[drive], 2] if mover is None else -state.pull[:, mover]
+    return rows
+
+
+def _spring_energy(system: System, found: Instants) -> Reals:
+    total = np.zeros(len(found.time))
+    drives = system.drives(found.time)
+    for own in system.ties.gives:
+        stretch = found.state.couplings.value[:, own.coupling] - own.rest
+        stretch = stretch - (0.0 if own.drive is None else drives[:, own.drive])
+        if own.wraps:
+            stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
+        total += own.preload * stretch + own.stiffness * stretch**2 / 2
+    return total
+
+
+def _potential(system: System, found: Instants) -> Reals:
+    place, masses = found.q[:, system.of_node], system.nodes.masses
+    moment = masses.mass * _complex(place) + masses.first * np.exp(1j * place[..., 2])
+    total: Reals = -(np.conj(complex(system.mechanism.gravity)) * moment).real.sum(-1)
+    return total
+
+
+def _dissipated(system: System, found: Instants) -> Reals:
+    total: Reals = found.state.elements.power.sum(-1)
+    rate = found.v[:, system.of_node]
+    for own in system.ties.gives:
+        pair = system.ties.couplings[own.coupling]
+        seen = np.concatenate([rate[:, pair.parent], rate[:, pair.child]], axis=-1)
+        total = total + own.damping * (found.state.couplings.gradient[:, own.coupling] * seen).sum(-1) ** 2
+    return total

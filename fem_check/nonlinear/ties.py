@@ -1,0 +1,297 @@
+"""What ties the nodes: shared pins, conditions with multipliers, springs, and coordinates that drives prescribe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from elastic import JointCompliance
+from fem_check.nonlinear.couplings import Coupling, Kind, coupling_state
+from fem_check.nonlinear.nodes import Nodes, NotCheckedError
+from rigid import Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring, structure
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Couplings by number, each times a factor, add up to `target` and the coordinate of a drive."""
+
+    parts: tuple[tuple[int, float], ...]
+    target: float = 0.0
+    drive: int | None = None
+
+
+@dataclass(frozen=True)
+class Give:
+    """A spring and damper on a coupling.
+
+    It pulls with preload + stiffness (c - rest - drive coordinate) + damping dc/dt; `wraps`: an angle c - rest counts
+    within half a turn.
+    """
+
+    coupling: int
+    stiffness: float
+    rest: float = 0.0
+    drive: int | None = None
+    damping: float = 0.0
+    preload: float = 0.0
+    wraps: bool = False
+
+
+@dataclass(frozen=True)
+class JointSource:
+    """Where the force on a joint's child is found: at a node that is shared or held, or in couplings."""
+
+    name: str
+    parent: int
+    child: int
+    node: int | None
+    couplings: tuple[int, ...]
+
+
+@dataclass(eq=False)
+class Ties:
+    """All of them.
+
+    Attributes
+    ----------
+    shared
+        Pairs of nodes with one place.
+    held
+        Places of nodes on the ground's pins [m].
+    driven
+        Node whose rotation is a drive's coordinate, by the number of the drive.
+    winding
+        Per drive, what its coordinate is less than the angle between its links as they were drawn: whole turns [rad].
+    """
+
+    couplings: list[Coupling] = field(default_factory=list)
+    conditions: list[Condition] = field(default_factory=list)
+    gives: list[Give] = field(default_factory=list)
+    shared: list[tuple[int, int]] = field(default_factory=list)
+    held: dict[int, complex] = field(default_factory=dict)
+    driven: dict[int, int] = field(default_factory=dict)
+    joints: list[JointSource] = field(default_factory=list)
+    movers: list[int | None] = field(default_factory=list)
+    winding: Any = 0.0
+
+
+def ties_of(
+    mechanism: Mechanism,
+    nodes: Nodes,
+    joints: Mapping[str, JointCompliance],
+    drawn: Reals,
+    first: Reals,
+) -> Ties:
+    """Ties of a mechanism.
+
+    Parameters
+    ----------
+    joints
+        By name, those that give way or do not fit.
+    drawn
+        x, y and angle of every link as drawn, shape (links, 3).
+    first
+        Coordinates of the drives at the first instant, shape (drives,).
+
+    Raises
+    ------
+    NotCheckedError
+        A slider on an elastic link, a pin at which no beam ends, a soft joint of several links.
+    """
+    return _Builder(mechanism, nodes, joints, drawn).built(first)
+
+
+class _Builder:
+    """Ties so far."""
+
+    def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:
+        self.mechanism, self.nodes, self.soft = mechanism, nodes, joints
+        self.ties = Ties()
+        way = nodes.rest * np.exp(1j * drawn[nodes.link, 2])
+        place = drawn[nodes.link] + np.stack([way.real, way.imag, np.zeros(len(way))], axis=-1)
+        self.drawn = place[None]
+        _require_joints(mechanism, joints)
+
+    def built(self, first: Reals) -> Ties:
+        """All ties."""
+        self.ties.winding = np.array([self._winding(drive, first[k]) for k, drive in enumerate(self.mechanism.drives)])
+        for point, parent, child in _pins(self.mechanism):
+            self._pin(point, parent, child)
+        for slider in self.mechanism.sliders:
+            self._slider(slider)
+        for number, drive in enumerate(self.mechanism.drives):
+            self._drive(number, drive)
+        for gear in self.mechanism.gears:
+            self._gear(gear)
+        for load in self.mechanism.loads:
+            if isinstance(load, Spring):
+                self._spring(load)
+            elif isinstance(load, TorsionSpring):
+                self._torsion(load)
+        return self.ties
+
+    def place(self, link: int, point: str) -> tuple[int, complex]:
+        """Node that carries a link's point, and the point from there."""
+        return place_of(self.mechanism, self.nodes, link, point)
+
+    def couple(self, coupling: Coupling) -> int:
+        """Number of a new coupling."""
+        self.ties.couplings.append(coupling)
+        return len(self.ties.couplings) - 1
+
+    def _drawn_value(self, coupling: Coupling) -> float:
+        return float(coupling_state((coupling,), self.drawn).value[0, 0])
+
+    def _pin(self, point: str, parent: int, child: int) -> None:
+        (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
+        own = self.soft.get(point, JointCompliance())
+        gap = _sense(self.mechanism, point, parent, child) * own.gap if own.gap else 0.0
+        if not own.translation and not gap and not at_c and (parent == 0 or not at_p):
+            if parent == 0:
+                self.ties.held[c] = at_p
+            else:
+                self.ties.shared.append((p, c))
+            self.ties.joints.append(JointSource(point, parent, child, c, ()))
+            return
+        pair = tuple(self.couple(Coupling(kind, p, c, at_p, at_c)) for kind in (Kind.X, Kind.Y))
+        for number, target in zip(pair, (complex(gap).real, complex(gap).imag), strict=True):
+            self._closed(number, target, own.translation)
+        self.ties.joints.append(JointSource(point, parent, child, None, pair))
+
+    def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
+        """Hold a coupling at its target, softly if it has a compliance."""
+        if soft:
+            self.ties.gives.append(Give(coupling, 1.0 / soft, target, drive))
+        else:
+            self.ties.conditions.append(Condition(((coupling, 1.0),), target, drive))
+
+    def _rail(self, slider: Slider, kind: Kind) -> Coupling:
+        index = self.mechanism.index
+        owner = index[slider.on]
+        rigid = [node for node, link in enumerate(self.nodes.link) if link == owner]
+        if len(rigid) > 1:
+            raise NotCheckedError(
+                f'slider "{slider.name}" moves along the elastic link "{slider.on}": the nonlinear check takes sliders '
+                "on the ground and on rigid links"
+            )
+        child, at = self.place(index[slider.link], slider.point)
+        return Coupling(kind, rigid[0], child, complex(slider.origin), at, complex(slider.direction))
+
+    def _slider(self, slider: Slider) -> None:
+        index = self.mechanism.index
+        own = self.soft.get(slider.name, JointCompliance())
+        sense = (
+            _sense(self.mechanism, slider.name, index[slider.on], index[slider.link]) if own.gap or own.turn else 1.0
+        )
+        if own.gap:
+            raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
+        rail = self._rail(slider, Kind.ACROSS)
+        across = self.couple(rail)
+        turned = Coupling(Kind.TURN, rail.parent, rail.child)
+        turn = self.couple(turned)
+        angle = float(np.angle(complex(slider.turn)))
+        angle += 2 * pi * round((self._drawn_value(turned) - angle) / (2 * pi))
+        self._closed(across, 0.0, own.translation)
+        self._closed(turn, angle + sense * own.turn, own.rotation)
+        self.ties.joints.append(JointSource(slider.name, index[slider.on], index[slider.link], None, (across, turn)))
+
+    def _coordinate(self, drive: PinDrive | SliderDrive) -> Coupling:
+        """The coupling that is a drive's coordinate."""
+        index = self.mechanism.index
+        if isinstance(drive, PinDrive):
+            parent, child = (self.place(index[name], drive.at)[0] for name in (drive.on, drive.link))
+            return Coupling(Kind.TURN, parent, child)
+        slider = next(slider for slider in self.mechanism.sliders if slider.name == drive.slider)
+        return self._rail(slider, Kind.ALONG)
+
+    def _winding(self, drive: PinDrive | SliderDrive, first: float) -> float:
+        if isinstance(drive, SliderDrive):
+            return 0.0
+        return 2 * pi * round((self._drawn_value(self._coordinate(drive)) - first) / (2 * pi))
+
+    def _drive(self, number: int, drive: PinDrive | SliderDrive) -> None:
+        coupling = self._coordinate(drive)
+        name = drive.at if isinstance(drive, PinDrive) else drive.slider
+        own = self.soft.get(name, JointCompliance())
+        pin = isinstance(drive, PinDrive)
+        if pin and coupling.parent == 0 and not own.rotation and not own.turn:
+            self.ties.driven[number] = coupling.child
+            self.ties.movers.append(None)
+            return
+        if own.turn or own.gap:
+            raise NotCheckedError(
+                f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there'
+            )
+        moved = self.couple(coupling)
+        self._closed(moved, 0.0, own.rotation if pin else own.translation, number)
+        self.ties.movers.append(moved)
+
+    def _gear(self, gear: Gear) -> None:
+        follower, driver = self._coordinate(gear.follower), self._coordinate(gear.driver)
+        target = self._drawn_value(follower) - gear.ratio * self._drawn_value(driver)
+        parts = (self.couple(follower), 1.0), (self.couple(driver), -gear.ratio)
+        name = gear.follower.at if isinstance(gear.follower, PinDrive) else gear.follower.slider
+        if self.soft.get(name, JointCompliance()).rotation:
+            raise NotCheckedError(f'gear at the soft joint "{name}": the nonlinear check takes stiff gears')
+        self.ties.conditions.append(Condition(parts, target))
+
+    def _spring(self, spring: Spring) -> None:
+        index = self.mechanism.index
+        (p, at_p), (c, at_c) = self.place(index[spring.on], spring.anchor), self.place(index[spring.link], spring.point)
+        number = self.couple(Coupling(Kind.DISTANCE, p, c, at_p, at_c))
+        damping, preload = float(spring.damping), float(spring.preload)
+        self.ties.gives.append(Give(number, float(spring.stiffness), float(spring.length), None, damping, preload))
+
+    def _torsion(self, spring: TorsionSpring) -> None:
+        index = self.mechanism.index
+        parent, child = (self.place(index[name], spring.at)[0] for name in (spring.on, spring.link))
+        number = self.couple(Coupling(Kind.TURN, parent, child))
+        rest, wraps = float(spring.angle), True
+        for k, drive in enumerate(self.mechanism.drives):
+            if (
+                isinstance(drive, PinDrive)
+                and drive.at == spring.at
+                and {drive.link, drive.on} == {spring.link, spring.on}
+            ):
+                rest, wraps = rest + self.ties.winding[k] * (1 if drive.link == spring.link else -1), False
+        damping, preload = float(spring.damping), float(spring.preload)
+        self.ties.gives.append(Give(number, float(spring.stiffness), rest, None, damping, preload, wraps))
+
+
+def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:
+    """Node that carries a link's point, and the point from there; raises where no beam reaches it."""
+    if (link, point) not in nodes.at:
+        name = mechanism.links[link].name
+        raise NotCheckedError(f'link "{name}": no beam reaches the point "{point}", which carries a joint or a load')
+    return nodes.at[link, point]
+
+
+def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
+    """Point, parent and child: all links that share a point hang on the first of them."""
+    shared: dict[str, list[int]] = {}
+    for number, link in enumerate(mechanism.links):
+        for point in link.points:
+            shared.setdefault(point, []).append(number)
+    for point, (hub, *others) in shared.items():
+        yield from ((point, hub, other) for other in others)
+
+
+def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
+    names: Sequence[str] = [*(name for name, _, _ in _pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
+    for name in joints:
+        if names.count(name) != 1:
+            raise NotCheckedError(
+                f'joint "{name}" gives way or does not fit: it is {names.count(name)} joints, expected one'
+            )
+
+
+def _sense(mechanism: Mechanism, name: str, parent: int, child: int) -> float:
+    """-1 where the mechanism's tree of joints has parent and child the other way: gaps and turns are counted there."""
+    found = (joint for joint in structure(mechanism).joints if joint.name == name)
+    return next(
+        1.0 if joint.child == child else -1.0 for joint in found if {joint.parent, joint.child} == {parent, child}
+    )

@@ -1,0 +1,146 @@
+"""A link as a body of quadratic quadrilaterals: its stiffness, what loads it, and where it is held."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fem_check.solid.outline import Outline, Powers, grid
+from rigid import Reals
+
+PIN = 0.5  # radius of the region over which a joint force is spread, in depths of the thinnest beam that ends there
+QUADRATURE = 6  # degree that is integrated exactly on a straight element
+
+
+class Body:
+    """A link in plane stress, elements of nine nodes.
+
+    The thickness is such that E t h is the beam's EA; with the outline's depth h, E t h^3/12 is its EI.
+
+    Parameters
+    ----------
+    outline
+        The link.
+    poisson
+        Poisson's ratio.
+    across
+        Elements over the depth, an even number.
+
+    Attributes
+    ----------
+    grid, basis
+        The mesh, and scikit-fem's basis of vectors on it.
+    xi
+        Place along their beam of all points of quadrature, shape (elements, points); beyond the ends that of the end.
+    """
+
+    def __init__(self, outline: Outline, poisson: float, across: int) -> None:
+        from skfem import Basis, ElementQuad2, ElementVector, MeshQuad
+
+        self.outline, self.poisson, self.grid = outline, poisson, grid(outline, across)
+        mesh = MeshQuad(
+            np.array((self.grid.points.real, self.grid.points.imag)), np.ascontiguousarray(self.grid.cells.T)
+        )
+        self.basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=QUADRATURE)
+        x, y = np.asarray(self.basis.global_coordinates())
+        self.places = x + 1j * y
+        starts = np.array([outline.points[strip.start] for strip in outline.strips])[self.grid.strip]
+        ways = np.array([outline.way(strip) for strip in outline.strips])[self.grid.strip]
+        self.xi = np.clip(((self.places - starts[:, None]) / ways[:, None]).real, 0.0, 1.0)
+
+    def along(self, values: Any) -> Any:
+        """A function of the strip and xi at all points of quadrature, shape (elements, points)."""
+        found = np.empty_like(self.xi)
+        for k, strip in enumerate(self.outline.strips):
+            own = self.grid.strip == k
+            found[own] = values(strip, self.xi[own])
+        return found
+
+    @cached_property
+    def stretching(self) -> Reals:
+        """E t [N/m] at the points of quadrature."""
+        stiff: Reals = self.along(lambda strip, xi: Powers(xi, strip.EA) / strip.depth(xi))
+        return stiff
+
+    @cached_property
+    def spread(self) -> Reals:
+        """Length of beam per area at the points of quadrature [1/m]: turns loads per length to loads per area."""
+        area = self.basis.dx.sum(axis=1)
+        return np.broadcast_to((self.grid.share / area)[:, None], self.xi.shape)
+
+    def stiffness(self) -> Any:
+        """Sparse matrix of all dofs."""
+        from fem_check.solid.forms import plane_stress
+
+        membrane = self.stretching / (1.0 - self.poisson**2)
+        return plane_stress.assemble(self.basis, membrane=membrane, poisson=self.poisson)
+
+    def under(self, load: Any) -> Reals:
+        """Load vector of a force per area [N/m^2], complex, shape (elements, points)."""
+        from fem_check.solid.forms import pushed
+
+        load = np.broadcast_to(load, self.xi.shape)
+        vector: Reals = pushed.assemble(self.basis, load=np.array((load.real, load.imag)))
+        return vector
+
+    def strained(self, strip: int) -> Reals:
+        """Load vector of a unit free strain of a beam, alike along and across it."""
+        from fem_check.solid.forms import swollen
+
+        own = (self.grid.strip == strip)[:, None]
+        vector: Reals = swollen.assemble(self.basis, swelling=np.where(own, self.stretching / (1 - self.poisson), 0.0))
+        return vector
+
+    def pin(self, point: int) -> Reals:
+        """Load vectors of unit forces along x and y and of a unit moment on a joint, shape (3, dofs).
+
+        Spread over a round region about the point, most in its middle, which they leave flat: `(1 - r^2/R^2)^2`. Times
+        displacements they give their mean over that region, and the mean rotation.
+        """
+        center = self.outline.points[point]
+        arm = self.places - center
+        weight = np.maximum(1.0 - np.abs(arm) ** 2 / (PIN * self.outline.depth_at(point)) ** 2, 0.0) ** 2
+        weight = weight / (weight * self.basis.dx).sum()
+        middle = (weight * arm * self.basis.dx).sum()
+        arm = arm - middle
+        turning = self.under(1j * arm * weight / (weight * np.abs(arm) ** 2 * self.basis.dx).sum())
+        return np.array(
+            (self.under(weight) + middle.imag * turning, self.under(1j * weight) - middle.real * turning, turning)
+        )
+
+    @cached_property
+    def rigid(self) -> Reals:
+        """Displacements of all dofs as the body moves along x and y and turns about the origin, shape (3, dofs)."""
+        rows = np.zeros((3, self.basis.N))
+        x, y = self.basis.split_indices()
+        rows[0, x], rows[1, y] = 1.0, 1.0
+        rows[2, x], rows[2, y] = -self.basis.doflocs[1, x], self.basis.doflocs[0, y]
+        return rows
+
+    def held(self) -> Any:
+        """Three dofs that leave the body no rigid motion: both of one node on an axis, one of another far away."""
+        first, last = self.grid.axis[0][0], self.grid.axis[0][-1]
+        way = self.outline.way(self.outline.strips[0])
+        dofs = self.basis.nodal_dofs
+        return np.array((*dofs[:, first], dofs[1 if abs(way.real) >= abs(way.imag) else 0, last]))
+
+    def displaced(self, loads: Reals) -> Reals:
+        """Displacements of all dofs under loads in balance, shapes (loads, dofs).
+
+        As scikit-fem's `solve(*condense(...))`, with one factorisation for all loads.
+        """
+        from scipy.sparse.linalg import splu
+        from skfem import condense
+
+        held = self.held()
+        inner = self.basis.complement_dofs(held)
+        matrix = condense(self.stiffness(), D=held, expand=False)
+        found = np.zeros_like(loads)
+        found[:, inner] = (
+            splu(matrix.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            .solve(np.ascontiguousarray(loads[:, inner].T))
+            .T
+        )
+        return found

@@ -1,0 +1,223 @@
+"""Outlines of links as plane bodies, and their meshes of quadrilaterals.
+
+Every beam is a strip along its axis, as deep as the rectangle of the same EA and EI. Where beams of a link meet, their
+edges are led to where they intersect, as in a mitre; a beam that ends alone reaches beyond its pin by half its depth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid import Reals
+
+MITRE = 1.0  # how far a corner may be from the point where beams meet, in depths: a sharp tip carries nothing
+EATEN = 0.4  # part of a beam that a corner between two beams may reach along it
+STRAIGHT = 0.05  # sine below which two beams that go on straight have no corner of their own
+COARSEST = 75  # along a beam, elements are up to twice as long as across it, but not many more than twice so many
+ENDS = 0.4  # by how much of the distance from an end elements may be longer than there
+SKEWED = 3.0  # how far from a mitre, in its lengths, the rows of elements are still aslant
+ROUND_OFF = 1e-9  # of the link's size, within which two points of the mesh are one
+
+Powers = np.polynomial.polynomial.polyval
+
+
+class OutlineError(ValueError):
+    """A link that is no plane body: two of its beams meet at too sharp an angle, or one is deeper than it is long."""
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A beam of a link, hashable.
+
+    Attributes
+    ----------
+    start, end
+        Numbers of the link's points.
+    EA, EI
+        [N], [N m^2], as polynomials in xi.
+    mass
+        Per length [kg/m], likewise.
+    """
+
+    start: int
+    end: int
+    EA: tuple[float, ...]
+    EI: tuple[float, ...]
+    mass: tuple[float, ...] = (0.0,)
+
+    def depth(self, xi: Any) -> Any:
+        """Of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
+        return np.sqrt(12.0 * Powers(xi, self.EI) / Powers(xi, self.EA))
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A link as strips between its points [m], complex, in the link's axes."""
+
+    points: tuple[complex, ...]
+    strips: tuple[Strip, ...]
+
+    def way(self, strip: Strip) -> complex:
+        """From a strip's first point to its second."""
+        return self.points[strip.end] - self.points[strip.start]
+
+    def ends_at(self, point: int) -> list[tuple[int, int]]:
+        """Strips that end at a point, and which of their ends (0 or 1) does."""
+        found = [(k, 0) for k, strip in enumerate(self.strips) if strip.start == point]
+        return found + [(k, 1) for k, strip in enumerate(self.strips) if strip.end == point]
+
+    def depth_at(self, point: int) -> float:
+        """Least depth of the strips that end at a point."""
+        return min(float(self.strips[k].depth(float(end))) for k, end in self.ends_at(point))
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Quadrilaterals of a link.
+
+    Attributes
+    ----------
+    points, cells
+        Places [m], complex, and the four corners of every element, counter-clockwise, shape (elements, 4).
+    strip, share
+        Per element the strip it is of, and the length of beam that it stands for [m]: the shares of a strip add up to
+        its length, those of the overhangs are zero.
+    axis, xi
+        Per strip the points on its axis, from end to end, and where they are.
+    """
+
+    points: Any
+    cells: Any
+    strip: Any
+    share: Reals
+    axis: tuple[Any, ...]
+    xi: tuple[Reals, ...]
+
+
+def grid(outline: Outline, across: int) -> Grid:
+    """Mesh of a link, `across` elements (an even number) over the depth of every beam.
+
+    Raises
+    ------
+    OutlineError
+        Two beams meet at too sharp an angle, or a beam is deeper than it is long.
+    """
+    corners = [corner for point in range(len(outline.points)) for corner in _corners(outline, point)]
+    sides = {(k, end, side): place for k, end, side, place in corners}
+    places, cells, owners, shares, axes, stations = [], [], [], [], [], []
+    first = 0
+    for k in range(len(outline.strips)):
+        rows, share, xi, before = _rows(outline, k, sides, across)
+        numbers = first + np.arange(rows.size).reshape(rows.shape)
+        places.append(rows.ravel())
+        quads = numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]
+        cells.append(np.stack([quad.ravel() for quad in quads], axis=1))
+        shares.append(np.repeat(share / across, across))
+        owners.append(np.full(len(cells[-1]), k))
+        axes.append(numbers[before : before + len(xi), across // 2])
+        stations.append(xi)
+        first += rows.size
+    points, number = _merged(np.concatenate(places), max(abs(outline.way(strip)) for strip in outline.strips))
+    return Grid(
+        points,
+        number[np.concatenate(cells)],
+        np.concatenate(owners),
+        np.concatenate(shares),
+        tuple(number[axis] for axis in axes),
+        tuple(stations),
+    )
+
+
+def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, complex]]:
+    """Where edges of neighbouring strips meet about a point: strip, end, side of its axis (+1 or -1), place [m]."""
+    ends = outline.ends_at(point)
+    if len(ends) < 2:
+        return
+    out = [outline.way(outline.strips[k]) * (1 - 2 * end) for k, end in ends]
+    order = sorted(range(len(ends)), key=lambda number: float(np.angle(out[number])))
+    for one, other in zip(order, order[1:] + order[:1], strict=True):
+        (k, end), (j, stop) = ends[one], ends[other]
+        place = _corner(outline, (k, end, out[one]), (j, stop, out[other]))
+        yield k, end, 1 - 2 * end, outline.points[point] + place
+        yield j, stop, 2 * stop - 1, outline.points[point] + place
+
+
+def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
+    """Where the left edge of a strip that leaves a point meets the right edge of the next, from that point [m]."""
+    (k, end, way), (j, stop, turned) = one, other
+    first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
+    d, e = way / abs(way), turned / abs(turned)
+    sine, cosine = (np.conj(d) * e).imag, (np.conj(d) * e).real
+    if abs(sine) < STRAIGHT and cosine < 0:
+        return complex(1j * (d * first - e * second) / 4)
+    sharp = sine > 0 and cosine >= 0
+    reach = np.inf if sine == 0 else (second + first * cosine) / (2 * sine)
+    back = np.inf if sine == 0 else (first + second * cosine) / (2 * sine)
+    if sharp and (reach > EATEN * abs(way) or back > EATEN * abs(turned)):
+        angle = np.degrees(np.angle(np.conj(d) * e))
+        raise OutlineError(f"two beams meet at {angle:.3g} degrees, {first:.3g} and {second:.3g} m deep: no plane body")
+    corner = 1j * d * first / 2 + reach * d
+    return complex(corner if sharp else corner * min(1.0, MITRE * max(first, second) / abs(corner)))
+
+
+def _rows(
+    outline: Outline, k: int, sides: dict[tuple[int, int, int], complex], across: int
+) -> tuple[Any, Reals, Reals, int]:
+    """Points of a strip row by row, length of beam between rows, xi of the rows of the beam, rows of the overhang."""
+    strip = outline.strips[k]
+    way, start = outline.way(strip), outline.points[strip.start]
+    length, axis = abs(way), way / abs(way)
+    if _deepest(strip) > length:
+        raise OutlineError(f"a beam of {length:.3g} m is as deep as it is long")
+    eta, xi = np.linspace(-1.0, 1.0, across + 1), _stations(strip, length, across)
+    skew = np.zeros((2, len(eta)))
+    hubs = []
+    for end, point in enumerate((strip.start, strip.end)):
+        if (k, end, 1) in sides:
+            arms = [(sides[k, end, side] - outline.points[point]) / axis for side in (-1, 1)]
+            hubs.append(np.abs(eta) * np.where(eta > 0, arms[1], arms[0]))
+            skew[end] = hubs[-1].real
+        else:
+            hubs.append(1j * eta * strip.depth(float(end)) / 2)
+    x = xi[:, None] * length
+    for own, way_in in zip(skew, (x, length - x), strict=True):
+        x = x + own * np.maximum(1.0 - way_in / min(length, SKEWED * np.abs(own).max() + _deepest(strip)), 0.0) ** 2
+    rows = x + 1j * eta * strip.depth(np.clip(x / length, 0.0, 1.0)) / 2
+    rows[0], rows[-1] = hubs[0], length + hubs[1]
+    share = np.diff(xi) * length
+    before, after = ((k, end, 1) not in sides for end in (0, 1))
+    steps = np.arange(1, across // 2 + 1)[:, None] / across
+    if before:
+        rows = np.concatenate((rows[0] - steps[::-1] * strip.depth(0.0), rows))
+        share = np.concatenate((np.zeros(len(steps)), share))
+    if after:
+        rows = np.concatenate((rows, rows[-1] + steps * strip.depth(1.0)))
+        share = np.concatenate((share, np.zeros(len(steps))))
+    return start + axis * rows, share, xi, len(steps) if before else 0
+
+
+def _deepest(strip: Strip) -> float:
+    return float(strip.depth(np.linspace(0.0, 1.0, 33)).max())
+
+
+def _stations(strip: Strip, length: float, across: int) -> Reals:
+    """Rows along a beam: square elements at its ends, up to twice as long further in."""
+    fine = np.linspace(0.0, 1.0, 2001)
+    depth = strip.depth(fine)
+    near = (depth + 4 * ENDS * length * np.minimum(fine, 1 - fine)) / across
+    longest = np.maximum(depth, length / COARSEST) * 2 / across
+    density = length / np.minimum(near, longest)
+    total = np.concatenate(([0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))))
+    count = int(np.ceil(total[-1] / 2)) * 2
+    return np.interp(np.linspace(0.0, total[-1], count + 1), total, fine)
+
+
+def _merged(places: Any, size: float) -> tuple[Any, Any]:
+    """Places without those that are there already, and the new number of every old one."""
+    pairs = np.round(np.stack((places.real, places.imag), axis=1) / (ROUND_OFF * size) + np.pi)
+    _, kept, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+    return places[kept], number.reshape(-1)

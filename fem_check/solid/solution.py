@@ -1,0 +1,240 @@
+"""All links as plane-stress bodies at all positions: unit responses times their loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import JointCompliance, Section, Taper
+from fem_check.linear.beams import beams_of
+from fem_check.linear.equilibrium import balanced, wrenches_of
+from fem_check.linear.frame import Frame, Place
+from fem_check.linear.loads import concentrated
+from fem_check.linear.ties import ties
+from fem_check.solid.outline import Outline, OutlineError, Strip
+from fem_check.solid.responses import Responses, responses
+from rigid import LineLoad, Motion, Reals
+
+POISSON = 0.3
+ACROSS = 4
+LEAST_ACROSS = 2
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SolidSolution:
+    """Answer of the plane-stress bodies.
+
+    Attributes
+    ----------
+    motion, across
+        What was asked; `across` elements over the depth of every beam.
+    bodies, loads
+        By number of the link: its unit responses, and its loads in their order, shape (loads, positions).
+    left_out
+        By name of the link, why it is no plane body: a beam is rigid, a slider's block moves along it, or its beams
+        make no outline.
+    xi, chord
+        Per beam places on its axis, and their displacement across the line through the mean places of its two pins [m],
+        shape (positions, stations); empty of the beams of links that are no bodies.
+    """
+
+    motion: Motion
+    across: int
+    bodies: Mapping[int, Responses]
+    loads: Mapping[int, Reals]
+    left_out: Mapping[str, str]
+    xi: tuple[Reals, ...]
+    chord: tuple[Reals, ...]
+
+    def displacement(self, link: int, position: int) -> Any:
+        """Of all corners of the elements of a link's body from the line through two of its pins [m], complex.
+
+        In the link's axes; the line leads through the ends of the first beam.
+        """
+        found = self.bodies[link]
+        strip = found.body.outline.strips[0]
+        loads, start = self.loads[link][:, position], found.body.outline.points[strip.start]
+        moved, pins = loads @ found.nodes, loads @ found.points
+        way = found.body.outline.way(strip)
+        turn = ((pins[strip.end] - pins[strip.start]) / way).imag
+        return moved - pins[strip.start] - 1j * turn * (found.body.grid.points - start)
+
+    def __repr__(self) -> str:
+        elements = sum(len(found.body.grid.cells) for found in self.bodies.values())
+        return f"SolidSolution({len(self.bodies)} links, {elements} elements, {self.motion.columns[-1]} positions)"
+
+
+def solve_solid(
+    motion: Motion,
+    sections: Sequence[Section],
+    poisson: float | Sequence[float] = POISSON,
+    across: int = ACROSS,
+    joints: Mapping[str, JointCompliance] | None = None,
+) -> SolidSolution:
+    """Deflection of the links from their chords as plane-stress bodies, pins of finite size, at all positions.
+
+    The beams' line loads and their inertia as of the points of the body; joint forces and lumps spread over round
+    regions at the pins, the joint forces from the finite elements of `solve`. Links that are no plane bodies are left
+    out.
+
+    Parameters
+    ----------
+    motion
+        Of one design.
+    sections
+        One per beam, in the order of `Mechanism.beams`. A body takes EA, EI and their tapers: it is as deep as the
+        rectangle that has both.
+    poisson
+        Poisson's ratio, of all beams or one per beam; a link takes that of its first.
+    across
+        Elements over the depth, an even number.
+    joints
+        By name, the joints that give way or do not fit.
+
+    Raises
+    ------
+    ValueError
+        The sections are not one per beam; several designs; `across` is odd.
+
+    Examples
+    --------
+    A beam of 10 x 1 cm and 1 m under a uniform load sags by 5 q l^4/(384 EI) and some more by shear:
+
+    >>> from rigid import Beam, LineLoad, Link, Mechanism, Slider, motion
+    >>> links = Link("ground", {"A": 0}), Link("beam", {"A": 0, "B": 1.0}, (Beam("A", "B"),)), Link("block", {"B": 0})
+    >>> guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
+    >>> load = LineLoad("beam", 0, -1j, -1j)
+    >>> held = Mechanism(links, (), {"A": 0, "B": 1.0}, (guide,), loads=(load,))
+    >>> found = solve_solid(motion(held, np.zeros((0, 1))), [Section(EA=12.0, EI=0.01)])
+    >>> round(float(-found.chord[0].min() / (5 / 384 / 0.01)), 3)
+    1.024
+    """
+    if len(sections) != len(motion.mechanism.beams):
+        raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
+    if len(motion.columns) != 1 or any(np.ndim(value) for part in sections for value in (part.EA, part.EI)):
+        raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    if across < LEAST_ACROSS or across % 2:
+        raise ValueError(f"{across} elements across: expected an even number")
+    frame = Frame(motion)
+    given = np.broadcast_to(np.asarray(poisson, float), len(sections))
+    pushes = list(_pushes(frame, sections, joints or {}))
+    bodies: dict[int, Responses] = {}
+    loads: dict[int, Reals] = {}
+    left_out: dict[str, str] = {}
+    for at, first in frame.root.items():
+        link = motion.mechanism.links[at]
+        own = sections[first : first + len(link.beams)]
+        if not own:
+            continue
+        reason = _no_body(frame, at, own)
+        names = list(dict.fromkeys(point for beam in link.beams for point in (beam.start, beam.end)))
+        reached = [(names.index(point), push) for number, point, push in pushes if number == at]
+        carrying = tuple(sorted({point for point, _ in reached}))
+        try:
+            if reason is None:
+                bodies[at] = responses(_outline(motion, at, names, own), carrying, float(given[first]), across)
+        except OutlineError as error:
+            reason = str(error)
+        if reason is not None:
+            left_out[link.name] = reason
+            continue
+        loads[at] = _loads(motion, at, own, len(names), reached)
+    fields = [_chord(frame, bodies, loads, number) for number in range(len(sections))]
+    return SolidSolution(
+        motion, across, bodies, loads, left_out, tuple(xi for xi, _ in fields), tuple(w for _, w in fields)
+    )
+
+
+def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
+    """Why a link is no plane body with loads in place; None where it may be one."""
+    if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
+        return "a beam is rigid"
+    blocks = frame.spots[len(frame.motion.mechanism.beams) :]
+    return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
+
+
+def _outline(motion: Motion, at: int, names: Sequence[str], sections: Sequence[Section]) -> Outline:
+    link = motion.mechanism.links[at]
+    strips = []
+    for beam, section in zip(link.beams, sections, strict=True):
+        taper = section.taper or Taper()
+        EA, EI = _along(section.EA, taper.EA), _along(section.EI, taper.EI)
+        mass = _along(beam.mass_per_length, beam.mass_taper)
+        strips.append(Strip(names.index(beam.start), names.index(beam.end), EA, EI, mass))
+    return Outline(tuple(complex(link.points[name]) for name in names), tuple(strips))
+
+
+def _along(at_start: Any, taper: Sequence[float]) -> tuple[float, ...]:
+    return tuple(float(at_start) * float(factor) for factor in taper)
+
+
+def _pushes(
+    frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
+) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
+    """Joint forces and concentrated loads on the ends of beams: link, point, force in the ground's axes and moment."""
+    rows = [row for tie in ties(frame, joints) for row in tie.rows]
+    with np.errstate(invalid="ignore", over="ignore"):
+        beams = beams_of(frame, sections, 1)
+        wrenches = wrenches_of(frame, rows, beams)
+        multipliers, _ = balanced(frame.motion, rows, beams, wrenches)
+    beamed = frame.motion.mechanism.beams
+
+    def on_end(place: Place, force: Any, moment: Any) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
+        if place.body < len(beamed):
+            at, beam = beamed[place.body]
+            yield at, beam.start if place.spot is None else beam.end, (force, moment)
+
+    for number, row in enumerate(rows):
+        unit = multipliers[..., number] * (wrenches.size if row.turns else 1.0)
+        reached = [(place, force, moment) for place, force, moment in row.parts if place is not None]
+        if len(reached) == 2 and len({frame.bodies[place.body].link for place, _, _ in reached}) == 1:
+            continue  # a weld within a link
+        for place, force, moment in reached:
+            yield from on_end(place, force * unit, moment * unit)
+    for place, force, moment in concentrated(frame):
+        yield from on_end(place, force, moment)
+
+
+def _loads(
+    motion: Motion, at: int, sections: Sequence[Section], points: int, pushes: Sequence[tuple[int, tuple[Any, Any]]]
+) -> Reals:
+    """Multiples of the unit loads of a link, shape (loads, positions)."""
+    mechanism, back = motion.mechanism, np.conj(motion.direction[at])
+    felt = back * (motion.acceleration[at] - mechanism.gravity)
+    on_points = np.zeros((points, 3, *motion.columns))
+    for point, (force, moment) in pushes:
+        own = back * force
+        on_points[point] += np.stack([np.broadcast_to(part, motion.columns) for part in (own.real, own.imag, moment)])
+    on_strips = np.zeros((len(sections), 5, *motion.columns))
+    on_strips[:, 4] = np.array([section.strain for section in sections])[:, None]
+    link = mechanism.links[at]
+    for load in mechanism.loads:
+        if isinstance(load, LineLoad) and load.link == link.name:
+            beam = link.beams[load.beam]
+            way = link.points[beam.end] - link.points[beam.start]
+            turned = 1.0 if load.turning else np.conj(way / np.abs(way)) * back
+            factor = turned * (1.0 if load.law is None else load.law(motion))
+            for k, value in enumerate((load.start * factor, load.end * factor)):
+                on_strips[load.beam, 2 * k] += np.real(value)
+                on_strips[load.beam, 2 * k + 1] += np.imag(value)
+    spin = np.array((-(motion.angular_velocity[at] ** 2), motion.angular_acceleration[at]))
+    whole = np.array((felt.real, felt.imag)), spin, on_points.reshape(-1, *motion.columns)
+    return np.concatenate((*whole, on_strips.reshape(-1, *motion.columns)))
+
+
+def _chord(
+    frame: Frame, bodies: Mapping[int, Responses], loads: Mapping[int, Reals], number: int
+) -> tuple[Reals, Reals]:
+    """Stations of a beam's axis and its displacement across its chord [m]."""
+    at = frame.bodies[number].link
+    if at not in bodies:
+        return np.zeros(0), np.zeros((*frame.motion.columns, 0))
+    strip = number - frame.root[at]
+    body = bodies[at].body
+    xi, way = body.grid.xi[strip], body.outline.way(body.outline.strips[strip])
+    across = (bodies[at].on_axis(strip) * np.conj(way / abs(way))).imag
+    bent = across - across[:, :1] * (1 - xi) - across[:, -1:] * xi
+    return xi, loads[at].T @ bent

@@ -1,0 +1,176 @@
+"""The mechanism drawn where it deflects most, with its deformed shape, over its course."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import sample
+from kinelast.figures.results import Results, points_of
+from kinelast.page.numbers import quantity, round_down
+from kinelast.sheet import Sheet
+from kinelast.stills.charts import INK, SOFT, STYLE, svg_of
+from rigid import Posture, position_of
+from rigid.loads import beam_directions
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDEST, TALLEST = 8.4, 5.2  # inches
+GHOSTS = 12
+EDGE = 0.06  # inches, kept free around what reaches out
+SHARE = 0.08  # of the mechanism's size that the largest displacement is drawn as
+STATIONS = np.linspace(0.0, 1.0, 25)
+
+
+def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
+    """The mechanism at one position, deformed, over its course.
+
+    Returns
+    -------
+    An `<svg>` and the factor by which displacements are exaggerated.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    low, high = _extent(results)
+    factor = exaggeration(results, abs(high - low))
+    sheet = Sheet(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
+    room = 5.0 * sheet.unit
+    wide, tall = (high - low).real + 2 * room, (high - low).imag + 2 * room
+    scale = min(WIDEST / wide, TALLEST / tall)
+    width = max(wide * scale, 3.0)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width, tall * scale + 0.3), facecolor="none")
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
+        axes.set_axis_off()
+        left = (low + high).real / 2 - width / scale / 2
+        foot = low.imag - room - 0.3 / scale
+        axes.set(xlim=(left, left + width / scale), ylim=(foot, high.imag + room))
+        sheet.axes = axes
+        _draw_course(results, axes, position)
+        _draw_bent(results, axes, sheet, position, factor)
+        sheet.draw_joints()
+        _draw_scale(axes, complex(left, foot) + (0.2 + 0.1j) / scale, width / scale)
+        _make_room(axes, scale)
+        return svg_of(figure, "drawing"), factor
+
+
+def _make_room(axes: Axes, scale: float) -> None:
+    """Widen the drawing, at its scale in inches per metre, to whatever was drawn: deformed shape, symbols, words."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure: Any = axes.figure
+    canvas: Any = FigureCanvasAgg(figure)
+    renderer = canvas.get_renderer()
+    to_metres = axes.transData.inverted()
+    (left, right), (foot, top) = axes.get_xlim(), axes.get_ylim()
+    boxes = [to_metres.transform(text.get_window_extent(renderer).get_points()) for text in axes.texts]
+    every = np.concatenate([[(left, foot), (right, top)], axes.dataLim.get_points(), *boxes])
+    every = every[np.isfinite(every).all(axis=1)]  # a singular position is nowhere
+    edge = EDGE / scale * (every.min(axis=0) < (left, foot)), EDGE / scale * (every.max(axis=0) > (right, top))
+    low, high = every.min(axis=0) - edge[0], every.max(axis=0) + edge[1]
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    figure.set_size_inches(*((high - low) * scale))
+
+
+def _extent(results: Results) -> tuple[complex, complex]:
+    """Corners of what the mechanism reaches [m]."""
+    places = [position_of(results.motion, number, point) for point, number in points_of(results.mechanism)]
+    places += [np.array([complex(place)]) for place in results.mechanism.links[0].points.values()]
+    every = np.concatenate([np.ravel(place) for place in places])
+    every = every[np.isfinite(every)]
+    if not every.size:
+        return 0j, 1 + 1j
+    low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
+    return (low, high) if high != low else (low - 0.5 - 0.5j, low + 0.5 + 0.5j)
+
+
+def exaggeration(results: Results, size: float) -> float:
+    """Round factor that makes the largest displacement of the cycle well visible."""
+    moved = [results.extremes[field].value for field in ("u", "w")] + [*results.displacements.values()]
+    largest = max(float(np.nanmax(np.where(results.counted, np.abs(values), 0.0), initial=0.0)) for values in moved)
+    return round_down(SHARE * size / largest) if largest > 1e-12 * size else 1.0
+
+
+def _posture(results: Results, position: int, factor: float) -> Posture:
+    """The links' axes at a position, as they are carried by the displacements."""
+    motion, bent = results.motion, results.deflection
+    turned: Any = np.exp(1j * factor * bent.angle[:, position])
+    carried = motion.origin[:, position] + factor * bent.shift[:, position]
+    return Posture(results.mechanism, carried, motion.direction[:, position] * turned)
+
+
+def _displaced(results: Results, position: int, factor: float) -> dict[tuple[str, str], complex]:
+    """Where the moving points are drawn."""
+    return {
+        (link.name, point): complex(position_of(results.motion, number, point)[position])
+        + factor * complex(results.displacements.get(point, np.zeros(position + 1))[position])
+        for number, link in enumerate(results.mechanism.links)
+        for point in link.points
+        if number
+    }
+
+
+def _draw_course(results: Results, axes: Axes, position: int) -> None:
+    """Paths of the points, the links at some positions of the cycle, and at this one without deflection."""
+    from matplotlib.collections import LineCollection
+
+    count = results.motion.columns[0]
+    ghosts = [line for ghost in range(0, count, max(1, count // GHOSTS)) for line in _links(results, ghost)]
+    paths = [position_of(results.motion, number, point) for point, number in points_of(results.mechanism)]
+    few = max(1, count // 180)
+    for lines, style in (
+        (ghosts, {"colors": "#e3e8ed", "linewidths": 0.9}),
+        ([path[::few] for path in paths if np.ptp(path)], {"colors": "#b9c6d3", "linewidths": 0.6, "linestyles": ":"}),
+        (_links(results, position), {"colors": "#7c8894", "linewidths": 0.9}),
+    ):
+        spots = [np.stack([line.real, line.imag], axis=-1) for line in lines if np.isfinite(line).all()]
+        axes.add_collection(LineCollection(spots, **style, zorder=1), autolim=False)
+
+
+def _links(results: Results, position: int) -> Iterator[Any]:
+    """Lines of all rigid links at a position: of beams, and around the points of links without any."""
+    for number, link in enumerate(results.mechanism.links[1:], 1):
+        spots = {point: position_of(results.motion, number, point)[position] for point in link.points}
+        yield from (np.array([spots[beam.start], spots[beam.end]]) for beam in link.beams)
+        if not link.beams and len(spots) > 1:
+            yield np.array([*spots.values(), next(iter(spots.values()))])
+
+
+def _draw_bent(results: Results, axes: Axes, sheet: Sheet, position: int, factor: float) -> None:
+    """All links with their names as they are displaced: beams as they bend, others as they are carried."""
+    along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
+    directions, number = beam_directions(results.motion)[..., position], 0
+    for at, link in enumerate(results.mechanism.links[1:], 1):
+        lines = []
+        for beam in link.beams:
+            start = complex(position_of(results.motion, at, beam.start)[position])
+            bent = results.deflection.length[number] * STATIONS + factor * (along[number] + 1j * across[number])
+            lines.append(start + directions[number] * bent)
+            number += 1
+        corners = np.array([sheet.places[link.name, point] for point in link.points])
+        width = 2.4 if lines else 1.6
+        for line in lines or [np.append(corners, corners[0])]:
+            style: dict[str, Any] = {"color": sheet.colors[link.name], "solid_capstyle": "round", "zorder": 3}
+            axes.plot(line.real, line.imag, linewidth=width, **style)
+        _name(sheet, link.name, max(lines or [corners], key=lambda line: float(abs(line[-1] - line[0]))))
+
+
+def _name(sheet: Sheet, name: str, line: Any) -> None:
+    """The name of a link beside the middle of its line, where that is long enough to carry it."""
+    way = line[-1] - line[0]
+    if abs(way) > 6 * sheet.unit:
+        aside = 1.4j * sheet.unit * way / abs(way) * (1 if way.real >= 0 else -1)
+        middle = line[len(line) // 2] if len(line) > 2 else (line[0] + line[-1]) / 2
+        sheet.beside(complex(middle), complex(aside), name, color=sheet.colors[name], fontsize=8)
+
+
+def _draw_scale(axes: Axes, corner: complex, width: float) -> None:
+    length = round_down(0.22 * width)
+    tick = 0.006 * width
+    x, y = corner.real, corner.imag
+    axes.plot([x, x, x + length, x + length], [y + tick, y, y, y + tick], color=INK, linewidth=0.9)
+    axes.text(x + length + tick, y, quantity(length, "m"), color=SOFT)

@@ -1,0 +1,56 @@
+"""Claim: what beam theory leaves out is told by shear and by moments that come in, within a factor of two."""
+
+import numpy as np
+import pytest
+from standard_beams import cantilever, still, supported
+
+from elastic import RIGID, Section, Taper, deflection, extremes, section_of, tube
+from elastic.assessment import introduction_share, shear_share
+from fem_check import compare_solid
+from rigid import LineLoad, PointLoad
+
+E = 210e9
+UNIFORM = supported({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
+DRIVEN = cantilever({"A": 0, "B": 1.0}, loads=(PointLoad("beam", "B", -1j),))
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+def test_shear_of_a_rectangle(poisson):
+    """Without its shape known: 48 EI/(5 kGA l^2), k of Cowper."""
+    EA, EI = 1200.0, 1.0
+    kGA = 10 * (1 + poisson) / (12 + 11 * poisson) * EA / (2 * (1 + poisson))
+    share = shear_share(deflection(still(UNIFORM), [Section(EA, EI)]), poisson)
+    np.testing.assert_allclose(share, [48 * EI / (5 * kGA)], rtol=1e-12)
+
+
+def test_shear_of_a_known_shape_that_is_not_to_shear():
+    """By its own coefficient, the same that Timoshenko's beam takes; what shears already changes no more."""
+    shape = tube(0.1, 0.09)
+    known, sheared = (section_of(shape, E, 0.25, shear=counts) for counts in (False, True))
+    assert np.isinf(known.kGA)
+    found = [deflection(still(UNIFORM), [part]) for part in (known, sheared)]
+    share = extremes(found[1], ["chord"])["chord"].value / extremes(found[0], ["chord"])["chord"].value - 1
+    np.testing.assert_allclose(shear_share(found[0]), share[:, 0], rtol=1e-12)
+    assert share[0, 0] > 1.3 * shear_share(deflection(still(UNIFORM), [Section(known.EA, known.EI)]))[0]
+    assert not shear_share(found[1]).any()
+
+
+def test_tapered_and_rigid_beams_and_designs():
+    EA = np.array([[600.0], [1200.0]])
+    tapering = Section(EA, 1.0, taper=Taper(EA=(1.0, -0.5), EI=(1.0, -0.5)))
+    share = shear_share(deflection(still(UNIFORM), [tapering]))
+    assert share.shape == (1, 2)
+    np.testing.assert_allclose(share[0, 0], 2 * share[0, 1], rtol=1e-12)
+    assert 0.0245 < share[0, 1] < 0.04
+    assert not shear_share(deflection(still(UNIFORM), [RIGID])).any()
+    assert not introduction_share(deflection(still(UNIFORM), [RIGID])).any()
+
+
+@pytest.mark.parametrize("slender", [5, 10, 30, 200])
+@pytest.mark.parametrize("name", ["uniform", "driven", "hanging"])
+def test_within_a_factor_of_two_of_plane_bodies(name, slender):
+    hanging = cantilever({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
+    mechanism = {"uniform": UNIFORM, "driven": DRIVEN, "hanging": hanging}[name]
+    solved = deflection(still(mechanism), [Section(EA=float(slender) ** 2, EI=1.0)])
+    told = max(shear_share(solved)[0], introduction_share(solved)[0])
+    assert 0.5 < told / compare_solid(solved).relative < 2.0

@@ -1,0 +1,213 @@
+"""Claim: every field is whole on every piece of its beam, and what is made of the fields follows from one registry."""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from mechanisms import ALL, elastic_guide, steel_four_bar
+from standard_beams import cantilever, still
+
+import elastic
+import elastic.assessment
+import elastic.beams
+import elastic.vibration
+from animations import DIAGRAMS, Style, diagram_named, movie
+from elastic import FIELDS, PRIMARY, Section, Taper, coefficients, deflection, extremes, marked, sample
+from elastic.beams.taper import piece_ends
+from rigid import PointLoad, motion
+
+L, EA, EI, GA = 0.8, 4e6, 900.0, 3e5
+STEEP = Taper(EA=(1.0, -0.9), EI=tuple(np.polynomial.Polynomial([1.0, -0.9]).__pow__(3).coef), kGA=(1.0, -0.9))
+XI = (0.0, 0.013, 0.4, 0.77, 0.96, 1.0)
+
+
+def on_pieces(solved, field):
+    """Values at `XI` of the single beam, by powers of the way along the piece that each is on."""
+    division, values = solved.division, coefficients(solved, field)
+    ends = division.start[:, 0] + division.width[:, 0]
+    rows = [int(np.argmax(ends >= xi - 1e-15)) for xi in XI]
+    ways = [(xi - division.start[row, 0]) / division.width[row, 0] for xi, row in zip(XI, rows, strict=True)]
+    return [np.polynomial.polynomial.polyval(way, values[:, row, 0]) for way, row in zip(ways, rows, strict=True)]
+
+
+def integrals(N, V, M, fall):
+    """u, w, phi at `XI` from N/EA, M/EI, -V/kGA in mpmath, rigidities falling by the powers of `fall`."""
+
+    def until(function, x):
+        return mpmath.quad(function, mpmath.linspace(0, x, 9)) if x else mpmath.mpf(0)
+
+    def curvature(s):
+        return M(s) / (EI * fall(s) ** 3)
+
+    return {
+        "u": [until(lambda s: N(s) / (EA * fall(s)), xi * L) for xi in XI],
+        "phi": [until(curvature, xi * L) for xi in XI],
+        "w": [until(lambda s, x=xi * L: (x - s) * curvature(s) - V(s) / (GA * fall(s)), xi * L) for xi in XI],
+    }
+
+
+def assert_fields(solved, expected, tolerance):
+    for field, values in expected.items():
+        exact = np.array([float(value) for value in values])
+        for found in (on_pieces(solved, field), sample(solved, field, XI)[0, 0]):
+            np.testing.assert_allclose(found, exact, rtol=0, atol=tolerance * np.abs(exact).max(), err_msg=field)
+
+
+class TestTapered:
+    def test_every_piece_holds_the_whole_field(self):
+        """A beam that loses nine tenths of its depth, pulled, bent and sheared: against quadrature with 15 digits."""
+        force, moment = 900 - 120j, 7.0
+        loads = (PointLoad("beam", "B", force, moment),)
+        solved = deflection(still(cantilever({"A": 0, "B": L}, loads=loads)), [Section(EA, EI, GA, taper=STEEP)])
+        assert len(solved.division.beam) > 3
+        expected = integrals(
+            lambda s: force.real,
+            lambda s: -force.imag,
+            lambda s: moment + force.imag * (L - s),
+            lambda s: 1 - mpmath.mpf("0.9") * s / L,
+        )
+        assert_fields(solved, expected, 1e-13)
+        np.testing.assert_allclose(
+            on_pieces(solved, "M"), [moment + force.imag * L * (1 - xi) for xi in XI], atol=1e-12
+        )
+
+    def test_loads_of_a_high_degree(self):
+        """Weight that grows with the 19th power along a tapered beam: V = w L (1 - xi^20)/20, M its integral."""
+        mass = (0.0,) * 19 + (2.0,)
+        beam = cantilever({"A": 0, "B": L}, 1.0, gravity=-10j)
+        link = beam.links[1]
+        heavy = replace(link, beams=(replace(link.beams[0], mass_taper=mass),))
+        mechanism = replace(beam, links=(beam.links[0], heavy))
+        taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.5, 0.75, -0.125), kGA=(1.0, -0.5))
+        solved = deflection(still(mechanism), [Section(EA, EI, GA, taper=taper)])
+        expected = integrals(
+            lambda s: mpmath.mpf(0),
+            lambda s: L * (1 - (s / L) ** 20),
+            lambda s: -L * (L - s - L / 21 * (1 - (s / L) ** 21)),
+            lambda s: 1 - s / L / 2,
+        )
+        assert_fields(solved, expected, 1e-13)
+
+    def test_pieces_are_as_short_as_the_nearest_pole_asks(self):
+        """None of a constant, more and shorter ones towards the end where the rigidity all but vanishes."""
+        assert piece_ends(Section(EA, EI, taper=Taper())) == (0.0, 1.0)
+        thin = [np.diff(piece_ends(Section(EA, EI, taper=Taper(EI=(1.0, -left))))) for left in (0.5, 0.9, 0.999)]
+        assert [len(widths) for widths in thin] == sorted({len(widths) for widths in thin})
+        assert all((np.diff(widths) <= 0).all() for widths in thin)
+
+    @pytest.mark.parametrize("name", ["RRR", "six-bar", "triad"])
+    def test_a_taper_that_is_none_changes_nothing(self, name):
+        case = ALL[name]()
+        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        plain = deflection(course, case.sections)
+        constant = Taper(EA=(1.0, 1e-17), EI=(1.0, 1e-17))
+        tapered = deflection(course, [replace(section, taper=constant) for section in case.sections])
+        for field in (*PRIMARY, "chord"):
+            one, other = sample(plain, field, XI), sample(tapered, field, XI)
+            np.testing.assert_allclose(other, one, rtol=0, atol=1e-13 * np.abs(one).max())
+        np.testing.assert_allclose(tapered.condition, plain.condition, rtol=1e-9)
+
+
+class TestBlocks:
+    def test_displacements_pass_the_block_and_forces_jump_by_its_load(self):
+        case = elastic_guide()
+        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        (block,) = solved.blocks
+        before, beyond = solved.division.of_beam(block.beam)
+        np.testing.assert_array_equal(solved.division.start[beyond], block.xi)
+        jumps = {
+            "N": -block.force.real,
+            "V": block.force.imag,
+            "M": -block.moment + 0 * block.xi,
+            "u": 0,
+            "w": 0,
+            "phi": 0,
+        }
+        for field, jump in jumps.items():
+            values = coefficients(solved, field)
+            step = values[0, beyond] - values[:, before].sum(axis=0)
+            np.testing.assert_allclose(step, jump, rtol=0, atol=1e-13 * np.abs(values).max(), err_msg=field)
+        assert np.abs(jumps["V"]).max() > 1.0
+
+
+@pytest.fixture(scope="module")
+def bent():
+    """The steel four-bar with sections that tell their dimensions."""
+    case = steel_four_bar(24)
+    known = {"area": 6e-5, "inertia": 1.8e-10, "fibre": 0.003, "peak_shear": 1.5}
+    course = motion(case.mechanism, case.drive, case.rate)
+    return deflection(course, [replace(section, **known) for section in case.sections])
+
+
+class TestRegistry:
+    @pytest.mark.parametrize("key", FIELDS)
+    def test_the_greatest_of_every_field_bounds_a_fine_grid(self, bent, key):
+        found, grid = extremes(bent, [key])[key], sample(bent, key, np.linspace(0, 1, 501))
+        largest = np.abs(grid).max(axis=-1)
+        assert (np.abs(found.value) >= largest * (1 - 1e-12)).all()
+        np.testing.assert_allclose(np.abs(found.value), largest, rtol=1e-3, atol=1e-6 * largest.max())
+        assert FIELDS[key].signed or (grid >= 0).all()
+        there = np.array([[sample(bent, key, [xi])[beam, k, 0] for k, xi in enumerate(row)]
+                          for beam, row in enumerate(found.xi)])  # fmt: skip
+        np.testing.assert_allclose(there, found.value, rtol=1e-9, atol=1e-12 * largest.max())
+
+    def test_an_integral_has_the_unit_and_the_slope_that_its_source_gives(self, bent):
+        """N' = -q_x, V' = q_y, M' = V, u' = N/EA, phi' = M/EI, w' = phi."""
+        section, length = bent.sections[0], bent.length[:, 0]
+        factor = {"N": -1.0, "V": 1.0, "M": 1.0, "u": 1 / section.EA, "phi": 1 / section.EI, "w": 1.0}
+        for key in PRIMARY:
+            values, source = coefficients(bent, key), coefficients(bent, FIELDS[key].integral_of)
+            slope = values[1:] * np.arange(1, len(values))[:, None, None] / length[:, None]
+            expected = factor[key] * source
+            np.testing.assert_allclose(slope, expected[: len(slope)], rtol=0, atol=1e-12 * np.abs(expected).max())
+
+    def test_stresses_of_the_section_forces(self, bent):
+        N, V, M = (sample(bent, key, XI) for key in "NVM")
+        left, right = N / 6e-5 - M * 0.003 / 1.8e-10, N / 6e-5 + M * 0.003 / 1.8e-10
+        shear = 1.5 * V / 6e-5
+        fibre = np.maximum(np.abs(left), np.abs(right))
+        expected = {
+            "shear": shear,
+            "normal": np.where(np.abs(left) >= np.abs(right), left, right),
+            "mises": np.maximum(fibre, np.sqrt((N / 6e-5) ** 2 + 3 * shear**2)),
+        }
+        for key, values in expected.items():
+            np.testing.assert_allclose(sample(bent, key, XI), values, rtol=1e-12, atol=1e-12 * np.abs(values).max())
+
+    def test_a_diagram_of_every_field_by_its_key_and_its_name(self):
+        assert {diagram.field for diagram in DIAGRAMS.values()} == {None, *FIELDS}
+        for key, field in FIELDS.items():
+            assert diagram_named(key) is diagram_named(field.slug)
+        with pytest.raises(ValueError, match=r'no diagram "tresca".*von-mises-stress'):
+            diagram_named("tresca")
+
+    def test_no_diagram_of_stresses_that_the_sections_do_not_tell(self, tmp_path):
+        case = steel_four_bar(4)
+        unknown = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
+        with pytest.raises(ValueError, match="von Mises stress is not known: the sections do not tell"):
+            movie(unknown, "mises", tmp_path / "mises.mp4", 2, Style(size=(320, 192)))
+
+    def test_marked_positions_are_nan_in_every_field_and_the_others_as_they_were(self, bent):
+        lost = np.arange(24) == 5
+        known = marked(bent, lost)
+        for key, field in FIELDS.items():
+            before, after = sample(bent, key, XI), sample(known, key, XI)
+            if field.kind is not elastic.Kind.LOAD:
+                assert np.isnan(after[:, 5]).all()
+            np.testing.assert_array_equal(after[:, ~lost], before[:, ~lost])
+        np.testing.assert_array_equal(known.condition, bent.condition)
+
+
+@pytest.mark.parametrize("package", [elastic, elastic.beams, elastic.assessment, elastic.vibration])
+def test_a_package_shows_what_it_gives_and_nothing_else(package):
+    assert dir(package) == sorted(package.__all__)
+
+
+def test_results_say_what_they_are_in_a_line():
+    case = elastic_guide()
+    solved = deflection(motion(case.mechanism, case.drive, case.rate), case.sections)
+    for told in (solved, extremes(solved)["w"], case.sections[0], Section(np.ones((5000, 1)), 1.0)):
+        assert len(repr(told)) < 100
+        assert "\n" not in repr(told)
+    assert repr(Section(2e6, np.array([[1.0], [2.0]]), taper=STEEP)) == "Section(EA=2e+06, EI=of 2 designs, tapered)"
