@@ -6,6 +6,7 @@ One row for every strain at every Gauss point, then one for every way in which a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,7 @@ def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
     return np.concatenate((rows, soft)) @ basis
 
 
+@lru_cache(maxsize=8)
 def rigidities(structure: ElasticStructure) -> Any:
     """Force of every row per strain, times what the row stands for, shape (rows,); 0 for what is rigid."""
     parts = []
