@@ -30,6 +30,7 @@ from rigid import Motion, with_rates
 
 ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
 TOLERANCE = 1e-3
+COARSER = 30.0
 MORE_MODES = 2  # besides those near the lowest
 
 Measure = Callable[[Deflection], Any]
@@ -132,7 +133,6 @@ class _Cases:
 def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -> tuple[Any, Any, float, float]:
     """What is measured with and without vibration, growth, and what is unresolved."""
     model = cases.model
-    cases.level = max(cases.level - 1, 0)
     while True:
         base, kinds = cases.here()
         motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
@@ -143,6 +143,8 @@ def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -
         if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
             break
         cases.level += 1
+    if unresolved < tolerance / COARSER:  # the next speed may do with less
+        cases.level = max(cases.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
     without = measure(plain)
     if growth > 1 + NEUTRAL:

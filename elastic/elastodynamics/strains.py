@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,7 @@ def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
     return np.concatenate((rows, soft)) @ basis
 
 
+@lru_cache(maxsize=8)
 def rigidities(structure: ElasticStructure) -> Any:
     """Force of every row per strain, times what the row stands for, shape (rows,); 0 for what is rigid."""
     parts = []
