@@ -83,7 +83,7 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
         for at, to, slide in zip(drawn, given[:, 0].tolist(), slides, strict=True)
     ]
-    strides = np.where(slides, size_of(mechanism) / SLIDES, STRIDE)
+    strides = drive_strides(mechanism)
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
         return Path(float(given[0, 0]) - ways[0], drive[0], strides[0], turn)
@@ -97,6 +97,13 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     vertices = np.array([np.interp(places, np.arange(len(at)), row) for row in given])
     vertices[:, at] = given
     return Path(0.0, at[len(at) - drive.shape[1] :].astype(float), 1.0, 0.0, vertices)
+
+
+@lru_cache(maxsize=64)
+def drive_strides(mechanism: Mechanism) -> Any:
+    """How far apart knots are along every drive [rad or m]."""
+    _, slides, _ = drawn_drives(mechanism)
+    return np.where(slides, size_of(mechanism) / SLIDES, STRIDE)
 
 
 def size_of(mechanism: Mechanism) -> float:
