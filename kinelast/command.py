@@ -210,6 +210,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         solid="solid" in options.check,
         theory=options.theory,
         accuracy=options.accuracy,
+        speeds=options.speeds,
         animate=options.animate,
         frames=options.frames,
         picture=options.format,

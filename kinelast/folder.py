@@ -26,7 +26,8 @@ from kinelast.scene.error import plain
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
-USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg"}
+USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
+        "speeds.csv", "speeds.svg"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -43,6 +44,7 @@ class Request:
     solid: bool = False
     theory: str | None = None
     accuracy: float | None = None
+    speeds: tuple[float, float, int] | None = None
     animate: tuple[str, ...] = ()
     frames: int | None = None
     picture: str = "mp4"

@@ -12,6 +12,7 @@ FORMATS = ("mp4", "gif", "png")
 MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
+MOST_SPEEDS = 10_000
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -92,6 +93,12 @@ def _parser() -> argparse.ArgumentParser:
         help=f"compare with finite elements, so many to a beam [{ELEMENTS}]; with the whole mechanism vibrating and "
         "displaced as far as it will; with links as plane bodies (check.json)",
     )
+    add(
+        "--speeds",
+        type=_speeds,
+        metavar="FROM:TO:COUNT",
+        help='largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
+    )
     add("--theory", choices=THEORIES, help="of motion, instead of the scene's own")
     add(
         "--accuracy",
@@ -147,6 +154,27 @@ def _checks(text: str) -> tuple[int | str, ...]:
     if sum(isinstance(one, int) for one in found) > 1:
         raise argparse.ArgumentTypeError(f"expected one number of elements, not {text!r}")
     return tuple(found)
+
+
+def _speeds(text: str) -> tuple[float, float, int]:
+    from kinelast.scene.quantities import Speed
+
+    try:
+        low, high, count = text.split(":")
+        first, last = (float(Speed.read(_bare(word))) for word in (low, high))
+        if not 0 < first < last or not 2 <= int(count) <= MOST_SPEEDS:
+            raise ValueError
+        return first, last, int(count)
+    except ValueError:
+        told = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
+        raise argparse.ArgumentTypeError(f"expected {told}, not {text!r}") from None
+
+
+def _bare(word: str) -> str | float:
+    try:
+        return float(word)
+    except ValueError:
+        return word.strip()
 
 
 def _share(text: str) -> float:

@@ -194,6 +194,8 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
+    if request.speeds and results.scene.labels:
+        figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -201,6 +203,17 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     figures["files"] = sizes(part)
     write_json(part / "summary.json", figures)
     return figures
+
+
+def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress: Progress) -> dict[str, Any]:
+    """The answer against the speed of the drive, written and as figures."""
+    from kinelast.figures.speeds import draw_speeds, speed_figures, speeds, write_speeds
+
+    progress(f"{scene.name}: speeds", 0, 1)
+    found = speeds(scene, asked)
+    write_speeds(part / "speeds.csv", scene, found)
+    draw_speeds(part / "speeds.svg", scene, found)
+    return speed_figures(found)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
