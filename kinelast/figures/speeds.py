@@ -17,7 +17,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from kinelast.scene.motion import scene_motion_at
-from rigid import ConstantSpeed, MechanismError, Motion
+from rigid import ConstantSpeed, MechanismError, Motion, PinDrive
 
 FIELDS = ("w", "chord", "mises")
 KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
@@ -66,13 +66,14 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     theory = scene.theory
     damping = Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
     try:
-        found = speed_map(motion_at, 2 * math.pi / own, speed / own, scene.sections, _largest, scene.joints, damping)
+        found = speed_map(
+            motion_at, 2 * math.pi / own, (speed / own).tolist(), scene.sections, _largest, scene.joints, damping
+        )
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     least, most = float(found.omega.min()), float(found.omega.max())
-    critical = {
-        n: (least / n, most / n) for n in range(1, HARMONICS + 1) if least / n <= asked[1] and most / n >= asked[0]
-    }
+    spans = {n: (least / n, most / n) for n in range(1, HARMONICS + 1)}
+    critical = {n: (low, high) for n, (low, high) in spans.items() if low <= asked[1] and high >= asked[0]}
     return Speeds(speed, found, _highest(scene, speed, found.values), critical)
 
 
@@ -104,7 +105,7 @@ def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
 def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
     """A row a speed: the largest values of every beam with and without vibration, and growth over a cycle."""
     units = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
-    unit = "rad/s" if scene.laws and getattr(scene.mechanism.drives[0], "link", "") else "m/s"
+    unit = "rad/s" if isinstance(scene.mechanism.drives[0], PinDrive) else "m/s"
     names = [f"{label}.{field}{how} [{units[field]}]" for how in ("", " without vibration") for field in FIELDS
              for label in scene.labels]  # fmt: skip
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -125,20 +126,28 @@ def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
     mpl.rcParams["svg.hashsalt"] = "kinelast"
     figure = Figure(figsize=(9, 6), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    for axes, field, scale, words in (
-        (above, 1, 1e3, "chord deflection [mm]"),
-        (below, 2, 1e-6, "von Mises stress [MPa]"),
-    ):
+    map_ = found.found
+    shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
+    for axes, field, scale, words in shown:
+        with_, without = (scale * values[:, FIELDS.index(field)] for values in (map_.values, map_.quasi_static))
         for beam, label in enumerate(scene.labels):
-            (line,) = axes.plot(found.speed, scale * found.found.values[:, field, beam], label=label)
-            axes.plot(found.speed, scale * found.found.quasi_static[:, field, beam], ":", color=line.get_color(), lw=1)
+            (line,) = axes.plot(found.speed, with_[:, beam], label=label)
+            axes.plot(found.speed, without[:, beam], ":", color=line.get_color(), lw=1)
         for harmonic, (low, high) in found.critical.items():
             axes.axvspan(low, high, color="0.5", alpha=0.12, lw=0)
-            axes.text(low, 0.98, f" {harmonic}x", transform=axes.get_xaxis_transform(), va="top", fontsize=8)
-        for speed in found.speed[~found.found.stable]:
+            axes.text(
+                max(low, found.speed[0]),
+                0.98,
+                f" {harmonic}x",
+                transform=axes.get_xaxis_transform(),
+                va="top",
+                fontsize=8,
+            )
+        for speed in found.speed[~map_.stable]:
             axes.axvline(speed, color="crimson", lw=0.8)
         axes.set_ylabel(f"largest {words}")
         axes.set_ylim(bottom=0)
+        axes.set_xlim(found.speed[0], found.speed[-1])
     if found.highest:
         below.axvline(found.highest, color="black", ls="--", lw=1, label="limits hold up to here")
     below.set_xlabel("speed of the drive [rad/s]; grey: a multiple of it in the range of the lowest natural frequency")
