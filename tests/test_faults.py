@@ -360,7 +360,7 @@ def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, ca
 
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     with monkeypatch.context() as patch:
-        patch.setattr(kinelast.page.report, "report_html", lambda *_: 1 / 0)
+        patch.setattr(kinelast.page.report, "report_page", lambda *_: 1 / 0)
         assert main(call) == 3
     said = capsys.readouterr().err
     assert "s0: largest deflection" in said
@@ -404,7 +404,7 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     for jobs in ("1", "2"):
         assert started(cases, "-o", tmp_path / jobs, "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
     files = [path.relative_to(tmp_path / "1") for path in (tmp_path / "1").rglob("*") if path.is_file()]
-    assert len(files) == 2 * 4 + 1
+    assert len(files) == 2 * 4 + 2  # of each scene four, and the two tables of both
     for file in files:
         assert len({(tmp_path / jobs / file).read_bytes() for jobs in ("1", "2")}) == 1, file
 
