@@ -185,6 +185,21 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
     require_whole(tmp_path / "out" / "s0")
 
 
+def test_a_summary_that_cannot_be_written_leaves_the_older_one(tmp_path, monkeypatch, capsys):
+    cases, out = scenes(tmp_path / "in", 2), tmp_path / "out"
+    assert main([str(cases), "-o", str(out), "--quiet"]) == 0
+    before = (out / "summary.csv").read_bytes()
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("kinelast.tables.csv.writer", full)
+    assert main([str(cases), "-o", str(out), "--quiet", "--resume"]) == 0
+    assert "no space left on device" in capsys.readouterr().err.lower()
+    assert (out / "summary.csv").read_bytes() == before
+    assert hidden(out) == []
+
+
 SPOILT = {
     "report gone": lambda folder: (folder / "report.html").unlink(),
     "table empty": lambda folder: (folder / "positions.csv").write_text(""),
