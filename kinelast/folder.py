@@ -228,6 +228,8 @@ def held(folder: Path) -> Iterator[str]:
         try:
             yield hidden
         finally:
+            with suppress(OSError):
+                folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
             if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
                 with suppress(OSError):
                     path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
@@ -265,6 +267,8 @@ def _clean(folder: Path, hidden: str) -> None:
     """Away with what is hidden beside a folder; what stood in the folder and was not replaced goes back."""
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
+    with suppress(OSError):
+        part.unlink()
     if not old.is_dir():
         return
     if not folder.exists():
