@@ -24,7 +24,7 @@ CASES = [
     (ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02),
     (ALL["RRP"], 25.0, 2e-4, 2e-3, 0.02),
 ]
-"""Mechanism, speed [rad/s], beta [s], greatest difference of the chord deflection and of the quasi-static one at least."""
+"""Mechanism, speed [rad/s], beta [s], difference of the chord deflection at most, of the quasi-static one at least."""
 
 
 @pytest.mark.parametrize(("make", "speed", "beta", "limit", "without"), CASES)

@@ -35,7 +35,7 @@ class VibratingLink:
     mass: Any
     places: dict[str, Any]
 
-    def place(self, name: str, local: complex) -> tuple[Any, Any]:
+    def place(self, name: str, local: Any) -> tuple[Any, Any]:
         """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
 
         Of a link without beams by its place there, of one with beams by its name.
@@ -90,7 +90,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     """A link, of one design and in units of length, with `inner` polynomials along every beam; one section per beam."""
     parts = [
         vibrating_beam(
-            float(abs(complex(link.points[beam.end]) - complex(link.points[beam.start]))),
+            abs(complex(link.points[beam.end] - link.points[beam.start])),
             section,
             float(beam.mass_per_length),
             beam.mass_taper,
