@@ -18,7 +18,7 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 import kinelast.folder as folders
 from kinelast.command import main
 from kinelast.folder import Request, RequestError, complete, held
-from kinelast.run import BUG, FINE, Task
+from kinelast.outcome import BUG, FINE, Task
 from kinelast.workers import side_by_side
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
@@ -360,7 +360,7 @@ def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, ca
 
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     with monkeypatch.context() as patch:
-        patch.setattr(kinelast.page.report, "report_html", lambda *_: 1 / 0)
+        patch.setattr(kinelast.page.report, "report_page", lambda *_: 1 / 0)
         assert main(call) == 3
     said = capsys.readouterr().err
     assert "s0: largest deflection" in said

@@ -12,7 +12,7 @@ from browser import Page, started
 from elastic import FIELDS, displacement_of, sample
 from kinelast.command import main
 from kinelast.folder import Request
-from kinelast.page.numbers import number, quantity
+from kinelast.numbers import number, quantity
 from kinelast.run import computed
 from kinelast.scene.reading import read_scene
 from kinelast.scene.shipped import shipped_scenes

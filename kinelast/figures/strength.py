@@ -19,7 +19,7 @@ def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str
     Parameters
     ----------
     found
-        The peaks per field, see `output_results.peaks`.
+        The peaks per field, see `kinelast.figures.results.peaks`.
     """
     rows = {}
     for beam, label in enumerate(results.scene.labels):

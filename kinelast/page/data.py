@@ -59,7 +59,8 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
     """Numbers of the positions that the page holds: all, or every so many and those of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
-    each = 8 * (23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)) + 4 * (11 * beams + links)
+    doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
+    each = 8 * doubles + 4 * ((len(results.extremes) + 1) * beams + links)
     step = -(-count * each // BUDGET)
     if step <= 1:
         return np.arange(count)

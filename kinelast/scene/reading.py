@@ -1,4 +1,4 @@
-"""Scenes: a mechanism, its drives and its run, as described in one small file."""
+"""From a scene file to a `Scene`: the tables are parsed, then every part is built of them."""
 
 from __future__ import annotations
 
@@ -87,6 +87,7 @@ def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "")
 
 
 def _build(table: SceneTable, name: str, path: str) -> Scene:
+    """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits."""
     if table.structure_only:
         raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
     if table.contacts:
@@ -98,21 +99,21 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
     scene = Scene(
-        name,
-        table.title or name.replace("_", " "),
-        table.source,
-        path,
-        mechanism,
-        tuple(body.sections[k].stiff if body.rigid else body.sections[k].section for body, k in beams),
-        tuple(_label(body, k) for body, k in beams),
-        build_joints(table, mechanism),
-        {name: _material(stuff) for name, stuff in table.materials.items()},
-        parts.laws,
-        run,
-        {body.link.name: body.outline for body in parts.bodies if body.outline},
-        build_limits(table, mechanism),
-        build_output(table, mechanism),
-        tuple(making(table, body.link.name, k) for body, k in beams),
+        name=name,
+        title=table.title or name.replace("_", " "),
+        source=table.source,
+        path=path,
+        mechanism=mechanism,
+        sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
+        labels=tuple(_label(body, k) for body, k in beams),
+        joints=build_joints(table, mechanism),
+        materials={material: _material(stuff) for material, stuff in table.materials.items()},
+        laws=parts.laws,
+        run=run,
+        outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
+        limits=build_limits(table, mechanism),
+        output=build_output(table, mechanism),
+        made_of=tuple(making(table, body.link.name, k) for body, k in beams),
     )
     require_determined(scene)
     return scene
