@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -150,13 +151,11 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     }
 
 
-def _joint_points(results: Results) -> list[tuple[int, str]]:
+def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
     """Per joint the number of a link and its point where the force acts: of a slider, the block."""
-    index = results.mechanism.index
-    return [
-        (joint.child, joint.name) if joint.slider is None else (index[joint.slider.link], joint.slider.point)
-        for joint in results.motion.structure.joints
-    ]
+    for joint in results.motion.structure.joints:
+        link = joint.child if joint.child_point else joint.parent
+        yield link, joint.point(link) or ""
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:

@@ -166,13 +166,12 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 def _lines(closed: Closure) -> tuple[Any, Any]:
     """Lines of a dyad whose angle is that of transmission: its links, normals for its sliders."""
     inner = closed.cut[0]
-    if inner.along is None:
+    if inner.turns:
         one, other = (
-            1j * hinge.along if hinge.along is not None else inner.arm(hinge.joint.child) - hinge.arm_child
-            for hinge in closed.tree
+            inner.arm(hinge.joint.child) - hinge.arm_child if hinge.turns else 1j * hinge.along for hinge in closed.tree
         )
         return one, other
-    slides = [hinge for hinge in closed.tree if hinge.along is not None]
+    slides = [hinge for hinge in closed.tree if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
     # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
