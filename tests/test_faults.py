@@ -404,7 +404,7 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     for jobs in ("1", "2"):
         assert started(cases, "-o", tmp_path / jobs, "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
     files = [path.relative_to(tmp_path / "1") for path in (tmp_path / "1").rglob("*") if path.is_file()]
-    assert len(files) == 2 * 4 + 1
+    assert len(files) == 2 * 4 + 2  # of every scene, and of all
     for file in files:
         assert len({(tmp_path / jobs / file).read_bytes() for jobs in ("1", "2")}) == 1, file
 

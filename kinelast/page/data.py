@@ -14,6 +14,7 @@ from rigid import PinDrive
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
+EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
 
@@ -48,11 +49,13 @@ class Numbers:
 def field_coefficients(results: Results) -> dict[str, Any]:
     """Fields in powers of the way along a piece of a beam, from 0 to 1: shape (coefficients, pieces, positions).
 
-    Of `FOLLOWING` only those that do not follow by derivation.
+    Of `FOLLOWING` only those that do not follow by derivation. A field that the script has no formula for is stored.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
     others = [field for field in FOLLOWING if not bent.division.whole or (field == "phi" and sheared)]
+    made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
+    others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
     return {field: coefficients(bent, field) for field in (*STORED, *others)}
 
 

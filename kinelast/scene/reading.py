@@ -24,7 +24,7 @@ from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
-from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
+from rigid import ConstantSpeed, LineLoad, Load, SegmentedLaw
 
 __all__ = [
     "Run",
@@ -137,8 +137,8 @@ def _label(body: Body, number: int) -> str:
 def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
     steady = [law.speed for drive, law in zip(drives, laws, strict=True)
-              if isinstance(drive, PinDrive) and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
-    rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
+              if drive.turns and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
+    rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)
