@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinelast.figures.trust import GOOD, INPUTS, verdict
-from kinelast.page.numbers import coordinate, number, percent, quantity
+from kinelast.numbers import coordinate, number, percent, quantity
 
 
 def gist(figures: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_tim
 from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
+from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
@@ -29,35 +30,8 @@ from rigid.analysis import reachable
 if TYPE_CHECKING:
     from fem_check import Comparison
 
-FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
-DONE, FAILED, SKIPPED = "done", "failed", "skipped"
-MESSAGE = 1000  # letters
 Progress = Callable[[str, int, int], None]
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Task:
-    """A scene's file, the folder for its results, and what the two are called."""
-
-    path: Path
-    folder: Path
-    name: str
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a scene went.
-
-    The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, and its figures where there are any.
-    """
-
-    status: int
-    line: str
-    state: str = FAILED
-    questions: tuple[str, ...] = ()
-    figures: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _nothing(stage: str, done: int, total: int) -> None:

@@ -7,7 +7,7 @@ import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,11 +16,9 @@ from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import RequestError, held
+from kinelast.outcome import Outcome
 from kinelast.scene.error import plain
 from rigid import Reals
-
-if TYPE_CHECKING:
-    from kinelast.run import Outcome  # which imports this file
 
 
 def position_columns(results: Results) -> dict[str, Reals]:

@@ -81,13 +81,13 @@ class Drawing:
     def coordinate(self, joint: Joint) -> float:
         """Coordinate of a joint as drawn [rad or m]."""
         owner, block = joint.owner, joint.block
-        if joint.slider is None:
+        if joint.turns:
             return float(np.angle(self.direction(block) / self.direction(owner)))
         body = self.mechanism.links[owner]
         anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
         base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
-        foot = base + self.direction(owner) * _one(joint.slider.origin)
-        return float(dot(self.along(joint), self.at(joint.slider.point) - foot))
+        foot = base + self.direction(owner) * _one(joint.at(owner))
+        return float(dot(self.along(joint), self.at(joint.point(block) or "") - foot))
 
 
 def _one(value: Any) -> complex:

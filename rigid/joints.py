@@ -90,6 +90,11 @@ class Joint:
         """Whether a drive or a gear prescribes its coordinate."""
         return self.drive is not None or self.gear is not None
 
+    @cached_property
+    def turns(self) -> bool:
+        """Whether its coordinate is an angle: that of a pin; else a slide, and it holds the links against turning."""
+        return self.slider is None
+
     @property
     def ordered(self) -> bool:
         """Whether the parent is the owner and the child the block, not the other way round."""
@@ -114,7 +119,7 @@ class Joint:
     @property
     def letter(self) -> str:
         """R for a revolute pair, P for a prismatic one."""
-        return "R" if self.slider is None else "P"
+        return "R" if self.turns else "P"
 
     @cached_property
     def parent_point(self) -> str | None:
@@ -162,7 +167,7 @@ def opening_of(placed: Placed, joint: Joint) -> Columns:
 
 def coordinate_of(placed: Placed, joint: Joint) -> Columns:
     """Coordinate of a joint of placed links: an angle in (-pi, pi] or a slide [m]."""
-    if joint.slider is None:
+    if joint.turns:
         return np.angle(placed.direction[joint.block] * np.conj(placed.direction[joint.owner]))
     return dot(along_of(placed, joint), opening_of(placed, joint))
 
@@ -180,7 +185,7 @@ def child_place(placed: Placed, joint: Joint, coordinate: Columns) -> tuple[Colu
     """Origin and direction of a joint's child, its parent being placed, at a coordinate of the joint [rad or m]."""
     parent = joint.parent
     slide: Columns = ZERO
-    if joint.slider is None:
+    if joint.turns:
         direction = placed.direction[parent] * unit(joint.sense * coordinate)
     else:
         direction = placed.direction[parent] * joint.turn
@@ -258,7 +263,7 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     parent, child = joint.parent, joint.child
     arm_parent = carried(placed.direction[parent], joint.at_parent)
     arm_child = carried(placed.direction[child], joint.at_child)
-    if joint.slider is None:
+    if joint.turns:
         return JointPlace(joint, arm_parent, arm_child)
     if joint.ordered:
         arm_parent = placed.origin[child] + arm_child - placed.origin[parent]

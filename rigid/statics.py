@@ -94,7 +94,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
     """As `JointPlace.effort`; what is open across a slider's line does not matter."""
-    if place.along is None:
+    if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))
     return sum(np.where(part == 0, 0.0, part * of_force) for part, of_force in parts)

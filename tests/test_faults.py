@@ -18,7 +18,7 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 import kinelast.folder as folders
 from kinelast.command import main
 from kinelast.folder import Request, RequestError, complete, held
-from kinelast.run import BUG, FINE, Task
+from kinelast.outcome import BUG, FINE, Task
 from kinelast.workers import side_by_side
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))

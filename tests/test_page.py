@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from browser import Page, started
 
-from elastic import PRIMARY, displacement_of, sample
+from elastic import FIELDS, PRIMARY, Field, Kind, coefficients, displacement_of, sample
 from kinelast.command import main
 from kinelast.folder import Request
-from kinelast.page.numbers import number, quantity
+from kinelast.numbers import number, quantity
+from kinelast.page import data
 from kinelast.run import computed
 from kinelast.scene.reading import read_scene
 from kinelast.scene.shipped import shipped_scenes
@@ -108,6 +109,17 @@ def close(found, ours):
     np.testing.assert_array_equal(np.isnan(found), np.isnan(ours))
     scale = np.nanmax(np.abs(ours), initial=0.0) if np.isfinite(ours).any() else 0.0
     assert np.nanmax(np.abs(found - ours), initial=0.0) <= EXACT * scale
+
+
+def test_a_field_that_the_script_has_no_formula_for_is_stored(monkeypatch):
+    """A new entry of the registry reaches the page with no word about it there."""
+    results = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request(positions=3))
+    fields = {**FIELDS, "work": Field("work", "U'", "bending work", "J/m", Kind.FORCE)}
+    monkeypatch.setattr(data, "FIELDS", fields)
+    monkeypatch.setattr(
+        data, "coefficients", lambda bent, field: field if field == "work" else coefficients(bent, field)
+    )
+    assert set(data.field_coefficients(results)) == {"N", "M", "u", "w", "work"}
 
 
 def test_the_figures_are_those_of_the_summary(steel, reports):

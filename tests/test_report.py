@@ -19,7 +19,7 @@ from kinelast.figures.refinement import refined_peaks
 from kinelast.figures.results import Results, peaks
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
-from kinelast.page.numbers import number, quantity, round_down, round_up, ticks
+from kinelast.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
 from kinelast.scene.shipped import shipped_scenes
 from kinelast.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts

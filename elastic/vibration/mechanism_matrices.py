@@ -145,10 +145,10 @@ class VibratingStructure:
         at_parent = self._moved(number, joint.parent, joint.parent_point)
         shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]
         rows = [shift.real, shift.imag]
-        if place.along is not None and joint.drive is None:
+        if not place.turns and joint.drive is None:
             rows = [(np.conj(self._at(place.along))[:, None] * shift).imag]
         self._hold(rows, soft.translation)
-        if place.along is not None or joint.drive is not None:
+        if not place.turns or joint.drive is not None:
             self._hold([turned], soft.rotation * self._scale**2)
         if joint.gear is not None:
             followed = turned / self._scale if place.turns else self._along(place.along, shift)

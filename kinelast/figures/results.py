@@ -38,8 +38,6 @@ FEW = 16  # positions that tell too little of a cycle
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
-
-
 STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
 
 

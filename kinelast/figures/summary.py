@@ -19,7 +19,7 @@ from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
-from kinelast.page.numbers import quantity
+from kinelast.numbers import quantity
 from kinelast.scene.data import QUASI_STATIC
 from rigid import Beam
 
@@ -33,7 +33,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
     Parameters
     ----------
     found
-        The peaks per field, see `output_results.peaks`.
+        The peaks per field, see `kinelast.figures.results.peaks`.
     """
     points, angles = point_figures(results), angle_figures(results)
     scene, motion, forces = results.scene, results.motion, results.deflection.forces

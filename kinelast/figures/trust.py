@@ -16,7 +16,7 @@ from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
-from kinelast.page.numbers import number, percent, quantity
+from kinelast.numbers import number, percent, quantity
 
 INPUTS, THEORY = "Inputs", "Theory"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"

@@ -101,8 +101,8 @@ class Scene:
     mechanism
         Geometry, mass, drives, loads and springs. The block of a slot is a link of its own.
     sections, labels
-        One per beam, in the order of `mechanism.beams`: what it resists with (infinite for rigid links), and the name
-        of its link, followed by .1, .2 where that has several beams.
+        One per beam, in the order of `mechanism.beams`: its rigidities and dimensions (rigidities infinite for rigid
+        links), and the name of its link, followed by .1, .2 where that has several beams.
     joints
         By name, the joints that give way or do not fit.
     materials

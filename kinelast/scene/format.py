@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
+from kinelast.scene.format_limits import LimitsTable
 from kinelast.scene.format_motion import (
     DriveTable,
     GearTable,
@@ -20,7 +21,6 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ContactTable
-from kinelast.scene.limits import LimitsTable
 from kinelast.scene.quantities import (
     Acceleration,
     Area,

@@ -35,7 +35,7 @@ class CrossSection:
     mass_taper: tuple[float, ...] = (1.0,)
 
     @property
-    def stiff(self) -> Section:
+    def rigid(self) -> Section:
         """The same dimensions without any give, so that stresses are told; of a tapered beam they are not known."""
         if self.section.taper is not None:
             return Section(yield_stress=self.section.yield_stress)

@@ -211,7 +211,7 @@ class Net:
 
     def turned(self, joint: Joint) -> Joint:
         """The same joint with parent and child exchanged."""
-        make = self.pin if joint.slider is None else self.slide
+        make = self.pin if joint.turns else self.slide
         return make(joint.name, joint.child, joint.parent)
 
     def names(self, links: Iterable[int]) -> tuple[str, ...]:
@@ -225,7 +225,7 @@ class Net:
 
 def _unsolvable(joints: Sequence[Joint], links: tuple[int, ...]) -> bool:
     """Two links with nothing but sliders, or one that is held too often by itself."""
-    if len(links) == 2 and all(joint.slider for joint in joints):
+    if len(links) == 2 and not any(joint.turns for joint in joints):
         return True
     return any(
         sum(2 + joint.moved for joint in joints if {joint.parent, joint.child} - set(links) and joint.child == link) > 3
