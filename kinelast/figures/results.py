@@ -30,7 +30,7 @@ from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
 if TYPE_CHECKING:
     from fem_check import Comparison
     from fem_check.solid.comparison import SolidComparison
-    from kinelast.figures.checks import NonlinearCheck
+    from kinelast.figures.comparisons import NonlinearCheck
     from kinelast.figures.theory import Answer
 
 EXTREME_FIELDS = tuple(key for key, field in FIELDS.items() if field.main and field.kind is not Kind.LOAD)

@@ -11,7 +11,7 @@ import numpy as np
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from kinelast.figures.acceptance import acceptance
-from kinelast.figures.checks import nonlinear_figures, solid_figures
+from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.figure import at_position, coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
