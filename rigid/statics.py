@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import reduce
 from typing import Any
 
@@ -26,7 +27,7 @@ def reactions(motion: Motion) -> JointForces:
     found = balancing_forces(motion)
     if motion.suspect:
         found.mark(ill_conditioned(motion, force_condition(motion, found)))
-    for state in self_stresses(motion.closures):
+    for state in self_stresses(motion.closures, found.flank):
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):
                 values[number] = _open_where(values[number], part)
@@ -43,10 +44,13 @@ def _open_where(value: Columns, part: Columns) -> Columns:
     return result
 
 
-def balancing_forces(motion: Motion) -> JointForces:
-    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
+def balancing_forces(motion: Motion, flank: Mapping[int, Columns] | None = None) -> JointForces:
+    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
+
+    `flank` of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+    """
     with np.errstate(invalid="ignore", over="ignore"):
-        return joint_forces(motion.closures, *link_loads(motion))
+        return joint_forces(motion.closures, *link_loads(motion), flank=flank)
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
