@@ -157,6 +157,13 @@ def solve(
     )
 
 
+def loaded_flanks(
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance] | None = None
+) -> Flanks:
+    """Flanks of the gears' teeth that are loaded, as in `Solution`; parameters as of `solve`."""
+    return solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
+
+
 def _loaded_flanks(held: Sequence[Tie], multipliers: Any) -> Flanks:
     """Flanks of the gears' teeth that the multipliers load."""
     gears = [tie.gear for tie in held for _ in tie.rows]
