@@ -111,7 +111,9 @@ class Deflection:
             if self.sections:
                 closures = self.motion.closures
                 still = [ZERO] * len(self.motion.mechanism.links)
-                *_, openings = displacements(closures, self.gaps.displacement, self.gaps.rotation, still, self.forces.flank)
+                *_, openings = displacements(
+                    closures, self.gaps.displacement, self.gaps.rotation, still, self.forces.flank
+                )
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))

@@ -73,7 +73,7 @@ def displacements(
 def _gear_input(
     place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
 ) -> Columns:
-    """Motion that a gear gives its follower, child from parent; `at_joint`: displacement of the child's point so far."""
+    """Motion that a gear gives its follower, child from parent; the child's point has moved by `at_joint` so far."""
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:

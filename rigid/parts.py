@@ -23,7 +23,7 @@ PointForce = tuple[str, str, Any, Any]
 """Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
 
 GROUND = "ground"
-PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth
+PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth, ISO 53
 
 
 class MechanismError(ValueError):

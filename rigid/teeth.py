@@ -42,7 +42,10 @@ class Teeth:
 
 
 def wheel_push(reach: Any, slope: float, ring: bool) -> tuple[Any, Any]:
-    """`Teeth.along` and `apart` of a wheel or `ring` with its pitch point at `reach` [m]; slope: tan(pressure angle)."""
+    """`Teeth.along` and `apart` of a wheel, or a ring, with its pitch point at `reach` [m].
+
+    `slope` is the tangent of the pressure angle.
+    """
     per_length = 1.0 / np.conj(reach)
     return 1j * per_length, (slope if ring else -slope) * per_length
 

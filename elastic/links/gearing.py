@@ -34,6 +34,4 @@ def follower_displacement(place: JointPlace, nodes: NodeDisplacements, flank: An
     """
     if place.joint.gear is None:
         return STILL
-    return place.driven(
-        gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank)
-    )
+    return place.driven(gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank))

@@ -138,7 +138,7 @@ def solve(
             wrenches = wrenches_of(frame, rows, beams)
             multipliers, carried = balanced(motion, rows, beams, wrenches)
             before, flanks = flanks, _loaded_flanks(held, multipliers)
-            if all(np.array_equal(flanks[gear], before.get(gear)) for gear in flanks):
+            if all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks):
                 break
         spots = wrenches.spots
         spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])

@@ -35,7 +35,10 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """The constraints of a weld, joint, drive or gear, by name; `drive` is the number of the drive, `gear` of a gear with teeth."""
+    """The constraints of a weld, joint, drive or gear, by name.
+
+    `drive` is the number of the drive, `gear` that of a gear with teeth.
+    """
 
     name: str
     rows: tuple[Row, ...]
