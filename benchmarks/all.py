@@ -13,6 +13,7 @@ NAMES = (
     "what_is_skipped",
     "beam_theory",
     "start_up",
+    "page",
     "animation",
     "tables",
 )

@@ -8,18 +8,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
+from kinelast.scene.error import plain
+from kinelast.stopping import StoppedError, stoppable
+from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
     from kinelast.folder import Request
-    from kinelast.run import Outcome
+    from kinelast.run import Outcome, Task
+    from kinelast.terminal import Report
 
-FINE, BAD_INPUT, INTERRUPTED = 0, 2, 130
+FINE, BAD_INPUT, BUG, BY_SIGNAL, INTERRUPTED = 0, 2, 3, 128, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,20 +36,30 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself, 130 interrupted.
+    The exit status: 0 fine, 1 a check failed, 2 bad input, 3 an error of the program itself, 130 interrupted, 128 and
+    the number of the signal that ended the run.
     """
+    fill_closed_streams()
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # before numpy is loaded: last digits do not depend on --jobs
     try:
         options = parsed(sys.argv[1:] if argv is None else argv)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     try:
-        return _answer(options)
-    except BrokenPipeError:  # whoever reads the output has seen enough of it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FINE
+        with stoppable():
+            return _answer(options)
     except KeyboardInterrupt:
-        print("interrupted; finished scenes are kept, --resume goes on from there", file=sys.stderr)
-        return INTERRUPTED
+        return _stopped(INTERRUPTED, "")
+    except StoppedError as stop:
+        return _stopped(BY_SIGNAL + stop.number, "")
+    except OSError as error:
+        return _refuse(plain(f"{error.filename or ''} {error.strerror or error}".strip(), 300))
+    except Exception:
+        import traceback
+
+        say(f"deflection-report: the program failed, please report this:\n{traceback.format_exc()}", sys.stderr)
+        return BUG
 
 
 def _answer(options: argparse.Namespace) -> int:
@@ -60,14 +74,14 @@ def _answer(options: argparse.Namespace) -> int:
 
 
 def _refuse(message: str) -> int:
-    _say(f"deflection-report: {message}", sys.stderr)
+    say(f"deflection-report: {message}", sys.stderr)
     return BAD_INPUT
 
 
-def _say(line: str, stream: TextIO) -> None:
-    """Print a line, with a question mark for what the terminal has no letter for."""
-    encoding = stream.encoding or "utf-8"
-    print(line.encode(encoding, "replace").decode(encoding), file=stream, flush=True)
+def _stopped(status: int, done: str) -> int:
+    how = "interrupted" if status == INTERRUPTED else f"ended by signal {status - BY_SIGNAL}"
+    say(f"{how}{done}; finished scenes are kept, --resume goes on from there", sys.stderr)
+    return status
 
 
 def _version() -> int:
@@ -87,78 +101,97 @@ def _list() -> int:
     for name, path in (*scenes.items(), *structures.items()):
         note = " (--structure)" if name in structures else ""
         title = tomllib.loads(path.read_text(encoding="utf-8")).get("title", "")
-        _say(f"{name:{width}}  {title}{note}", sys.stdout)
+        say(f"{name:{width}}  {title}{note}", sys.stdout)
     return FINE
 
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
-    paths, problems = _resolved(options.scenes)
+    from kinelast.run import Task
+    from kinelast.tasks import result_names, scene_paths
+
+    paths, problems = scene_paths(options.scenes)
     for problem in problems:
         _refuse(problem)
-    names = [path.stem for path in paths]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        both = " and ".join(str(path) for path in paths if path.stem == twice[0])
-        return _refuse(f'two scenes are named "{twice[0]}" and would share a folder: {both}')
-    if options.structure:
-        return _structures(paths, options, BAD_INPUT if problems else FINE)
+    names = result_names(paths)
+    if isinstance(names, str):
+        return _refuse(names)
     if options.out.exists() and not options.out.is_dir():
         return _refuse(f'-o: "{options.out}" is a file: name a folder')
+    tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
+    if options.structure:
+        return _structures(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
-    status = BAD_INPUT if problems else FINE
-    with _progress(options, len(paths)) as report:
-        for path, outcome in zip(paths, _outcomes(paths, options, request, report), strict=True):
-            status = max(status, outcome.status)
-            if outcome.status >= BAD_INPUT:
-                _say(_named_once(outcome.line, path), sys.stderr)
-            elif not options.quiet:
-                _say(outcome.line, sys.stdout)
+    return max(BAD_INPUT if problems else FINE, _batch(tasks, options, request, len(problems)))
+
+
+def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request, refused: int) -> int:
+    """Compute scenes, print how each went, and in the end how all went; the exit status."""
+    from kinelast.run import FAILED
+
+    outcomes: list[tuple[Task, Outcome]] = []
+    begin, status = time.monotonic(), FINE
+    try:
+        with progress(options) as report:
+            for task, outcome in zip(tasks, _outcomes(tasks, options, request, report), strict=True):
+                outcomes.append((task, outcome))
+                status = max(status, outcome.status)
+                for question in outcome.questions:
+                    say(question, sys.stderr)
+                if outcome.status >= BAD_INPUT:
+                    say(_named_once(outcome.line, task), sys.stderr)
+                elif not options.quiet:
+                    say(outcome.line, sys.stdout)
+    except (KeyboardInterrupt, StoppedError) as stop:
+        status = INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number
+        _stopped(status, f" after {len(outcomes)} of {len(tasks)} scenes")
+    if len(tasks) + refused > 1:
+        _summarize(outcomes, options)
+        states = Counter(outcome.state for _, outcome in outcomes)
+        states[FAILED] += refused
+        if not options.quiet:
+            counts = ", ".join(f"{states[state]} {state}" for state in ("done", "failed", "skipped"))
+            say(f"{counts}, {time.monotonic() - begin:.1f} s", sys.stderr)
     return status
 
 
-def _named_once(line: str, path: Path) -> str:
+def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
+    """A table of all scenes, where there is anything to tell."""
+    from kinelast.folder import RequestError
+    from kinelast.tables import summary_row, write_index, write_summary
+
+    if not options.out.is_dir():
+        return
+    rows = {
+        (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
+    }
+    try:
+        write_index(options.out, write_summary(options.out, {row[0]: row for row in rows.values()}))
+    except (RequestError, OSError, ValueError) as error:
+        say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
+
+
+def _named_once(line: str, task: Task) -> str:
     """An error without the scene's name before its file."""
-    return line.removeprefix(f"{path.stem}: ") if line.startswith(f"{path.stem}: {path}: ") else line
+    head = f"{task.name}: "
+    return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
-def _structures(paths: Sequence[Path], options: argparse.Namespace, status: int) -> int:
+def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
     """The structure of every scene, printed and put into its folder."""
     from kinelast.structure.output import structure_outcome
 
-    for path in paths:
-        text, line = structure_outcome(path, options.out)
-        if not text:
-            status = BAD_INPUT
-            _say(_named_once(line, path), sys.stderr)
+    for task in tasks:
+        outcome, text = structure_outcome(task)
+        status = max(status, outcome.status)
+        if outcome.status:
+            say(_named_once(outcome.line, task), sys.stderr)
         elif not options.quiet:
-            _say(text, sys.stdout)
-            _say(line, sys.stdout)
+            say(text, sys.stdout)
+            say(outcome.line, sys.stdout)
     return status
-
-
-def _resolved(scenes: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """The files of the scenes, and what is wrong with those that have none."""
-    paths, problems = [], []
-    for scene in scenes:
-        path = Path(scene)
-        if path.suffix == ".toml" or path.is_file():
-            paths.append(path)
-            continue
-        from difflib import get_close_matches
-
-        from kinelast.scene.shipped import shipped_scenes, shipped_structures
-
-        shipped = {**shipped_structures(), **shipped_scenes()}
-        if scene in shipped:
-            paths.append(shipped[scene])
-            continue
-        close = get_close_matches(scene, shipped, 1)
-        advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
-        problems.append(f'"{scene}" is neither a .toml file nor a shipped scene: {advice}')
-    return paths, problems
 
 
 def _request(options: argparse.Namespace) -> Request | str:
@@ -177,6 +210,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         frames=options.frames,
         picture=options.format,
         mesh=options.mesh,
+        stills=options.stills,
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,
@@ -203,56 +237,31 @@ def _unknown_diagram(names: Sequence[str]) -> str:
     return ""
 
 
-Report = Callable[[str, int, int], None]
-
-
-def _outcomes(paths: list[Path], options: argparse.Namespace, request: Request, report: Report) -> Iterator[Outcome]:
+def _outcomes(
+    tasks: Sequence[Task], options: argparse.Namespace, request: Request, report: Report
+) -> Iterator[Outcome]:
     """The outcomes in the order of the scenes."""
+    jobs = min(options.jobs or _cores(), len(tasks))
+    if jobs > 1:
+        from kinelast.workers import side_by_side
+
+        yield from side_by_side(tasks, jobs, request, options.resume, report)
+        return
     from kinelast.run import try_scene
 
-    if options.jobs == 1 or len(paths) < 2:
-        for number, path in enumerate(paths):
-            report(path.stem, number, len(paths))
-            yield try_scene(path, options.out, request, options.resume, report)
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-    from functools import partial
+    def tell(sentence: str) -> None:
+        if not options.quiet:
+            say(sentence, sys.stderr)
 
-    work = partial(try_scene, out=options.out, request=request, resume=options.resume)
-    spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(options.jobs, len(paths)), spawn, _one_thread) as pool:
-        try:
-            for number, outcome in enumerate(pool.map(work, paths), 1):
-                report("scenes", number, len(paths))
-                yield outcome
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    for number, task in enumerate(tasks):
+        report(task.name, number, len(tasks))
+        yield try_scene(task, request, options.resume, report, tell)
 
 
-def _one_thread() -> None:
-    """Keep the linear algebra of a worker on one core: the scenes run side by side already."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+def _cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@contextmanager
-def _progress(options: argparse.Namespace, scenes: int) -> Iterator[Report]:
-    """A bar on a terminal where the run may take a while; elsewhere the lines of output are progress enough."""
-    long = scenes > 1 or options.check or options.animate or options.mesh
-    if options.quiet or not long or not sys.stderr.isatty():
-        yield lambda stage, done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn
-
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    both = sys.stdout.isatty()  # lines that go to a file must not be caught for the terminal
-    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=both) as bar:
-        task = bar.add_task("", total=None)
-
-        def report(stage: str, done: int, total: int) -> None:
-            bar.update(task, description=stage, completed=done, total=total)
-
-        yield report
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,16 +10,17 @@ ELEMENTS = 16
 STATIONS = 101
 FORMATS = ("mp4", "gif", "png")
 MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
+MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 EPILOG = """\
 exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program,
-130 interrupted
+130 interrupted, 128 and a signal's number where that ended the run (143: SIGTERM)
 
 examples:
   deflection-report steel_four_bar
   deflection-report quick_return --structure
   deflection-report mine.toml --check --animate deflection --frames 120 -o results
-  deflection-report designs/*.toml --jobs 4 --resume --quiet
+  deflection-report designs --jobs 0 --resume --quiet
 """
 
 
@@ -53,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("scenes", nargs="*", metavar="SCENE", help="a scene file (.toml) or the name of a shipped scene")
+    add("scenes", nargs="*", metavar="SCENE", help="a scene file (.toml), a folder or pattern of such, a shipped scene")
     add(
         "-o",
         "--out",
@@ -72,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--fields", action="store_true", help="also write all fields along all links (fields.npz)")
     add(
         "--stations",
-        type=_at_least(2),
+        type=_at_least(2, MOST_STATIONS),
         metavar="N",
         help=f"stations along a link for --fields [{STATIONS}]",
     )
@@ -94,10 +95,19 @@ def _parser() -> argparse.ArgumentParser:
     add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
     add("--format", choices=FORMATS, help=f"of the movies; png: stills [{FORMATS[0]}]")
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
+    add(
+        "--stills", action="store_true", help="also draw curves, maps and the mechanism as SVG for print (stills/*.svg)"
+    )
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
-    add("--jobs", type=_at_least(1), default=1, metavar="N", help="scenes computed side by side [%(default)s]")
+    add(
+        "--jobs",
+        type=_at_least(0),
+        default=1,
+        metavar="N",
+        help="scenes side by side, 0: as many as cores [%(default)s]",
+    )
     add("--resume", action="store_true", help="skip scenes whose results are there, from the same file and options")
     add("--quiet", action="store_true", help="print nothing but errors")
     add("--version", action="store_true", help="print the version and stop")

@@ -3,35 +3,68 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from elastic import Deflection, deflection
+from kinelast import tables
+from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.results import Peak, Results, peaks
-from kinelast.folder import Request, RequestError, complete, finished, made_from, write_json
-from kinelast.scene.reading import Scene, SceneError, read_scene, scene_motion, scene_motion_at
+from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
+from kinelast.line import gist, questions
+from kinelast.scene.error import plain
+from kinelast.scene.motion import reached_by_integration, require_reached
+from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
+from kinelast.scene.text import file_bytes
+from kinelast.weight import require_room
 from rigid import MechanismError, Motion
 from rigid.analysis import reachable
 
+if TYPE_CHECKING:
+    from fem_check import Comparison
+
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
+DONE, FAILED, SKIPPED = "done", "failed", "skipped"
+MESSAGE = 1000  # letters
 Progress = Callable[[str, int, int], None]
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A scene's file, the folder for its results, and what the two are called."""
+
+    path: Path
+    folder: Path
+    name: str
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a scene went: the exit status it calls for, and one line about it."""
+    """How a scene went.
+
+    The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
+    figures, and its figures where there are any.
+    """
 
     status: int
     line: str
+    state: str = FAILED
+    questions: tuple[str, ...] = ()
+    figures: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _nothing(stage: str, done: int, total: int) -> None:
+    pass
+
+
+def _unheard(sentence: str) -> None:
     pass
 
 
@@ -52,46 +85,131 @@ def require_pictures(request: Request) -> None:
         raise RequestError(f"--animate: {error}") from None
 
 
-def try_scene(path: Path, out: Path, request: Request, resume: bool = False, progress: Progress = _nothing) -> Outcome:
-    """Compute a scene and write its folder; what goes wrong becomes the outcome.
+def try_scene(
+    task: Task, request: Request, resume: bool = False, progress: Progress = _nothing, tell: Tell = _unheard
+) -> Outcome:
+    """Compute a scene and write its folder; whatever goes wrong becomes the outcome.
 
     Parameters
     ----------
-    out
-        Where the folder named after the scene is put.
     resume
         Leave a folder as it is that came from the same file and request.
     progress
         Called with what is being done, and how much of it is done and to be done.
+    tell
+        Called with a sentence on how much a large request takes, before it starts.
     """
+    name = task.name
     try:
-        return _scene(path, out, request, resume, progress)
+        with np.errstate(all="ignore"):  # what is no number is told as none
+            return _scene(task, request, resume, progress, tell)
     except (SceneError, MechanismError, RequestError) as error:
-        return Outcome(BAD_INPUT, f"{path.stem}: {error}")
+        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        return Outcome(BAD_INPUT, f"{path.stem}: not written: {place}{(error.strerror or str(error)).lower()}")
+        told = plain(f"{place}{(error.strerror or str(error)).lower()}", MESSAGE)
+        return Outcome(BAD_INPUT, f"{name}: not written: {told}")
+    except MemoryError:
+        return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer positions, stations or elements, or --jobs")
     except Exception:  # one scene that the program fails on must not take the others with it
-        return Outcome(BUG, f"{path.stem}: the program failed, please report this:\n{traceback.format_exc()}")
+        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
-def _scene(path: Path, out: Path, request: Request, resume: bool, progress: Progress) -> Outcome:
-    folder = out / path.stem
-    if resume and (before := finished(folder, made_from(path, request))):
-        return Outcome(CHECK_FAILED if _differs(before) else FINE, f"{path.stem}: finished before -> {folder}")
-    scene = read_scene(path)
-    made = made_from(path, request)
-    results = computed(scene, request, progress)
+def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
+    content = file_bytes(task.path)
+    made, folder = made_from(content, request), task.folder
+    if resume and (before := finished(folder, made)):
+        status = CHECK_FAILED if _differs(before) else FINE
+        return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
+    scene = scene_from_bytes(content, task.path)
+    positions = request.positions or scene.run.positions
+    long = is_long(scene, positions)
+    if scene.is_integrated:
+        _integrate(scene, progress)
+    if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
+        tell(heavy)
+    if long:
+        with complete(folder) as part:
+            figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
+    else:
+        results = computed(scene, request, progress)
+        with complete(folder) as part:
+            write_tables(part, results, request)
+            figures = _finish(part, results, made, request, progress)
+    return _told(task, figures)
+
+
+def _integrate(scene: Scene, progress: Progress) -> None:
+    """Find the motion under efforts, which may take long; what stops it is told where the motion is asked for."""
+    stage, end = f"{scene.name}: integrated, in thousandths of {scene.run.duration:g} s", scene.run.duration
+
+    def on_step(time: float) -> None:
+        progress(stage, int(1000 * time / end), 1000)
+
+    with suppress(MechanismError):
+        scene.integrated(on_step)
+
+
+def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
+    """The results of a long run, whose tables are written on the way."""
+    time = scene_times(scene, request.positions)
+    count = len(time)
+    if request.reachable:
+        time = reached_times(scene, reached_by_integration(scene, time))
+        if not len(time):
+            raise RequestError("no position can be reached")
+    fields = tables.FieldFile(part / "fields.npz", len(time), request.stations) if request.fields else None
+
+    def on_chunk(results: Results, first: int) -> None:
+        tables.write_positions(part / "positions.csv", results, more=first > 0)
+        if fields:
+            fields.add(results)
+        progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
+
+    results = long_results(scene, time, on_chunk, _require_chunk)
+    if fields:
+        fields.close()
+    comparison = _checked(scene, results.shown.deflection, request, progress)
+    return replace(results, comparison=comparison, left_out=count - len(time))
+
+
+def write_tables(part: Path, results: Results, request: Request) -> None:
+    """What is known of every position."""
+    tables.write_positions(part / "positions.csv", results)
+    if request.fields:
+        tables.write_fields(part / "fields.npz", results, request.stations)
+
+
+def _finish(part: Path, results: Results, made: dict[str, Any], request: Request, progress: Progress) -> dict[str, Any]:
+    """The figures of a scene whose tables are written, and all other files."""
     from kinelast.figures.refinement import refined_peaks
     from kinelast.figures.summary import summary
 
     found = peaks(results)
     if request.refine:
         found = refined_peaks(results, found)
-    figures = {"kinelast": metadata.version("kinelast"), **summary(results, found), "made_from": made}
-    with complete(folder) as part:
-        _write(part, results, found, figures, request, progress)
-    return Outcome(CHECK_FAILED if _differs(figures) else FINE, f"{path.stem}: {_line(figures)} -> {folder}")
+    figures = {"kinelast": version(), **summary(results, found), "made_from": made}
+    if figures["check"]:
+        write_json(part / "check.json", figures["check"])
+    failed = figures["failed"] = {}
+    for name, draw in _drawings(part, results.shown, found, figures, request, progress):
+        with _kept_apart(name, failed):
+            draw()
+    figures["files"] = sizes(part)
+    write_json(part / "summary.json", figures)
+    return figures
+
+
+def _told(task: Task, figures: dict[str, Any]) -> Outcome:
+    """What to say of a scene whose folder is there."""
+    line = f"{task.name}: {gist(figures)} -> {task.folder}"
+    if others := foreign(task.folder):
+        line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    failed = figures["failed"]
+    for name, fault in failed.items():
+        line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
+    status = BUG if failed else CHECK_FAILED if _differs(figures) else FINE
+    return Outcome(status, line, DONE, tuple(f"{task.name}: {words}" for words in questions(figures)), figures)
 
 
 def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> Results:
@@ -104,17 +222,38 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
     """
     course, left_out = _course(scene, request)
     bent = deflection(course, scene.sections, joints=scene.joints)
-    _require_on_beams(scene, bent)
+    require_on_beams(scene, bent)
+    return Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+
+
+def _checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
+    """The comparison with finite elements, where it is asked for."""
     if request.check is None:
-        return Results(scene, bent, left_out=left_out)
+        return None
     from fem_check import compare, solve
 
     progress(f"{scene.name}: finite elements", 0, 1)
-    checked = solve(course, scene.sections, request.check, scene.joints)
-    return Results(scene, bent, compare(bent, checked), left_out)
+    return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
 
 
-def _require_on_beams(scene: Scene, bent: Deflection) -> None:
+def _require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where a motion goes where the mechanism does not reach."""
+    try:
+        require_reached(scene, course)
+    except SceneError as error:
+        advice = "; --reachable leaves out what cannot be reached" if reachable(course).any() else ""
+        raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
+
+
+def _require_chunk(scene: Scene, bent: Deflection) -> None:
+    """Raise where a part of a long run cannot be: what of all of it cannot, is told of fewer positions."""
+    if not reachable(bent.motion).all():
+        _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
+        _require_reached(scene, bent.motion)
+    require_on_beams(scene, bent)
+
+
+def require_on_beams(scene: Scene, bent: Deflection) -> None:
     """Raise where a block leaves the elastic beam that it slides on."""
     known = np.isfinite(bent.motion.origin).all(axis=0)
     for block in bent.blocks:
@@ -129,47 +268,60 @@ def _require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
     """The motion, and how many positions were left out."""
+    time = scene_times(scene, request.positions)
+    if request.reachable and len(reached := reached_by_integration(scene, time)) < len(time):
+        return scene_motion_at(scene, reached), len(time) - len(reached)
     course = scene_motion(scene, request.positions, partial=True)
     good = reachable(course)
     if good.all():
         return course, 0
     if not request.reachable:
-        try:
-            scene_motion(scene, request.positions)
-        except SceneError as error:
-            advice = "; --reachable leaves out what cannot be reached"
-            problem = error.problem + (advice if good.any() else "")
-            raise SceneError(error.file, error.table, error.key, problem) from None
+        _require_reached(scene, course)
     if not good.any():
         raise RequestError("no position can be reached")
     return scene_motion_at(scene, course.time[good]), int((~good).sum())
 
 
-def _write(
+@contextmanager
+def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
+    """Note what the program fails on: figures are not to be lost with their drawing."""
+    try:
+        yield
+    except (RequestError, OSError, MemoryError):
+        raise
+    except Exception:
+        failed[name] = traceback.format_exc()
+
+
+def _drawings(
     part: Path,
     results: Results,
     found: dict[str, list[Peak]],
     figures: dict[str, Any],
     request: Request,
     progress: Progress,
-) -> None:
-    """All files of a scene."""
-    from kinelast.page.report import report_html
-    from kinelast.tables import write_fields, write_positions
-
+) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """Names of what can be seen of a scene, and what draws them."""
     name = results.scene.name
-    (part / "report.html").write_text(report_html(results, found, figures), encoding="utf-8")
-    write_positions(part / "positions.csv", results)
-    if request.fields:
-        write_fields(part / "fields.npz", results, request.stations)
-    if figures["check"]:
-        write_json(part / "check.json", figures["check"])
-    if request.mesh:
+
+    def report() -> None:
+        from kinelast.page.report import report_page
+
+        (part / "report.html").write_bytes(report_page(results, found, figures, gist(figures)))
+
+    def stills() -> None:
+        from kinelast.stills.write import write_stills
+
+        progress(f"{name}: stills", 0, 1)
+        write_stills(part / "stills", results, found)
+
+    def meshes() -> None:
         from fem_check import write_vtu_series
 
         progress(f"{name}: meshes", 0, 1)
         write_vtu_series(results.deflection, part / "mesh")
-    for diagram in request.animate:
+
+    def film(diagram: str) -> None:
         from animations import Style, movie
 
         style = Style(title=results.scene.title, outlines=results.scene.outlines)
@@ -178,52 +330,17 @@ def _write(
             movie(results.deflection, diagram, target, request.frames, style, partial(progress, f"{name}: {diagram}"))
         except ValueError as error:
             raise RequestError(f"--animate {diagram}: {error}") from None
-    figures["files"] = sorted({entry.name for entry in part.iterdir()} | {"summary.json"})
-    write_json(part / "summary.json", figures)
+
+    yield "report.html", report
+    if request.stills:
+        yield "stills", stills
+    if request.mesh:
+        yield "mesh", meshes
+    for diagram in request.animate if results.scene.labels else ():  # nothing is drawn along links without beams
+        yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 
-def _differs(figures: dict[str, Any]) -> bool:
-    check = figures.get("check")
-    return check is not None and not check["passed"]
-
-
-def _or_nan(value: float | None) -> float:
-    return float("nan") if value is None else value
-
-
-def _safe(factor: float | None) -> str:
-    return "" if factor is None else f", safety {factor:.3g}"
-
-
-def _line(figures: dict[str, Any]) -> str:
-    """The gist of a scene in one line."""
-    from kinelast.figures.trust import GOOD, verdict
-    from kinelast.page.numbers import coordinate, number, quantity
-
-    words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
-    largest = figures["largest_deflection"]
-    if largest:
-        place = quantity(largest["along"]["value"], "m", 3)
-        drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
-        size = quantity(abs(largest["value"]), largest["unit"])
-        words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
-    stress = figures["largest_stress"]
-    if stress:
-        safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['label']}{_safe(safety)})")
-    condition = figures["run"]["largest_condition"]["value"]
-    if condition is not None:
-        words.append(f"condition {number(condition, 3)}")
-    if figures["run"]["singular"]:
-        words.append(f"{figures['run']['singular']} singular positions")
-    if figures["run"]["left_out"]:
-        words.append(f"{figures['run']['left_out']} positions out of reach")
-    if figures["check"]:
-        result = "agrees" if figures["check"]["passed"] else "FAILED"
-        size = number(_or_nan(figures["check"]["largest"]), 2)
-        nothing = figures["check"]["passed"] and not (figures["links"] and figures["check"]["compared"])
-        words.append("check has nothing to compare" if nothing else f"check {result} ({size})")
-    level, reasons = verdict(figures["trust"])
-    if level != GOOD:
-        words.append(f"{level}: {', '.join(reasons)}")
-    return "; ".join(words)
+def _differs(figures: Mapping[str, Any]) -> bool:
+    """Whether the check failed or a limit of the scene is not kept."""
+    check, limits = figures.get("check"), figures.get("acceptance", {})
+    return (check is not None and check["passed"] is False) or limits.get("passed") is False

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import csv
+import shutil
 import zipfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words, joint_words
+from kinelast.figures.trust import verdict
+from kinelast.folder import RequestError, held
+from kinelast.scene.error import plain
 from rigid import Reals
+
+if TYPE_CHECKING:
+    from kinelast.run import Outcome  # which imports this file
 
 
 def position_columns(results: Results) -> dict[str, Reals]:
@@ -43,32 +53,133 @@ def _add_vector(columns: dict[str, Any], name: str, values: Any) -> None:
     columns[name.format("x")], columns[name.format("y")] = np.real(values), np.imag(values)
 
 
-def write_positions(path: Path, results: Results) -> None:
-    """One row a position, all digits; a cell is empty where there is no number."""
+def write_positions(path: Path, results: Results, more: bool = False) -> None:
+    """One row a position, all digits; a cell is empty where there is no number. `more`: rows after others."""
     columns = position_columns(results)
-    rows = np.array(list(columns.values())).T.tolist()
-    with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join(columns) + "\n")
-        file.writelines(",".join("" if value != value else repr(value) for value in row) + "\n" for row in rows)  # noqa: PLR0124
+    head = b"" if more else (",".join(columns) + "\n").encode()
+    with path.open("ab" if more else "wb") as file:
+        file.write(head + _lines(np.array(list(columns.values())).T))
+
+
+def _lines(table: Reals) -> bytes:
+    """Rows of numbers as lines: shortest digits that give them back; nothing for nan."""
+    if np.isinf(table).any():  # for which JSON has no word
+        rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
+        return ("\n".join(rows) + "\n").encode()
+    return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
+
+
+class FieldFile:
+    """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
+
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
+    (positions, stations). They grow in files of their own beside the one that they make in the end.
+    """
+
+    def __init__(self, path: Path, positions: int, stations: int) -> None:
+        self._path, self._shape = path, (positions, stations)
+        self._xi = np.linspace(0.0, 1.0, stations)
+        self._parts: dict[str, Path] = {}
+
+    def add(self, results: Results) -> None:
+        """The fields at the next positions."""
+        labels = results.scene.labels
+        self._append("t", results.motion.time, self._shape[:1])
+        for label, length in zip(labels, results.deflection.length, strict=True):
+            if f"{label}/x" not in self._parts:
+                self._append(f"{label}/x", self._xi * length.item(), self._shape[1:])
+        for field in (key for key, each in FIELDS.items() if each.main):
+            for label, values in zip(labels, sample(results.deflection, field, self._xi), strict=True):
+                self._append(f"{label}/{field}", values, self._shape)
+
+    def close(self) -> None:
+        """Make one file of all."""
+        with zipfile.ZipFile(self._path, "w") as archive:
+            for name, part in self._parts.items():
+                with part.open("rb") as source, archive.open(f"{name}.npy", "w", force_zip64=True) as target:
+                    shutil.copyfileobj(source, target, 1 << 20)
+                part.unlink()
+
+    def _append(self, name: str, values: Any, shape: tuple[int, ...]) -> None:
+        new = name not in self._parts
+        part = self._parts.setdefault(name, self._path.with_name(f"{self._path.name}.{len(self._parts)}"))
+        with part.open("ab") as file:
+            if new:
+                header = {"descr": "<f8", "fortran_order": False, "shape": shape}
+                np.lib.format.write_array_header_1_0(file, header)
+            file.write(np.ascontiguousarray(values, "<f8").tobytes())
 
 
 def write_fields(path: Path, results: Results, stations: int) -> None:
-    """All fields at equally spaced stations, in numpy's npz format, field by field so that memory stays small.
+    """The fields of a run at hand, as a `FieldFile`."""
+    file = FieldFile(path, len(results.motion.time), stations)
+    file.add(results)
+    file.close()
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the keys
-    of the main fields, shape (positions, stations).
+
+HEAD = ("scene", "state", "status", "accepted", "largest_deflection [m]", "beam", "largest_chord [m]", "bent_beam",
+        "largest_stress [Pa]", "stressed_beam", "safety [1]", "output_error [m]", "output_error [rad]", "output",
+        "condition [1]", "grade", "check", "message")  # fmt: skip
+ACCEPTED = {None: "", True: "yes", False: "no"}
+
+
+def summary_row(outcome: Outcome, name: str) -> list[str]:
+    """A scene's row of summary.csv; a cell is empty where there is no figure."""
+    figures: Mapping[str, Any] = outcome.figures
+    deflection, stress = figures.get("largest_deflection") or {}, figures.get("largest_stress") or {}
+    safety = figures["strength"][stress["label"]]["safety_factor"]["value"] if stress else None
+    condition = figures["run"]["largest_condition"]["value"] if figures else None
+    check = (figures.get("check") or {"passed": None})["passed"]
+    grade = verdict(figures["trust"])[0] if figures else ""
+    passed = "" if check is None else "agrees" if check else "differs"
+    chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
+    accepted = ACCEPTED[figures["acceptance"]["passed"]] if figures else ""
+    errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
+    cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
+             chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
+             output.get("name"), condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
+    return ["" if cell is None else plain(str(cell), 300) for cell in cells]
+
+
+def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> list[Sequence[str]]:
+    """A row a scene into OUT/summary.csv, instead of older rows of these scenes, beside those of others still there.
+
+    Returns
+    -------
+    All rows that are there now.
+
+    Raises
+    ------
+    RequestError
+        A summary.csv of somebody else is there.
+    OSError
+        It cannot be written.
     """
-    xi = np.linspace(0.0, 1.0, stations)
-    labels = results.scene.labels
-    with zipfile.ZipFile(path, "w") as archive:
-        _put(archive, "t", results.motion.time)
-        for label, length in zip(labels, results.deflection.length, strict=True):
-            _put(archive, f"{label}/x", xi * length.item())
-        for field in (key for key, each in FIELDS.items() if each.main):
-            for label, values in zip(labels, sample(results.deflection, field, xi), strict=True):
-                _put(archive, f"{label}/{field}", values)
+    path = out / "summary.csv"
+    with held(path) as hidden:
+        known: dict[str, Sequence[str]] = {}
+        if path.exists():
+            with path.open(encoding="utf-8", newline="") as file:
+                head, *before = list(csv.reader(file)) or [[]]
+            if tuple(head) != HEAD:
+                raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
+            known = {row[0]: row for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
+        part = out / f"{hidden}.part"
+        with part.open("w", encoding="utf-8", newline="") as file:
+            whole = {**known, **rows}
+            csv.writer(file, lineterminator="\n").writerows([HEAD, *whole.values()])
+        part.replace(path)
+    return list(whole.values())
 
 
-def _put(archive: zipfile.ZipFile, name: str, values: Any) -> None:
-    with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-        np.lib.format.write_array(file, np.ascontiguousarray(values))
+def write_index(out: Path, rows: Sequence[Sequence[str]]) -> None:
+    """OUT/index.html: the rows of summary.csv as a page; raises as `write_summary`."""
+    from kinelast.page.index import MARK, index_page
+
+    path = out / "index.html"
+    with held(path) as hidden:
+        if path.exists() and MARK not in path.read_bytes():
+            raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
+        part = out / f"{hidden}.part"
+        part.write_bytes(index_page(out, HEAD, rows))
+        part.replace(path)

@@ -310,6 +310,27 @@ positions = 5
 theory = "timoshenko"
 """
 
+# A swing that falls from rest under its own weight: an integration of some steps.
+FALLING = """
+[points]
+O = [0, 0]
+A = [1, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+rigid = true
+mass = 1
+center = "A"
+[[drives]]
+link = "arm"
+effort = 0
+[run]
+duration = 2
+positions = 21
+gravity = [0, -9.81]
+"""
+
 
 def edited(text: str, *edits: tuple[str, str]) -> str:
     """A text with the first of each old piece replaced; every old piece must be there."""

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -201,7 +202,13 @@ def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
     assert "bad.toml" in said.err
     assert '"bra"' in said.err
     assert said.out.startswith("arm: ")
-    assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["arm"]
+    assert said.err.splitlines()[-1].startswith("1 done, 1 failed, 0 skipped, ")
+    assert sorted(entry.name for entry in (tmp_path / "out").iterdir()) == ["arm", "index.html", "summary.csv"]
+    rows = {row["scene"]: row for row in rows_of(tmp_path / "out" / "summary.csv")}
+    assert (rows["arm"]["state"], rows["bad"]["state"], rows["bad"]["status"]) == ("done", "failed", "2")
+    stress = 7850 * (50.0 * 0.2) ** 2 / 2
+    assert float(rows["arm"]["largest_stress [Pa]"]) == pytest.approx(stress)
+    assert '"bra"' in rows["bad"]["message"]
 
 
 @pytest.mark.parametrize(
@@ -218,13 +225,45 @@ def test_scenes_that_are_not_there(scene, message, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_two_scenes_of_one_name_are_refused_before_anything_runs(arm, tmp_path, capsys):
-    other = tmp_path / "other" / "arm.toml"
-    other.parent.mkdir()
-    other.write_text(ARM)
-    assert main([str(arm), str(other), "-o", str(tmp_path / "out")]) == 2
-    assert 'two scenes are named "arm"' in capsys.readouterr().err
+def test_scenes_of_one_name_keep_their_folders_in_the_results(arm, tmp_path, capsys):
+    for folder in ("a", "b/c"):
+        (tmp_path / "in" / folder).mkdir(parents=True)
+        (tmp_path / "in" / folder / "x.toml").write_text(ARM)
+    (tmp_path / "in" / "a" / "y.toml").write_text(ARM)
+    (tmp_path / "in" / ".hidden").mkdir()
+    (tmp_path / "in" / ".hidden" / "z.toml").write_text(ARM)
+    for n, scenes in enumerate(
+        ([str(tmp_path / "in")], [str(tmp_path / "in" / "*" / "*.toml"), str(tmp_path / "in" / "b")])
+    ):
+        out = tmp_path / f"out{n}"
+        assert main([*scenes, "-o", str(out)]) == 0
+        found = {str(path.parent.relative_to(out)) for path in out.rglob("report.html")}
+        assert found == {"a/x", "b/c/x", "y"}
+        assert {row["scene"] for row in rows_of(out / "summary.csv")} == found
+    assert "3 done, 0 failed" in capsys.readouterr().err
+
+
+def test_scenes_that_would_share_a_folder_are_refused_before_anything_runs(arm, tmp_path, capsys):
+    for name in ("a/x.toml", "b/x.toml", "a.toml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(ARM)
+    scenes = [str(tmp_path / name) for name in ("a/x.toml", "b/x.toml", "a.toml")]
+    assert main([*scenes, "-o", str(tmp_path / "out")]) == 2
+    assert 'would share the folder "a"' in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_summary_keeps_the_rows_of_scenes_that_are_still_there(arm, tmp_path):
+    for name in ("b", "c", "d"):
+        (tmp_path / f"{name}.toml").write_text(ARM)
+    out = tmp_path / "out"
+    assert main([str(arm), str(tmp_path / "b.toml"), "-o", str(out), "--quiet"]) == 0
+    shutil.rmtree(out / "arm")
+    assert main([str(tmp_path / "c.toml"), str(tmp_path / "d.toml"), "-o", str(out), "--quiet"]) == 0
+    assert [row["scene"] for row in rows_of(out / "summary.csv")] == ["b", "c", "d"]
+    (out / "summary.csv").write_text("mine")
+    assert main([str(tmp_path / "c.toml"), str(tmp_path / "d.toml"), "-o", str(out), "--quiet"]) == 0
+    assert (out / "summary.csv").read_text() == "mine"
 
 
 def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, capsys):
@@ -307,16 +346,25 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
     notes = tmp_path / "out" / "arm" / "notes.txt"
     notes.parent.mkdir(parents=True)
     notes.write_text("mine")
-    assert main([str(arm), "-o", str(tmp_path / "out")]) == 2
-    assert "notes.txt" in capsys.readouterr().err
-    assert notes.read_text() == "mine"
+    for again in range(2):
+        assert main([str(arm), "-o", str(tmp_path / "out"), "--positions", str(8 + again)]) == 0
+        assert "kept there: notes.txt" in capsys.readouterr().out
+        assert notes.read_text() == "mine"
+        assert len(rows_of(notes.parent / "positions.csv")) == 8 + again
+    (notes.parent / "fields.npz").write_text("mine too")
+    before = {path.name: path.read_bytes() for path in notes.parent.iterdir()}
+    assert main([str(arm), "-o", str(tmp_path / "out"), "--fields"]) == 2
+    assert "did not write (fields.npz)" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in notes.parent.iterdir()} == before
 
 
 def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
     import kinelast.run
 
-    real = kinelast.run.read_scene
-    monkeypatch.setattr(kinelast.run, "read_scene", lambda path: 1 / 0 if path.stem == "arm" else real(path))
+    real = kinelast.run.scene_from_bytes
+    monkeypatch.setattr(
+        kinelast.run, "scene_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
+    )
     assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
     said = capsys.readouterr()
     assert "ZeroDivisionError" in said.err
@@ -536,3 +584,51 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     assert "poor" not in fine
     assert "caution" not in fine
     assert re.search(r"; poor: [a-z ,]*small displacements", poor)
+
+
+@pytest.mark.parametrize(
+    ("edit", "question"),
+    [
+        (("A = [0.2, 0]", "A = [200, 0]"), r"arm is 200 m long, is that meant\? a bare number is in m; units = .mm"),
+        (("A = [0.2, 0]", "A = [2e-7, 0]"), "No link is longer than 200 nm, is that meant"),
+        (("E = 210e9", "E = 210"), "E of steel is 210 Pa, which hardly a solid has"),
+        (("speed = 50.0", "speed = 3e6"), r"A drive turns at 2.865·10⁷ rpm, is that meant"),
+    ],
+)  # fmt: skip
+def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, tmp_path, capsys):
+    arm.write_text(ARM.replace(*edit))
+    assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert re.search(question, said.err)
+    assert "poor: inputs" in said.out
+    trust = strict_json(tmp_path / "out" / "arm" / "summary.json")["trust"]
+    assert any(re.search(question, finding["text"]) for finding in trust)
+
+
+def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_cautioned(tmp_path, capsys):
+    """An arm of 0.5 m with 0.3 kg at its tip: sqrt(3 EI/(m l^3)) with a third of a mass spread along it, 26 Hz.
+
+    It is raised by 1 degree in 12 ms, in which it swings a third of a time; in 2 s it is as good as still.
+    """
+    text = ARM.replace("A = [0.2, 0]", "A = [0.5, 0]").replace("depth = 0.006", "depth = 0.01")
+    text = text.replace("speed = 50.0", 'law = [{curve = "cycloidal", duration = "12 ms", by = "1 deg"}]')
+    (tmp_path / "quick.toml").write_text(text + "[masses]\nA = 0.3\n")
+    (tmp_path / "slow.toml").write_text(text.replace("12 ms", "2 s") + "[masses]\nA = 0.3\n")
+    assert main([str(tmp_path / "quick.toml"), str(tmp_path / "slow.toml"), "-o", str(tmp_path / "out")]) == 0
+    quick, slow = capsys.readouterr().out.splitlines()
+    assert "quasi-static answer" in quick
+    assert "quasi-static answer" not in slow
+
+
+def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
+    text = ARM.replace("speed = 50.0", "effort = 0").replace(
+        "positions = 8", "positions = 21\nduration = 2\nsteps = 3\ngravity = [0, -9.81]"
+    )
+    (tmp_path / "arm.toml").write_text(text)
+    call = [str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]
+    assert main(call) == 2
+    assert "--reachable keeps what was reached" in capsys.readouterr().err
+    assert main([*call, "--reachable"]) == 0
+    run = strict_json(tmp_path / "out" / "arm" / "summary.json")["run"]
+    assert run["positions"] + run["left_out"] == 21
+    assert run["left_out"] > 0

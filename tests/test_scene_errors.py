@@ -7,13 +7,23 @@ from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_texts import FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
+from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
+from kinelast.scene.motion import reached_by_integration
 from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
-from kinelast.scene.reading import SceneError, read_scene, scene_from_dict, scene_from_text, scene_motion
+from kinelast.scene.reading import (
+    SceneError,
+    read_scene,
+    scene_from_dict,
+    scene_from_text,
+    scene_motion,
+    scene_motion_at,
+    scene_times,
+)
 from kinelast.scene.structure import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
@@ -47,7 +57,7 @@ MISTAKES = [
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
     ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),
-    ("unknown key, few choices", FOUR_BAR, [("positions", "steps")], "run", "steps", 'there is "positions", "duration"'),
+    ("unknown key, few choices", FOUR_BAR, [("positions", "count")], "run", "count", 'there is "positions", "duration"'),
     ("missing key", FOUR_BAR, [("density = 7850", "")], "materials.steel", "density", "the key is missing"),
     ("missing shape", FOUR_BAR, [('shape = "rectangle"', "")], "sections.bar", "shape", "one of rectangle, circle"),
     ("unknown shape", FOUR_BAR, [('"rectangle"', '"rectangel"')], "sections.bar", "shape", 'did you mean "rectangle"'),
@@ -225,6 +235,37 @@ MISTAKES = [
     ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
     ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),
     ("slot as a slider", QUICK_RETURN, [add('[slots.slot]\npoint = "A"\nlink = "crank"\non = "rocker"\ndirection = [0, 1]')], "slots.slot", "", "a slider has this name"),
+    ("friction", FOUR_BAR, [add("[joints.B]\nfriction = 0.1")], "joints.B", "friction", "^friction is not modelled: leave the key out"),
+    ("clearance", FOUR_BAR, [add('[joints.B]\nclearance = "10 um"')], "joints.B", "clearance", "^play in a joint is not modelled"),
+    ("a choice of words", FOUR_BAR, [add(LOAD + TABLE + 'interpolation = "periodic"')], "loads[1]", "interpolation",
+     "expected one of linear, cubic, got \"periodic\""),
+    ("a choice that may be left out", FOUR_BAR, [add(LOAD + TABLE + 'extend = "periodic"')], "loads[1]", "extend",
+     'expected one of hold, got "periodic"'),
+    ("times that do not grow", FOUR_BAR, [add(LOAD + TABLE.replace("[9, 1]", "[-9, 1]"))], "loads[1]", "table",
+     "expected times that grow from entry to entry; two entries at one place are a step"),
+    ("three entries at one place", FOUR_BAR, [add(LOAD + TABLE.replace("[9, 1]", "[0, 1], [0, 2], [9, 1]"))], "loads[1]", "table",
+     "expected times that grow"),
+    ("a step in a cubic", FOUR_BAR, [add(LOAD + TABLE.replace("[9, 1]", "[1, 1], [1, 2], [9, 1]") + 'interpolation = "cubic"')],
+     "loads[1]", "table", "a step, in a linear table"),
+    ("powers of powers", FOUR_BAR, [('"6 mm"', '"1 m^9^9^9"')], "sections.bar", "depth", r'got "1 m\^9\^9\^9"'),
+    ("a large power", FOUR_BAR, [('"6 mm"', '"1 m**999999999"')], "sections.bar", "depth", "got"),
+    ("powers in brackets", FOUR_BAR, [('"6 mm"', '"1 ((m^9)^9)^99"')], "sections.bar", "depth", "got"),
+    ("many digits", FOUR_BAR, [('"6 mm"', f'"{"1" * 20_000} mm"')], "sections.bar", "depth", r'got "1+ \.\.\. 1+ mm"$'),
+    ("a whole number of thousands of digits", FOUR_BAR, [('"6 mm"', "9" * 5000)], "", "", "thousands of digits"),
+    ("the same in base 16", FOUR_BAR, [('"6 mm"', "0x" + "f" * 9000)], "sections.bar", "depth", "got a whole number of some 10800 digits"),
+    ("lists in lists", FOUR_BAR, [('"6 mm"', "[" * 500 + "]" * 500)], "", "", "go too deep for a scene"),
+    ("control characters", FOUR_BAR, [('"6 mm"', r'"\u0000\u001b[2J"')], "sections.bar", "depth", r'got "\\x00\\x1b\[2J"$'),
+    ("a long name", FOUR_BAR, [('["O", "A"]', f'["O", "{"a" * 300_000}"]')], "links.crank", "points", r"^.{400,600}$"),
+    ("a tiny duration", FOUR_BAR, [("positions = 36", "positions = 36\nduration = 5e-324")], "run", "duration", "a number of a size that occurs"),
+    ("a short run", FOUR_BAR, [("positions = 36", "positions = 36\nduration = 1e-20")], "run", "duration", "a run of 1e-12 to 1e\\+12 s"),
+    ("a slow drive", FOUR_BAR, [('"100 rad/s"', "1e-300")], "run", "duration", "a run of 1e-12"),
+    ("a tiny length", FOUR_BAR, [('"6 mm"', "5e-324")], "sections.bar", "depth", "a number of a size that occurs"),
+    ("an unknown unit of lengths", 'units = "yd"' + FOUR_BAR, [], "", "units", 'expected one of m, cm, mm, in, got "yd"'),
+    ("a bare area where lengths are in mm", 'units = "mm"' + FOUR_BAR,
+     [('shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', 'shape = "properties"\nA = 60\nI = "180 mm^4"')], "sections.bar", "A",
+     "in quotes with its unit"),
+    ("a bare speed of sliding where lengths are in mm", 'units = "mm"' + SLIDER_CRANK, [('link = "crank"', 'slider = "guide"'),
+     ("speed = 100", "speed = 3")], "drives[1]", "speed", "in quotes with its unit"),
     ("joint of no name", FOUR_BAR, [add('[joints.P]\ncompliance = 1')], "joints", "P", 'there is no joint "P"'),
     ("pin without moment", FOUR_BAR, [add("[joints.B]\nrotation = 1")], "joints.B", "rotation", "carries no moment"),
     ("contacts", FOUR_BAR, [add('[contacts.mesh]\nlinks = ["crank", "rocker"]\nat = [0, 0]')], "contacts", "", "add structure_only = true"),
@@ -397,3 +438,62 @@ def test_the_error_survives_the_way_from_a_worker():
 
     error = pickle.loads(pickle.dumps(SceneError("a.toml", "links", "crank", "wrong")))
     assert (str(error), error.key) == ("a.toml: [links] crank: wrong", "crank")
+
+
+def test_no_message_is_long_or_holds_what_a_terminal_would_obey():
+    error = SceneError("a\x1b.toml", "links", "k" * 10**6, "\x00" * 10**6)
+    assert len(str(error)) < 5000
+    assert str(error).isprintable()
+    assert (error.file, len(error.key)) == ("a\x1b.toml", 10**6)
+
+
+def test_bare_lengths_are_in_the_unit_of_the_scene():
+    """The same scene in metres and in millimetres, with a slide that a law moves and a table against it."""
+    metres = edited(
+        SLIDER_CRANK,
+        ("A = [0.1, 0.0]", "A = [0.06, 0.08]"),
+        ('link = "crank"', 'slider = "guide"'),
+        ("speed = 100", 'law = [{curve = "cycloidal", duration = 1, by = -0.02}]'),
+        add(
+            '[[loads]]\nlink = "block"\npoint = "B"\nforce = [1, 0]\ntable = [[-0.02, 1], [0, 2]]\nagainst = {slider = "guide"}'
+        ),
+    )
+    raw = tomllib.loads(metres)
+    for place in raw["points"].values():
+        place[:] = [1000 * part for part in place]
+    raw["drives"][0]["law"][0]["by"] = -20
+    raw["loads"][0]["table"] = [[-20, 1], [0, 2]]
+    raw["units"] = "mm"
+    one, other = scene_motion(scene_from_text(metres)), scene_motion(scene_from_dict(raw))
+    np.testing.assert_allclose(other.origin, one.origin, rtol=0, atol=1e-15)
+    for course in (one, other):
+        np.testing.assert_allclose(course.mechanism.loads[0].law(course)[[0, -1]], [2, 1])
+
+
+def test_two_entries_at_one_place_are_a_step():
+    """A moment of 1 N m that trebles at half time: at the step itself the later one holds."""
+    text = edited(
+        FOUR_BAR,
+        add(LOAD + 'point = "B"\nmoment = 1\ntable = [[0, 1], [0.5, 1], [0.5, 3], [1, 3]]'),
+        ("positions = 36", "positions = 5\nduration = 1"),
+    )
+    course = scene_motion(scene_from_text(text))
+    assert course.mechanism.loads[0].law(course).tolist() == [1, 1, 3, 3, 3]
+
+
+def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached():
+    scene = scene_from_text(edited(FALLING, ("positions", "steps = 3\npositions")))
+    with pytest.raises(
+        SceneError, match=r"taken 3 steps, 2 s would take .*; steps under \[run\] allows more; --reachable keeps"
+    ):
+        scene_motion(scene)
+    seen: list[float] = []
+    course, stop = scene_from_text(edited(FALLING, ("positions", "steps = 3\npositions"))).integrated(seen.append)
+    assert stop is not None
+    assert seen == course.time[1:].tolist()
+    whole = scene_from_text(FALLING)
+    reached = reached_by_integration(scene, scene_times(whole))
+    assert 0 < len(reached) < 21
+    np.testing.assert_allclose(
+        scene_motion_at(scene, reached).direction, scene_motion_at(whole, reached).direction, atol=1e-8
+    )

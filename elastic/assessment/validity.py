@@ -6,7 +6,7 @@ Limits and their sources: docs/strength.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.buckling import euler_ratio
 from elastic.assessment.cycle import EVEN, Peak, over_cycle, period_of
 from elastic.assessment.spectrum import harmonics, quasi_static_error
-from elastic.extreme_values import extremes
+from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
@@ -94,6 +94,7 @@ def exceedances(
     frequencies: Frequencies | None = None,
     period: float | None = None,
     kinds: Sequence[str] = KINDS,
+    found: Mapping[str, Extreme] | None = None,
 ) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
@@ -105,12 +106,20 @@ def exceedances(
         Duration of the cycle [s], at equal steps of time; known by itself for whole turns at constant speed.
     kinds
         What to look at; natural frequencies cost most.
+    found
+        From `extremes`, of "w" and "mises", where they are known already.
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
     if not deflection.sections:
         return []
-    return [one for kind in kinds for one in _LOOK[kind](deflection, frequencies, period)]
+    known = found or {}
+    own = {"deflection": known.get("w"), "yield": known.get("mises")}
+    return [
+        one
+        for kind in kinds
+        for one in (_LOOK[kind](deflection, own[kind]) if kind in own else _LOOK[kind](deflection, frequencies, period))
+    ]
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
@@ -130,8 +139,8 @@ def _slender(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
         yield from _judged("slenderness", beam, None, figure, message)
 
 
-def _deflection(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
-    found = extremes(deflection, ["w"])["w"].value / deflection.length
+def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
+    found = (known or extremes(deflection, ["w"])["w"]).value / deflection.length
     message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
     yield from _per_beam("deflection", over_cycle(found), message)
 
@@ -146,10 +155,10 @@ def _amplified(ratio: float) -> str:
     return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
 
 
-def _yield(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
+def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
     limit = per_row([section.yield_stress for section in deflection.sections], 1, float)
     if np.isfinite(limit).any():
-        share = extremes(deflection, ["mises"])["mises"].value / limit
+        share = (known or extremes(deflection, ["mises"])["mises"]).value / limit
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
@@ -173,7 +182,7 @@ def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: 
         return
     if math.isnan(duration):
         ratio = _speed(deflection) / lowest
-        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the drive's speed"
+        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the motion of the drive"
     else:
         found = harmonics(cycle, duration)
         strongest = int(found.strong().max(initial=0))
@@ -208,12 +217,14 @@ def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, fl
 
 
 def _speed(deflection: Deflection) -> float:
-    """Of the fastest motor [rad/s]."""
+    """Of the fastest motor, or of the quickest start or stop: greatest acceleration over greatest rate [rad/s]."""
     course = deflection.motion
-    pairs = zip(course.mechanism.drives, course.drive_rate, strict=True)
-    return float(
-        max((np.nanmax(np.abs(rate), initial=0.0) for drive, rate in pairs if isinstance(drive, PinDrive)), default=0.0)
+    rates, accelerations = (
+        np.nanmax(np.abs(part), axis=-1, initial=0.0) for part in (course.drive_rate, course.drive_acceleration)
     )
+    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if isinstance(drive, PinDrive)]
+    quick = [change / rate for rate, change in zip(rates, accelerations, strict=True) if rate]
+    return float(max([*turned, *quick], default=0.0))
 
 
 _LOOK = {

@@ -60,7 +60,7 @@ class Configuration:
     @property
     def in_link_axes(self) -> Configuration:
         """The links each in its own axes, which do not change with the position."""
-        still = (1,) * len(self.columns)
+        still = (*self.columns[:-1], 1)
         return replace(self, link=np.ones((len(self.link), *still)), beam=self.unit, columns=still)
 
     def arm(self, at: int, start: str, end: str) -> Any:

@@ -40,6 +40,84 @@ class VibratingBeam:
     rigid: Any
 
 
+@dataclass(frozen=True, eq=False)
+class BeamShapes:
+    """Displacements and strains of one beam per unit of its coordinates, at Gauss points along it.
+
+    Attributes
+    ----------
+    xi, weights
+        Points and weights on [0, 1], shape (points,).
+    u, w, phi
+        Displacements [m] and rotation of the section [rad], shape (points, n).
+    stretch, slope, curvature
+        du/dx, dw/dx, dphi/dx, shape (points, n).
+    """
+
+    xi: Any
+    weights: Any
+    u: Any
+    w: Any
+    phi: Any
+    stretch: Any
+    slope: Any
+    curvature: Any
+
+
+def beam_shapes(length: float, section: Section, inner: int, points: int) -> BeamShapes:
+    """Shapes of a beam with `inner` polynomials for either direction; one design."""
+    kind = tuple(bool(np.isfinite(np.ravel(value)[0])) for value in (section.EA, section.EI, section.kGA))
+    xi, weights, (u, w, phi), (stretch, slope, curvature) = _unit_shapes(inner, *kind, points)
+    # a rotation of 1 at an end is a slope of the whole length on the beam of length 1
+    per = np.ones(u.shape[1])
+    per[[2, 5]] = length
+    inverse = per / length
+    return BeamShapes(
+        xi, weights, u, w * per, phi * inverse, stretch / length, slope * inverse, curvature * inverse / length
+    )
+
+
+@lru_cache(maxsize=64)
+def _unit_shapes(inner: int, stretches: bool, bends: bool, slides: bool, points: int) -> tuple[Any, Any, Any, Any]:
+    """Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    xi = (nodes + 1) / 2
+    rows = _polynomials(1.0, inner, stretches, bends, slides)
+    values = tuple(np.array([polynomial(xi) for polynomial in row]).T for row in rows)
+    slopes = tuple(np.array([polynomial.deriv()(xi) for polynomial in row]).T for row in rows)
+    return xi, weights / 2, values, slopes
+
+
+def rigidity(section: Section, name: str, xi: Any) -> Any:
+    """EA, EI or kGA of a section of one design at stations."""
+    taper = getattr(section.taper, name) if section.taper else (1.0,)
+    return float(np.ravel(getattr(section, name))[0]) * np.polynomial.polynomial.polyval(xi, taper)
+
+
+def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Any:
+    """Stiffness of a beam for the coordinates of its shapes, shape (n, n)."""
+    stiffness = np.zeros((shapes.u.shape[1],) * 2)
+    for name, strain in (
+        ("EA", shapes.stretch),
+        ("EI", shapes.curvature),
+        ("kGA", shapes.slope - shapes.phi),
+    ):
+        if np.isfinite(np.ravel(getattr(section, name))[0]):
+            rows = np.ascontiguousarray(strain.T)
+            stiffness += (rows * (length * shapes.weights * rigidity(section, name, shapes.xi))) @ rows.T
+    return stiffness
+
+
+def rotary_inertia(section: Section, mass: Any, xi: Any) -> Any:
+    """Moment of inertia per length of Timoshenko's beam, r^2 times its mass per length at stations; 0 if not known."""
+    square = float(np.ravel(np.asarray(section.inertia) / np.asarray(section.area))[0])
+    if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(square)):
+        return np.zeros(len(xi))
+    tapers = [getattr(section.taper, name) if section.taper else (1.0,) for name in ("EI", "EA")]
+    over, under = (np.polynomial.polynomial.polyval(xi, taper) for taper in tapers)
+    return mass * square * over / under
+
+
 def vibrating_beam(
     length: float, section: Section, mass_per_length: float, mass_taper: tuple[float, ...], inner: int
 ) -> VibratingBeam:
@@ -48,39 +126,19 @@ def vibrating_beam(
     With finite kGA, Timoshenko's beam, with the rotary inertia of the section where its area and second moment are
     known; else Euler and Bernoulli's.
     """
+    shapes = beam_shapes(length, section, inner, inner + MARGIN)
+    mass_there = mass_per_length * np.polynomial.polynomial.polyval(shapes.xi, mass_taper)
+    rotary = rotary_inertia(section, mass_there, shapes.xi)
+    mass = sum(
+        shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
+        for shape, weight in ((shapes.u, mass_there), (shapes.w, mass_there), (shapes.phi, rotary))
+    )
+    return VibratingBeam(stiffness_of(shapes, length, section), mass, rigid_rows(length, section))
+
+
+def rigid_rows(length: float, section: Section) -> Any:
+    """Combinations of a beam's end coordinates that are zero because it does not stretch or bend, shape (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
-    along, across, turned = _polynomials(length, inner, stretches, bends, slides)
-    nodes, weights = np.polynomial.legendre.leggauss(inner + MARGIN)
-    xi, weights = (nodes + 1) / 2, weights * (length / 2)
-
-    def integral(values: Any, weight: Any) -> Any:
-        return (values * (weights * weight)) @ values.T
-
-    def at_nodes(row: tuple[Polynomial, ...], derivatives: int = 0) -> Any:
-        return np.array([polynomial.deriv(derivatives)(xi) if derivatives else polynomial(xi) for polynomial in row])
-
-    def rigidity(name: str) -> Any:
-        taper = getattr(section.taper, name) if section.taper else (1.0,)
-        return float(np.ravel(getattr(section, name))[0]) * np.polynomial.polynomial.polyval(xi, taper)
-
-    stiffness = np.zeros((len(along), len(along)))
-    if stretches:
-        stiffness += integral(at_nodes(along, 1) / length, rigidity("EA"))
-    if bends:
-        stiffness += integral(at_nodes(turned, 1) / length, rigidity("EI"))
-    if slides:
-        stiffness += integral(at_nodes(across, 1) / length - at_nodes(turned), rigidity("kGA"))
-    mass_there = mass_per_length * np.polynomial.polynomial.polyval(xi, mass_taper)
-    mass = integral(at_nodes(along), mass_there) + integral(at_nodes(across), mass_there)
-    square = float(np.ravel(np.asarray(section.inertia) / np.asarray(section.area))[0])
-    if slides and math.isfinite(square):
-        tapers = [getattr(section.taper, name) if section.taper else (1.0,) for name in ("EI", "EA")]
-        over, under = (np.polynomial.polynomial.polyval(xi, taper) for taper in tapers)
-        mass += integral(at_nodes(turned), mass_there * square * over / under)
-    return VibratingBeam(stiffness, mass, _rigid_rows(length, stretches, bends, slides))
-
-
-def _rigid_rows(length: float, stretches: bool, bends: bool, slides: bool) -> Any:
     rows = np.zeros((0, ENDS))
     if not stretches:
         rows = np.vstack([rows, [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from elastic.beams.section import Section, Taper
-from elastic.vibration.beam_matrices import ENDS, VibratingBeam, vibrating_beam
+from elastic.vibration.beam_matrices import ENDS, rigid_rows, vibrating_beam
 from rigid import Beam, Link
 
 RANK = 1e-9  # of the greatest singular value below which one is zero
@@ -35,7 +35,7 @@ class VibratingLink:
     mass: Any
     places: dict[str, Any]
 
-    def place(self, name: str, local: complex) -> tuple[Any, Any]:
+    def place(self, name: str, local: Any) -> tuple[Any, Any]:
         """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
 
         Of a link without beams by its place there, of one with beams by its name.
@@ -47,33 +47,71 @@ class VibratingLink:
         return x + 1j * y + 1j * local * turned, turned
 
 
+@dataclass(frozen=True, eq=False)
+class LinkCoordinates:
+    """Coordinates of a link that hangs together: displacements of its points, then what its beams have within.
+
+    Attributes
+    ----------
+    names
+        Points with a beam, or the origin of a link without.
+    beams
+        Per beam its own coordinates per coordinate of the link, shape (n of the beam, n).
+    free
+        What rigid beams leave free of them, orthonormal columns, shape (n, n free).
+    """
+
+    names: list[str]
+    beams: tuple[Any, ...]
+    free: Any
+
+    def place(self, name: str) -> Any:
+        """Displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
+        at = 3 * self.names.index(name)
+        return self.free[at : at + 3]
+
+
+def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[int]) -> LinkCoordinates:
+    """Coordinates of a link whose beams have so many coordinates each."""
+    names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
+    size = first = 3 * len(names)
+    size += sum(count - ENDS for count in counts)
+    beams, rigid = [], [np.zeros((0, size))]
+    for beam, section, count in zip(link.beams, sections, counts, strict=True):
+        way: Any = link.points[beam.end] - link.points[beam.start]
+        ends = [names.index(name) for name in (beam.start, beam.end)]
+        beams.append(_coordinates(way / abs(way), count, ends, first, size))
+        rigid.append(rigid_rows(abs(way), section) @ beams[-1][:ENDS])
+        first += count - ENDS
+    return LinkCoordinates(names, tuple(beams), null_space(np.vstack(rigid)))
+
+
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
     """A link, of one design and in units of length, with `inner` polynomials along every beam; one section per beam."""
-    names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
-    parts = []
-    size = 3 * len(names)
-    for beam, section in zip(link.beams, sections, strict=True):
-        way: Any = link.points[beam.end] - link.points[beam.start]
-        own = vibrating_beam(abs(way), section, float(beam.mass_per_length), beam.mass_taper, inner)
-        parts.append((way / abs(way), own, size))
-        size += len(own.mass) - ENDS
-    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
-    rigid = [np.zeros((0, size))]
-    for beam, (unit, own, first) in zip(link.beams, parts, strict=True):
-        ends = [names.index(name) for name in (beam.start, beam.end)]
-        coordinates = _coordinates(unit, own, ends, first, size)
-        stiffness += coordinates.T @ own.stiffness @ coordinates
-        mass += coordinates.T @ own.mass @ coordinates
-        rigid.append(own.rigid @ coordinates[:ENDS])
-    _add_lumps(link, names, mass)
-    free = null_space(np.vstack(rigid))
-    places = {name: free[3 * k : 3 * k + 3] for k, name in enumerate(names)}
+    parts = [
+        vibrating_beam(
+            abs(complex(link.points[beam.end] - link.points[beam.start])),
+            section,
+            float(beam.mass_per_length),
+            beam.mass_taper,
+            inner,
+        )
+        for beam, section in zip(link.beams, sections, strict=True)
+    ]
+    own = link_coordinates(link, sections, [len(part.mass) for part in parts])
+    stiffness, mass = (np.zeros((len(own.free),) * 2) for _ in range(2))
+    for part, rows in zip(parts, own.beams, strict=True):
+        stiffness += rows.T @ part.stiffness @ rows
+        mass += rows.T @ part.mass @ rows
+    _add_lumps(link, own.names, mass)
+    free = own.free
+    places = {name: own.place(name) for name in own.names}
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places)
 
 
-def _coordinates(unit: complex, own: VibratingBeam, ends: list[int], first: int, size: int) -> Any:
-    """Coordinates of a beam per coordinate of its link."""
-    rows = np.zeros((len(own.mass), size))
+def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Any:
+    """Coordinates of a beam, as many as told, per coordinate of its link."""
+    rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
     for which, node in enumerate(ends):
         rows[3 * which : 3 * which + 3, 3 * node : 3 * node + 3] = turn

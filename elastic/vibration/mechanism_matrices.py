@@ -130,10 +130,14 @@ class VibratingStructure:
         if at:
             links = self._links[at]
             local = self._local(at, arm)
-            own = [link.place(name, spot) for link, spot in zip(links * (len(local) // len(links)), local, strict=True)]
+            if len(links) == 1:
+                moved, turn = links[0].place(name, local[:, None])
+            else:
+                own = [link.place(name, spot) for link, spot in zip(links, local, strict=True)]
+                moved, turn = (np.array(parts) for parts in zip(*own, strict=True))
             part = slice(self._first[at], self._first[at] + len(links[0].mass))
-            shift[:, part] = self._at(self._motion.direction[at])[:, None] * np.array([one[0] for one in own])
-            turned[:, part] = np.array([one[1] for one in own])
+            shift[:, part] = self._at(self._motion.direction[at])[:, None] * moved
+            turned[:, part] = turn
         return shift, turned
 
     def _moved_at(self, number: int, at: int) -> tuple[Any, Any]:

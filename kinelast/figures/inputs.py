@@ -57,7 +57,7 @@ def _load(load: Any) -> Iterator[tuple[str, Any]]:
     yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
     yield "link", getattr(load, "link", "")
     yield "place", getattr(load, "point", getattr(load, "at", ""))
-    yield "varies", getattr(load, "law", None) is not None
+    yield "varies", getattr(load, "law", None) is not None  # with time, an angle or a slide
     force: Any = 0.0
     sizes: list[tuple[Any, str]]
     if isinstance(load, PointLoad):

@@ -40,16 +40,22 @@ def angle_figures(results: Results) -> dict[str, dict[str, Any]]:
 def output_figure(
     results: Results, points: dict[str, dict[str, Any]], angles: dict[str, dict[str, Any]]
 ) -> dict[str, Any] | None:
-    """Error of what the machine is there for, as far as that can be told from its form.
+    """Error of what the machine is there for: as the scene names it, or as far as that can be told from its form.
 
-    Of the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground,
-    or else turns on it, without being driven. What nothing displaces is not what the machine is there for.
+    `guessed` where it is told from the form. Of the traced points, which belong to one link alone, the one that strays
+    most; else of what slides on the ground, or else turns on it, without being driven. What nothing displaces is not
+    what the machine is there for.
     """
+    named = results.scene.output
+    if named is not None and named.point:
+        return {"kind": "point", "name": named.point, "guessed": False, **points[named.point]["displacement"]}
+    if named is not None:
+        return {"kind": "angle", "name": named.link, "guessed": False, **angles[named.link]}
     for names, what in ((_traced(results), "point"), (_slid(results), "slide")):
         moved = [name for name in names if points[name]["displacement"]["value"]]
         if moved:
             name = max(moved, key=lambda each: points[each]["displacement"]["value"])
-            return {"kind": what, "name": name, **points[name]["displacement"]}
+            return {"kind": what, "name": name, "guessed": True, **points[name]["displacement"]}
     driven = {drive.link for drive in results.mechanism.drives if isinstance(drive, PinDrive)}
     ground = results.mechanism.links[0].points
     turned = [
@@ -59,7 +65,7 @@ def output_figure(
     if not turned:
         return None
     name = max(turned, key=lambda each: abs(angles[each]["value"]))
-    return {"kind": "angle", "name": name, **angles[name]}
+    return {"kind": "angle", "name": name, "guessed": True, **angles[name]}
 
 
 def _traced(results: Results) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
 from elastic.assessment import (
+    LIMITS,
     Exceedance,
     PathDeviation,
     euler_ratio,
@@ -19,6 +20,7 @@ from elastic.assessment import (
     path_deviation,
     period_of,
     slenderness,
+    stress_range,
 )
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.scene.reading import Scene
@@ -34,6 +36,30 @@ NOISE = 1e-12  # share of the scene's forces and displacements below which a fig
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 
 
+STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """What a run of very many positions comes to, where only some of them are at hand.
+
+    Attributes
+    ----------
+    positions, singular, ill
+        How many there are, are singular, and are left out of the largest values.
+    swings
+        Of the normal stress [Pa], as of `elastic.stress_range` at `STATIONS`.
+    shown
+        The same run at fewer, even positions.
+    """
+
+    positions: int
+    singular: int
+    ill: int
+    swings: Any
+    shown: Results
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """A scene, its deflection, and the finite element check where one was asked for.
@@ -42,12 +68,34 @@ class Results:
     ----------
     left_out
         Number of the run's positions that the mechanism does not reach and that were left out on request.
+    whole
+        Where these are but the positions of a long run at which something is largest: what the whole comes to.
     """
 
     scene: Scene
     deflection: Deflection
     comparison: Comparison | None = None
     left_out: int = 0
+    whole: Whole | None = None
+
+    @property
+    def shown(self) -> Results:
+        """The run at even positions."""
+        return self if self.whole is None else self.whole.shown
+
+    @cached_property
+    def counts(self) -> tuple[int, int, int]:
+        """How many positions there are, are singular, and are left out of the largest values."""
+        if self.whole is not None:
+            return self.whole.positions, self.whole.singular, self.whole.ill
+        return len(self.motion.time), int(np.count_nonzero(self.singular)), int(np.count_nonzero(self.ill))
+
+    @cached_property
+    def swings(self) -> Any:
+        """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
+        if self.whole is not None:
+            return self.whole.swings
+        return stress_range(self.counted_deflection, STATIONS) if self.scene.labels else ()
 
     @property
     def motion(self) -> Motion:
@@ -87,14 +135,21 @@ class Results:
 
     @cached_property
     def frequencies(self) -> Frequencies | None:
-        """Natural frequencies at some of the positions; None where no link has beams."""
+        """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:
             return None
-        return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        if self.whole is not None:
+            return self.shown.frequencies
+        try:
+            return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
+        except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
+            return Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
 
     @cached_property
     def period(self) -> float:
         """Duration of the cycle [s]; nan where the motion is none."""
+        if self.whole is not None:
+            return self.shown.period
         period = period_of(self.motion)
         run = self.scene.run
         once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
@@ -106,7 +161,12 @@ class Results:
         if not self.mechanism.beams:
             return []
         period = None if math.isnan(self.period) else self.period
-        return exceedances(self.counted_deflection, self.frequencies, period)
+        if self.whole is None:
+            known = None if self.ill.any() else self.extremes
+            return exceedances(self.counted_deflection, self.frequencies, period, found=known)
+        found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
+        shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
+        return [*found, *(replace(one, position=None) for one in shown)]
 
     @cached_property
     def efforts(self) -> Reals:

@@ -7,12 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from elastic.assessment import harmonics, quasi_static_error, stress_range
+from elastic.assessment import harmonics, quasi_static_error
 from kinelast.figures.figure import at_position, figure, largest
-from kinelast.figures.results import Peak, Results
+from kinelast.figures.results import STATIONS, Peak, Results
 from rigid import PinDrive
-
-STATIONS = np.linspace(0.0, 1.0, 101)
 
 
 def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
@@ -24,11 +22,10 @@ def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str
         The peaks per field, see `output_results.peaks`.
     """
     rows = {}
-    swings: Any = stress_range(results.counted_deflection, STATIONS) if results.scene.labels else ()
     for beam, label in enumerate(results.scene.labels):
         limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises"][beam].value
         rows[label] = {
-            "stress_range": _swing(swings[:, beam], float(results.deflection.length[beam, 0])),
+            "stress_range": _swing(results.swings[:, beam], float(results.deflection.length[beam, 0])),
             "yield_stress": figure(limit, "Pa"),
             "safety_factor": figure(limit / peak if peak else math.inf, "1"),
             "euler_ratio": largest(results, results.euler_ratio[beam], "1"),
@@ -49,6 +46,7 @@ def _swing(swings: Any, length: float) -> dict[str, Any]:
 
 def vibration_figures(results: Results) -> dict[str, Any] | None:
     """Natural frequencies over the cycle, and what excites them; None where no link has beams."""
+    results = results.shown
     frequencies = results.frequencies
     if frequencies is None:
         return None

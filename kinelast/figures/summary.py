@@ -10,12 +10,16 @@ import numpy as np
 
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
+from kinelast.figures.acceptance import acceptance
 from kinelast.figures.figure import at_position, coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
-from kinelast.figures.trust import exceedance_figures, findings, left_out
+from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
+from kinelast.page.numbers import quantity
+from rigid import Beam
 
 
 def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
@@ -28,12 +32,15 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
     """
     points, angles = point_figures(results), angle_figures(results)
     scene, motion, forces = results.scene, results.motion, results.deflection.forces
-    return {
+    output = output_figure(results, points, angles)
+    if output is not None:
+        output["shares"] = output_shares(results, output)
+    trust = [asdict(finding) for finding in findings(results)]
+    level, reasons = verdict(trust)
+    figures = {
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
         "run": {
-            "positions": len(motion.time),
-            "singular": int(np.count_nonzero(results.singular)),
-            "ill_conditioned": int(np.count_nonzero(results.ill)),
+            **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
             "left_out": results.left_out,
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),
@@ -44,11 +51,12 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
         "peaks": _peaks(results, found),
         "largest_deflection": _greatest(results, found, "w"),
+        "largest_chord": _greatest(results, found, "chord"),
         "largest_stress": _greatest(results, found, "mises"),
         "strength": strength_figures(results, found),
         "points": points,
         "angle_errors": angles,
-        "output": output_figure(results, points, angles),
+        "output": output,
         "joints": [
             {"joint": joint, "on": link, "force": largest(results, np.abs(force), "N")}
             for (joint, link), force in zip(joint_words(results), forces.force, strict=True)
@@ -65,9 +73,12 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "check": check_summary(results),
         "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
-        "trust": [asdict(finding) for finding in findings(results)],
+        "trust": trust,
+        "verdict": {"level": level, "reasons": reasons},
+        "stressed": any(math.isfinite(peak.value) for peak in found["mises"]),
         "not_computed": left_out(results),
     }
+    return {**figures, "acceptance": acceptance(results, figures)}
 
 
 def _worst_condition(results: Results) -> dict[str, Any]:
@@ -90,7 +101,9 @@ def _links(results: Results) -> list[dict[str, Any]]:
                 "link": mechanism.links[at].name,
                 "from": beam.start,
                 "to": beam.end,
+                **_making(results, number),
                 "length": figure(results.deflection.length[number].item(), "m"),
+                "mass": figure(_beam_mass(beam, results.deflection.length[number].item()), "kg"),
                 "mass_per_length": figure(beam.mass_per_length, "kg/m"),
                 "EA": figure(sections[number].EA, "N"),
                 "EI": figure(sections[number].EI, "N m^2"),
@@ -99,6 +112,25 @@ def _links(results: Results) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _making(results: Results, number: int) -> dict[str, str | None]:
+    """Section with its sizes, and material of a beam, in words."""
+    if number >= len(results.scene.made_of):
+        return {"section": None, "material": None}
+    made = results.scene.made_of[number]
+    sizes = ", ".join(
+        f"{name} {' to '.join(quantity(size, 'm') for size in ends)}" for name, ends in made.sizes.items()
+    )
+    return {
+        "section": ", ".join(filter(None, (f"{made.section}: {made.shape}", sizes))),
+        "material": made.material or None,
+    }
+
+
+def _beam_mass(beam: Beam, length: float) -> float:
+    """Mass of a beam [kg]."""
+    return float(beam.mass_per_length) * length * sum(part / (k + 1) for k, part in enumerate(beam.mass_taper))
 
 
 def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
@@ -149,7 +181,7 @@ def check_summary(results: Results) -> dict[str, Any] | None:
     shares = [[_share(value) for value in row] for row in comparison.relative.T]
     worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
     return {
-        "passed": comparison.passed,
+        "passed": None if comparison.passed and not (labels and comparison.compared) else comparison.passed,
         "tolerance": comparison.tolerance,
         "elements": comparison.elements,
         "compared": comparison.compared,

@@ -16,8 +16,9 @@ from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
-from kinelast.page.numbers import number
+from kinelast.page.numbers import number, quantity
 
+INPUTS = "Inputs"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
@@ -27,6 +28,8 @@ HEADINGS = {
     "yield": "Strength",
     "vibration": "Quasi-static answer",
 }
+LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
+FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
 SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "E": (1e6, 2e12, "Pa", '"210 GPa"'),
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
@@ -62,23 +65,26 @@ def findings(results: Results) -> list[Finding]:
 
 
 def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and what has it."""
-    level = min((finding["level"] for finding in trust if finding["level"] != OPEN), key=ORDER.index)
-    return level, list(dict.fromkeys(finding["heading"].lower() for finding in trust if finding["level"] == level))
+    """The worst level of findings as plain data, and what has it.
+
+    Strength does not count: that a link yields is a bad answer, not a doubtful one.
+    """
+    about = [finding for finding in trust if finding["level"] != OPEN and finding["heading"] != HEADINGS["yield"]]
+    level = min((finding["level"] for finding in about), key=ORDER.index, default=GOOD)
+    return level, list(dict.fromkeys(finding["heading"].lower() for finding in about if finding["level"] == level))
 
 
 def _positions(results: Results) -> Finding:
     condition = results.motion.condition
-    singular = int(np.count_nonzero(results.singular))
+    count, singular, ill = results.counts
     heading = "Conditioning of the positions"
-    if singular == len(condition):
+    if singular == count:
         return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
     worst = float(condition[~results.singular].max())
     digits = max(0, int(15 - math.log10(max(worst, 1.0))))
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
     if singular:
-        text += f" {singular} of {len(condition)} positions are singular: they have no figures and count in no extreme."
-    ill = int(np.count_nonzero(results.ill))
+        text += f" {singular} of {count} positions are singular: they have no figures and count in no extreme."
     if ill:
         text += (
             f" {ill} {'position is' if ill == 1 else 'positions are'} left out of the largest values as"
@@ -92,7 +98,8 @@ def _positions(results: Results) -> Finding:
 
 
 def _inputs(results: Results) -> Iterator[Finding]:
-    """What no solid has: most likely a number without its unit."""
+    """What no solid and no mechanism has: most likely a number without its unit."""
+    yield from _sizes(results)
     for name, stuff in results.scene.materials.items():
         for (what, (least, most, unit, example)), value in zip(
             SOLIDS.items(), (stuff.E, stuff.density, stuff.yield_stress), strict=True
@@ -100,7 +107,27 @@ def _inputs(results: Results) -> Iterator[Finding]:
             if value is not None and not least <= value <= most:
                 told = f"{what} of {name} is {value:.4g} {unit}, which hardly a solid has"
                 hint = f"a bare number is in {unit}, other units are told as in {example}"
-                yield Finding(POOR, "Inputs", f"The {told}: {hint}.")
+                yield Finding(POOR, INPUTS, f"The {told}: {hint}.")
+
+
+def _sizes(results: Results) -> Iterator[Finding]:
+    """Links and speeds that hardly a machine has."""
+    sizes = {
+        link.name: max(
+            abs(complex(one) - complex(other)) for one in link.points.values() for other in link.points.values()
+        )
+        for link in results.mechanism.links
+    }
+    name = max(sizes, key=lambda each: sizes[each])
+    if sizes[name] > LONG:
+        hint = 'a bare number is in m; units = "mm" at the head of the scene reads bare lengths as millimetres'
+        yield Finding(POOR, INPUTS, f"The link {name} is {quantity(sizes[name], 'm')} long, is that meant? {hint}.")
+    elif 0 < sizes[name] < SHORT:
+        yield Finding(POOR, INPUTS, f"No link is longer than {quantity(sizes[name], 'm')}, is that meant?")
+    speed = fastest_drive(results)
+    if speed > FAST:
+        text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
+        yield Finding(POOR, INPUTS, f"{text}.")
 
 
 def _check(results: Results) -> list[Finding]:
@@ -182,7 +209,7 @@ def _judged(results: Results) -> set[str]:
         "deflection": True,
         "axial force": any(bends),
         "yield": any(stressed),
-        "vibration": known and (cyclic or fastest_drive(results) > 0.0),
+        "vibration": known and (cyclic or bool(np.nan_to_num(results.motion.drive_rate).any())),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 

@@ -50,8 +50,18 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def coordinate(value: float, unit: str) -> str:
-    """A drive's coordinate: an angle in degrees, a slide in its unit."""
-    return f"{number(math.degrees(value))}°" if unit == "rad" else quantity(value, unit)
+    """A drive's coordinate: an angle in degrees within a turn, a slide in its unit.
+
+    >>> coordinate(-0.5 * math.pi, "rad")
+    '270°'
+    """
+    return f"{number(_within_turn(math.degrees(value)))}°" if unit == "rad" else quantity(value, unit)
+
+
+def _within_turn(angle: float) -> float:
+    """An angle [deg] from 0 to below 360, round-off below a whole turn taken for none."""
+    within = angle % 360.0
+    return 0.0 if within > 360.0 - 5e-7 else within
 
 
 def ticks(low: float, high: float, count: int = 5) -> list[float]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
+from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
-from rigid.dynamics import IntegratedMotion, forward
+from rigid.dynamics import ForwardError, IntegratedMotion, forward
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,15 @@ class Run:
         start, is not repeated.
     tolerance
         Relative, of a step where a motion is integrated.
+    steps
+        After so many an integration is given up.
     """
 
     positions: int
     duration: float
     turn: bool
     tolerance: float = 1e-10
+    steps: int = 2000
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,16 @@ class Material:
     E: float
     density: float
     yield_stress: float | None
+
+
+@dataclass(frozen=True)
+class Making:
+    """What a beam is made of, by the names in the file: section, its shape and sizes [m], material or nothing."""
+
+    section: str
+    shape: str
+    sizes: Mapping[str, tuple[float, ...]]
+    material: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +83,12 @@ class Scene:
         Instants to look at.
     outlines
         Corners of the links' drawings in their own axes [m], by link; only links that have one.
+    limits, output
+        What the answer is held against, and what the machine is there for where the file says so.
+    made_of
+        Section and material of every beam, in the order of `sections`.
+    text
+        The file as it was read; empty where the scene comes from tables.
     """
 
     name: str
@@ -83,19 +103,46 @@ class Scene:
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
     outlines: Mapping[str, tuple[complex, ...]]
+    limits: tuple[Limit, ...] = ()
+    output: Output | None = None
+    made_of: tuple[Making, ...] = ()
+    text: str = ""
 
     @cached_property
     def course(self) -> IntegratedMotion | None:
-        """The motion as integrated over the run where a drive is an effort; None where laws tell the motion.
+        """The motion where a drive is an effort, as `integrated`; None where laws tell the motion."""
+        return self.integrated()[0] if self.is_integrated else None
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether a drive is an effort, from which the motion follows."""
+        return any(isinstance(law, DriveEffort) for law in self.laws)
+
+    def integrated(
+        self, on_step: Callable[[float], None] | None = None
+    ) -> tuple[IntegratedMotion, ForwardError | None]:
+        """The motion under the drives' efforts over the run, and what stops it where it cannot go on to the end.
+
+        It is found once; `on_step` is called meanwhile with the time that is reached.
 
         Raises
         ------
         MechanismError
-            The motion cannot go on.
+            It cannot begin.
         """
-        if not any(isinstance(law, DriveEffort) for law in self.laws):
-            return None
+        if "_integrated" not in self.__dict__:
+            self.__dict__["_integrated"] = self._integrate(on_step)
+        found: tuple[IntegratedMotion, ForwardError | None] = self.__dict__["_integrated"]
+        return found
+
+    def _integrate(self, on_step: Callable[[float], None] | None) -> tuple[IntegratedMotion, ForwardError | None]:
         drives = [law.effort if isinstance(law, DriveEffort) else law for law in self.laws]
         begin = [(law.start, law.speed) if isinstance(law, DriveEffort) else (0.0, 0.0) for law in self.laws]
         start, rate = zip(*begin, strict=True)
-        return forward(self.mechanism, drives, start, rate, self.run.duration, self.run.tolerance)
+        run = self.run
+        try:
+            return forward(self.mechanism, drives, start, rate, run.duration, run.tolerance, run.steps, on_step), None
+        except ForwardError as error:
+            if error.course is None:
+                raise
+            return error.course, error

@@ -147,6 +147,8 @@ def _speed(where: str, table: DriveTable, unit: str) -> float:
     if table.speed.unit not in ("", f"{unit}/s"):
         problem = f"expected {SPEEDS[f'{unit}/s']}, got {float(table.speed):g} {table.speed.unit}"
         raise fault(where, "speed", problem)
+    if not table.speed.unit and unit == "m" and table.speed.per_length != 1.0:
+        raise fault(where, "speed", f"expected {SPEEDS['m/s']}, in quotes with its unit where units are given")
     return float(table.speed)
 
 
@@ -218,4 +220,4 @@ def _effort(
 def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> float:
     if value.unit not in ("", unit):
         raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
-    return float(value)
+    return value.within(unit)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LONGEST_PLACE, LONGEST_PROBLEM = 120, 600  # letters of a message's parts, whatever a file holds
+LONGEST_WORD = 80  # of which near ones are looked for
+
 
 class SceneError(ValueError):
     """A mistake in a scene, told in one message.
@@ -22,8 +25,10 @@ class SceneError(ValueError):
     """
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
-        place = " ".join(part for part in (_header(table), key) if part)
-        super().__init__(": ".join(part for part in (file, place, problem) if part))
+        place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)
+        problem = plain(problem, LONGEST_PROBLEM)
+        told = (plain(file, LONGEST_PROBLEM), place, problem)
+        super().__init__(": ".join(part for part in told if part))
         self.file, self.table, self.key, self.problem = file, table, key, problem
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[str, str, str, str]]:
@@ -42,11 +47,20 @@ def fault(table: str, key: str, problem: str) -> SceneError:
     return SceneError("", table, key, problem)
 
 
+def plain(text: str, longest: int) -> str:
+    """A text as it can be printed anywhere: on one line, without control characters, its middle left out if long."""
+    if len(text) > longest:
+        text = f"{text[: longest - longest // 3 - 5]} ... {text[-(longest // 3) :]}"
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii") for letter in text
+    )
+
+
 def likely(word: str, choices: Iterable[str]) -> str:
     """The end of a message about a name that is not known: the nearest choice, or all when they are few."""
     names = list(choices)
-    lower = {name.lower(): name for name in names}
-    near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6)
+    lower = {name.lower(): name for name in names if len(name) <= LONGEST_WORD}
+    near = get_close_matches(word.lower(), lower, n=1, cutoff=0.6) if len(word) <= LONGEST_WORD else []
     if near:
         return f'; did you mean "{lower[near[0]]}"?'
     if names and len(names) <= 12:

@@ -10,6 +10,7 @@ from kinelast.scene.format_motion import (
     DriveTable,
     GearTable,
     JointTable,
+    LengthUnit,
     LoadTable,
     Name,
     Place,
@@ -19,6 +20,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.limits import LimitsTable
 from kinelast.scene.quantities import (
     Acceleration,
     Area,
@@ -125,13 +127,15 @@ class LinkTable(Table, frozen=True, kw_only=True):
 
 
 class RunTable(Table, frozen=True, kw_only=True):
-    """Which positions are computed, gravity, and the theory of beams."""
+    """Which positions are computed, gravity, the theory of beams, and the output."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
     theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
+    steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 2000
+    output: str = ""
 
 
 class SceneTable(Table, frozen=True, kw_only=True):
@@ -139,6 +143,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
 
     title: str = ""
     source: str = ""
+    units: LengthUnit = "m"
     structure_only: bool = False
     materials: dict[Name, MaterialTable] = field(default_factory=dict)
     sections: dict[Name, SectionTable] = field(default_factory=dict)
@@ -153,11 +158,14 @@ class SceneTable(Table, frozen=True, kw_only=True):
     loads: list[LoadTable] = field(default_factory=list)
     gears: list[GearTable] = field(default_factory=list)
     springs: list[SpringTable] = field(default_factory=list)
+    limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
 
 
-def read_quantity(kind: type, value: Any) -> Any:
-    """A quantity from what stands in a file; msgspec's `dec_hook`."""
-    if issubclass(kind, Quantity | Direction | Sizes):
+def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
+    """A quantity from what stands in a file; msgspec's `dec_hook`. `per_length`: metres to a bare length."""
+    if issubclass(kind, Direction):
         return kind.read(value)
+    if issubclass(kind, Quantity | Sizes):
+        return kind.read(value, per_length)
     raise NotImplementedError(kind)

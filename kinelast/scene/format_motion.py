@@ -29,6 +29,8 @@ from kinelast.scene.quantities import (
 Place = tuple[Length, Length]
 Name = Annotated[str, Meta(pattern="^[A-Za-z0-9_-]+$")]
 Curve = Literal["dwell", "constant-speed", "harmonic", "cycloidal", "polynomial-345", "polynomial-4567"]
+LengthUnit = Literal["m", "cm", "mm", "in"]
+PER_LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 Interpolation = Literal["linear", "cubic"]
 
 

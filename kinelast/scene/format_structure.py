@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, field
 
-from kinelast.scene.format_motion import Name, Place, Table
+from kinelast.scene.format_motion import LengthUnit, Name, Place, Table
 from kinelast.scene.quantities import Direction, Length
 
 Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
@@ -36,5 +36,6 @@ class ChainTable(Table, frozen=True, kw_only=True):
 
     title: str = ""
     source: str = ""
+    units: LengthUnit = "m"
     fixed: str | None = None
     joints: dict[Name, SpatialJointTable] = field(default_factory=dict)

@@ -136,9 +136,12 @@ def factor_law(
     for number, (place, _) in enumerate(table.table, 1):
         if place.unit not in ("", unit):
             raise fault(where, f"table[{number}]", f"is against {WORDS[unit]}, got {float(place):g} {place.unit}")
-    at, factor = (np.array(column, float) for column in zip(*table.table, strict=True))
-    if not (np.diff(at) > 0).all():
-        raise fault(where, "table", f"expected {WORDS[unit].split(',')[0]}s that grow from entry to entry")
+    at, factor = np.array([(place.within(unit), factor) for place, factor in table.table], float).T
+    steps = np.flatnonzero(np.diff(at) == 0)
+    if (np.diff(at) < 0).any() or (np.diff(steps) == 1).any() or (len(steps) and table.interpolation != "linear"):
+        allowed = "two entries at one place are a step, in a linear table"
+        raise fault(where, "table", f"expected {GROWING[unit]} that grow from entry to entry; {allowed}")
+    at[steps] = np.nextafter(at[steps], -np.inf)  # at the step itself the second entry holds
     try:
         # Times are looked at here, once for all: a search between the positions may look a little beyond the run.
         extend = "hold" if coordinate is None else table.extend or "error"
@@ -157,6 +160,7 @@ def factor_law(
     return _turning(coordinate, curve, float(at[0] + at[-1]) / 2)
 
 
+GROWING = {"s": "times", "rad": "angles", "m": "lengths"}
 WORDS = {"s": 'a time, as in "50 ms"', "rad": 'an angle, as in "30 deg"', "m": 'a length, as in "20 mm"'}
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -9,9 +11,10 @@ import numpy as np
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from rigid import SINGULAR, Mechanism, MechanismError, Motion, Reals, motion
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, Posture, Reals, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach
-from rigid.dynamics import TableError, motion_during
+from rigid.chunks import columns_of
+from rigid.dynamics import ForwardError, IntegratedMotion, TableError, motion_during
 from rigid.topology import assembled, flat_triangles
 
 
@@ -41,31 +44,88 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
     """
     course = scene_motion_at(scene, scene_times(scene, positions))
     if not partial:
-        try:
-            require_reach(course)
-        except ReachError as error:
-            table = "links" if error.kind == "unreachable" else "drives[1]"
-            raise SceneError(scene.path, table, "", str(error)) from None
-    _require_tables(scene, course)
+        require_reached(scene, course)
+    require_tables(scene, course)
     return course
 
 
 def scene_motion_at(scene: Scene, time: Any) -> Motion:
     """The motion of a scene's mechanism at any instants [s], shape (positions,), as far as it reaches them."""
     time = np.asarray(time, float)
+    with _of_scene(scene):
+        if scene.is_integrated:
+            return motion_during(_course_to(scene, time), time)
+        return motion(scene.mechanism, *_led(scene, time), time)
+
+
+def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
+    """The same as `scene_motion_at`, so many instants at a time as stay in the cache."""
+    with _of_scene(scene):
+        if scene.is_integrated:
+            step, course = columns_of(scene.mechanism, len(time)), _course_to(scene, time)
+            yield from (motion_during(course, time[k : k + step]) for k in range(0, len(time), step))
+        else:
+            yield from motion_in_chunks(scene.mechanism, *_led(scene, time), time)
+
+
+def scene_motion_near(scene: Scene, time: Reals, near: Posture) -> Motion:
+    """The same as `scene_motion_at`, at instants apart from one another: on the branch of postures near by."""
+    with _of_scene(scene):
+        if scene.is_integrated:
+            return motion_during(_course_to(scene, time), time)
+        return motion(scene.mechanism, *_led(scene, time), time, near)
+
+
+def reached_by_integration(scene: Scene, time: Reals) -> Reals:
+    """Those of some instants that an integrated motion reaches; all where laws tell the motion."""
+    with _of_scene(scene):
+        return time[time <= scene.integrated()[0].time[-1]] if scene.is_integrated else time
+
+
+def _course_to(scene: Scene, time: Reals) -> IntegratedMotion:
+    """The integrated motion; raises what stops it before the last of some instants."""
+    course, stop = scene.integrated()
+    if stop is not None and time.max(initial=0.0) > course.time[-1]:
+        raise stop
+    return course
+
+
+def _led(scene: Scene, time: Reals) -> tuple[Any, Any, Any]:
+    """Coordinates, rates and accelerations of the drives by their laws, each of shape (drives, positions)."""
+    laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
+    coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))
+    return coordinates, rates, accelerations
+
+
+@contextmanager
+def _of_scene(scene: Scene) -> Iterator[None]:
+    """Turn what the mechanism says into a mistake of its scene."""
     try:
-        if scene.course is not None:
-            return motion_during(scene.course, time)
-        laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
-        coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))
-        return motion(scene.mechanism, coordinates, rates, accelerations, time)
+        yield
     except MechanismError as error:
-        raise SceneError(scene.path, _table(scene.mechanism, error), "", str(error)) from None
+        raise SceneError(scene.path, _table(scene.mechanism, error), "", f"{error}{_advice(error)}") from None
     except TableError as error:
         raise SceneError(scene.path, "drives", "", str(error)) from None
 
 
-def _require_tables(scene: Scene, course: Motion) -> None:
+def _advice(error: MechanismError) -> str:
+    """What can be done about an integration that stops."""
+    if not isinstance(error, ForwardError) or error.course is None:
+        return ""
+    more = "; steps under [run] allows more" if error.kind == "steps" else ""
+    return f"{more}; --reachable keeps what was reached"
+
+
+def require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where drives ask for positions that cannot be reached: names where and at which joint it stops."""
+    try:
+        require_reach(course)
+    except ReachError as error:
+        table = "links" if error.kind == "unreachable" else "drives[1]"
+        raise SceneError(scene.path, table, "", str(error)) from None
+
+
+def require_tables(scene: Scene, course: Motion) -> None:
     """Raise where a load's table ends before what it is against does."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Annotated, Any, get_args, get_origin
 
 import msgspec
 
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, RunTable, SceneTable, read_quantity
-from kinelast.scene.format_motion import AgainstTable, JointNameTable, SegmentTable, Table
+from kinelast.scene.format_motion import (
+    PER_LENGTH,
+    AgainstTable,
+    JointNameTable,
+    LengthUnit,
+    SegmentTable,
+    Table,
+)
 from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.units import shown
 
+Hook = Callable[[type, Any], Any]
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 REPORT = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 WORDS = {
@@ -27,6 +36,17 @@ WORDS = {
 }
 AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
+NOT_MODELLED = {
+    "friction": "friction is",
+    "viscosity": "friction is",
+    "clearance": "play in a joint is",
+    "backlash": "play in a joint is",
+    "play": "play in a joint is",
+    "wear": "wear is",
+    "damping": "damping of a link or joint is",
+    "contact": "contact is",
+    "impact": "impact is",
+}
 NESTED = {
     "beams": BeamTable,
     "law": SegmentTable,
@@ -42,13 +62,15 @@ def parse_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise fault("", "", f"not readable as TOML: {error}{_toml_hint(text, str(error))}") from None
+    except ValueError:  # Python's bound on the digits of a whole number
+        raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
 
 
 def _toml_hint(text: str, message: str) -> str:
     """The likely correction of a line that is no TOML."""
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
-    line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+    line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
     if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
         return f'; a number with a unit stands in quotes, as in "{found[1]}"'
     if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
@@ -90,7 +112,9 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
         if key not in fields:
             place = "; it belongs under [run]" if key in _keys(RunTable, "", raw) else likely(key, fields)
             raise fault("", key, f"there is no such table or key{place}")
-    parts = {name: _part(name, field.type, raw[name]) for name, field in fields.items() if name in raw}
+    units = _converted(raw.get("units", "m"), LengthUnit, "", "units")
+    hook = partial(read_quantity, per_length=PER_LENGTH[units])
+    parts = {name: _part(name, field.type, raw[name], hook) for name, field in fields.items() if name in raw}
     for name, field in fields.items():
         if field.required and not raw.get(name):
             bracket = f"[{name}]" if name == "points" else f"[{name}.NAME]"
@@ -98,7 +122,7 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
     return whole(**parts)
 
 
-def _part(name: str, kind: Any, value: Any) -> Any:
+def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
     """One entry of the top level, a table at a time, so that messages can name it."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
@@ -110,13 +134,15 @@ def _part(name: str, kind: Any, value: Any) -> Any:
         for key in value:
             check_name(name, key)
         if leaf:
-            return {key: _converted(item, entry, name, key) for key, item in value.items()}
-        return {key: _converted(item, entry, f"{name}.{key}") for key, item in value.items()}
+            return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
+        return {key: _converted(item, entry, f"{name}.{key}", hook=hook) for key, item in value.items()}
     if get_origin(kind) is list:
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
-        return [_converted(item, get_args(kind)[0], f"{name}[{number}]") for number, item in enumerate(value, 1)]
-    return _converted(value, kind, *((name,) if isinstance(kind, type) and issubclass(kind, Table) else ("", name)))
+        entry = get_args(kind)[0]
+        return [_converted(item, entry, f"{name}[{number}]", hook=hook) for number, item in enumerate(value, 1)]
+    place = (name, "") if isinstance(kind, type) and issubclass(kind, Table) else ("", name)
+    return _converted(value, kind, *place, hook)
 
 
 def check_name(table: str, name: str) -> None:
@@ -125,9 +151,9 @@ def check_name(table: str, name: str) -> None:
         raise fault(table, f'"{name}"', "names are made of the letters A-Z, a-z, digits, - and _")
 
 
-def _converted(value: Any, kind: Any, table: str, prefix: str = "") -> Any:
+def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook = read_quantity) -> Any:
     try:
-        return msgspec.convert(value, kind, dec_hook=read_quantity)
+        return msgspec.convert(value, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
         report = REPORT.fullmatch(str(error))
         assert report is not None
@@ -161,13 +187,15 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
     """The key at fault and what to say of it."""
     inner = f"{path}." if path else ""
     if found := re.fullmatch(r"Object contains unknown field `(.*)`", what):
+        if found[1] in NOT_MODELLED:
+            return inner + found[1], f"{NOT_MODELLED[found[1]]} not modelled: leave the key out"
         known = _keys(kind, path, value)
         return inner + found[1], f"there is no such key{likely(found[1], known)}"
     if found := re.fullmatch(r"Object missing required field `(.*)`", what):
         return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
     if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
         word = found[1].strip("'\"")
-        choices = _tags(kind) if path == "shape" else _literals(kind, path)
+        choices = _tags(kind) if path == "shape" else _literals(kind, path) if path else _words(kind)
         return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
     if found := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
         words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
@@ -206,4 +234,9 @@ def _literals(kind: Any, path: str) -> list[str]:
     nested, _, key = path.rpartition(".")
     kind = NESTED.get(nested.partition("[")[0], kind)
     found = next(field for field in msgspec.structs.fields(kind) if field.encode_name == key)
-    return [str(word) for word in get_args(found.type) if isinstance(word, str)]
+    return _words(found.type)
+
+
+def _words(kind: Any) -> list[str]:
+    """Words of a choice, also where a key that may be left out is a choice of nothing too."""
+    return [word for each in (kind, *get_args(kind)) for word in get_args(each) if isinstance(word, str)]

@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 from kinelast.scene.units import Quantity, shown
 
 STEEPEST = 1e3
+FARTHEST = 1e9  # [rad or m] that a drive is at: beyond, the angle within a turn has no digits left
 
 
 class Length(Quantity):
@@ -30,6 +31,7 @@ class Coordinate(Quantity):
 
     expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
     units = ("rad", "m")
+    most = FARTHEST
 
 
 class Angle(Quantity):
@@ -37,6 +39,15 @@ class Angle(Quantity):
 
     expected = 'an angle, as in "30 deg" or 0.5'
     units = ("rad",)
+    most = FARTHEST
+
+
+class Allowance(Quantity):
+    """How far an output may be off [m or rad]."""
+
+    expected = 'a length, as in "0.1 mm", or an angle, as in "0.1 deg"'
+    units = ("m", "rad")
+    above = 0.0
 
 
 class Abscissa(Quantity):
@@ -51,6 +62,7 @@ class Speed(Quantity):
 
     expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
     units = ("rad/s", "m/s")
+    most = 1e12
 
 
 class Time(Quantity):
@@ -240,12 +252,12 @@ class Sizes(tuple[float, float]):
     expected: ClassVar[str] = 'a length, as in "6 mm", or two for the ends of the beam, as in ["6 mm", "3 mm"]'
 
     @classmethod
-    def read(cls, value: object) -> Self:
+    def read(cls, value: object, per_length: float = 1.0) -> Self:
         """From a number, a string, or a list of two; ValueError says what was expected."""
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        sizes = cls(float(Size.read(end)) for end in ends)
+        sizes = cls(float(Size.read(end, per_length)) for end in ends)
         if max(sizes) > STEEPEST * min(sizes):
             raise ValueError(f"expected {cls.expected}, not {STEEPEST:g} times apart, got {shown(value)}")
         return sizes

@@ -14,14 +14,16 @@ from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
+from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.parts import Parts, build_parts
+from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
-from kinelast.scene.text import file_text, of_file, toml_tables
+from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
 
 __all__ = [
@@ -42,6 +44,7 @@ __all__ = [
 ]
 
 STILL = 1e-9
+SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -52,8 +55,12 @@ def read_scene(path: str | Path) -> Scene:
     SceneError
         The file cannot be read or holds a mistake.
     """
-    path = Path(path)
-    return scene_from_text(file_text(path), path.stem, str(path))
+    return scene_from_bytes(file_bytes(Path(path)), path)
+
+
+def scene_from_bytes(content: bytes, path: str | Path) -> Scene:
+    """The scene in the bytes of a TOML file; raises as `read_scene`."""
+    return scene_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
@@ -64,7 +71,7 @@ def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
     SceneError
         The text holds a mistake.
     """
-    return scene_from_dict(toml_tables(text, path), name, path)
+    return replace(scene_from_dict(toml_tables(text, path), name, path), text=text)
 
 
 def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
@@ -103,6 +110,9 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         parts.laws,
         run,
         {body.link.name: body.outline for body in parts.bodies if body.outline},
+        build_limits(table, mechanism),
+        build_output(table, mechanism),
+        tuple(making(table, body.link.name, k) for body, k in beams),
     )
     require_determined(scene)
     return scene
@@ -130,9 +140,9 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
-    positions, tolerance = table.run.positions, table.run.tolerance
+    positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)
     if table.run.duration is not None:
-        run = Run(positions, float(table.run.duration), False, tolerance)
+        run = Run(positions, float(table.run.duration), False, *accuracy)
     elif steady:
         run = Run(positions, 2 * pi / abs(steady[0]), True)
     elif rounds:
@@ -143,6 +153,8 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     else:
         problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
         raise fault("run", "duration", problem)
+    if not SHORTEST <= run.duration <= LONGEST:
+        raise fault("run", "duration", f"expected a run of {SHORTEST:g} to {LONGEST:g} s, got {run.duration:.6g} s")
     for number, law in enumerate(laws, 1):
         lasts = isinstance(law, SegmentedLaw | TableLaw) and run.duration > law.duration * (1 + 1e-12)
         if isinstance(law, SegmentedLaw | TableLaw) and lasts and abs(law.final_speed) > STILL:

@@ -8,6 +8,7 @@ from math import inf, nan
 from typing import Any, TypeVar
 
 from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
+from kinelast.scene.data import Making
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import (
     BeamTable,
@@ -153,3 +154,20 @@ def _strained(
             )
         total += expansion * warming
     return replace(section, strain=total) if total else section
+
+
+def making(scene: SceneTable, link: str, number: int) -> Making:
+    """Section and material of a link's beam by its number."""
+    table = scene.links[link]
+    given = None if table.beams is None else table.beams[number]
+    beam = given if isinstance(given, BeamTable) else BeamTable(start="", end="")
+    name, material = beam.section or table.section or "", beam.material or table.material or ""
+    section: Any = scene.sections[name]
+    dimensions: dict[Any, tuple[str, ...]] = {
+        Rectangle: ("depth", "width"),
+        Circle: ("diameter",),
+        Tube: ("outer", "inner"),
+    }
+    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in dimensions.get(type(section), ())}
+    shape = section.__struct_config__.tag
+    return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")

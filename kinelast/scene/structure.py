@@ -12,7 +12,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
 from kinelast.scene.parts import build_parts
-from kinelast.scene.text import file_text, of_file, toml_tables
+from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
 from rigid import Mechanism, MechanismError
 from rigid.topology import Contact, SpatialJoint, spatial_chain
 
@@ -50,7 +50,7 @@ def read_structure(path: str | Path) -> StructureScene:
         The file cannot be read or holds a mistake. A mechanism that cannot move is none.
     """
     path = Path(path)
-    return structure_from_text(file_text(path), path.stem, str(path))
+    return structure_from_text(file_text(path), scene_name(path), str(path))
 
 
 def structure_from_text(text: str, name: str = "scene", path: str = "") -> StructureScene:

@@ -7,6 +7,8 @@ from functools import cache
 from math import inf
 from typing import Any, ClassVar, Self
 
+from kinelast.scene.error import likely, plain
+
 # A registry of what mechanisms need: pint's own takes thirty times as long to load, counts an angle as no dimension
 # and so reads 50 Hz as 50 rad/s.
 DEFINITIONS = """
@@ -43,7 +45,11 @@ watt = joule / second = W
 """
 COMMON = ("mm", "cm", "m", "in", "kg", "g", "s", "ms", "deg", "rad", "rpm", "rad/s", "m/s", "N", "kN", "MPa", "GPa",
           "N m", "N mm", "kN m", "N/m", "kg/m", "kg/m^3", "kg m^2", "K")  # fmt: skip
-LARGEST = 1e50  # whose fourth power, as in a second moment of area, is still a number
+MOST_BITS = 10_000
+LONGEST = 80  # letters of a quantity
+SMALLEST, LARGEST = 1e-50, 1e50  # whose fourth power, as in a second moment of area, is still a number
+# One digit to a power, and no power of a power: the parser of units multiplies whatever it is told to.
+POWER = re.compile(r"(?:\^|\*\*)\s*(?:\(\s*[-+]?\d\s*\)|[-+]?\d)(?![\d.])(?!\s*(?:\^|\*\*))")
 FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ°][A-Za-zµμ°0-9\s*/^()-]*|1\s*/.*)")
 # Written together, as torque wrenches have it; a power belongs to the metre.
 JOINED = re.compile(r"(?<![\wµμ°])([mkM]?N)([cm]?m)((?:\s*(?:\^|\*\*)\s*\d+)?)(?!\s*(?:\^|\*\*)|\w)")
@@ -69,21 +75,30 @@ class Quantity(float):
         What a file has to hold, for messages.
     units
         SI units of the dimensions that will do.
-    above, least
-        Bounds: greater than the one, at least the other.
+    above, least, most
+        Bounds: greater than the one, at least the other; no larger than `most` in either direction.
     unit
         Of an instance: the one of `units` it is in; empty for a bare number where there are several.
+    per_length
+        Of an instance: metres in the unit that the file has bare lengths in, where `unit` is empty; else 1.
     """
 
     expected: ClassVar[str] = "a number"
     units: ClassVar[tuple[str, ...]] = ("",)
     above: ClassVar[float] = -inf
     least: ClassVar[float] = -inf
+    most: ClassVar[float] = LARGEST
     unit: str
+    per_length: float
 
     @classmethod
-    def read(cls, value: object) -> Self:
+    def read(cls, value: object, per_length: float = 1.0) -> Self:
         """From a number or a string.
+
+        Parameters
+        ----------
+        per_length
+            Metres in the unit that bare lengths are in.
 
         Raises
         ------
@@ -100,35 +115,57 @@ class Quantity(float):
             number, unit = cls._converted(value)
         elif isinstance(value, int | float) and not isinstance(value, bool):
             number, unit = _float(value), cls.units[0] if len(cls.units) == 1 else ""
+            number *= per_length if unit == "m" else 1.0
+            if per_length != 1.0 and unit in ("m^2", "m^4"):
+                raise ValueError(f"expected {cls.expected}, in quotes with its unit where units are given")
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        if not (abs(number) < LARGEST and number > cls.above and number >= cls.least):
+        occurs = abs(number) < cls.most and not (cls.above == 0 and 0 < number < SMALLEST)
+        if not (occurs and number > cls.above and number >= cls.least):
             bound = "greater than zero" if cls.above == 0 else "not below zero"
-            bound = bound if abs(number) < LARGEST else "a number of a size that occurs"
+            bound = bound if occurs else "a number of a size that occurs"
             raise ValueError(f"expected {cls.expected}, {bound}, got {shown(value)}")
         quantity = cls(number)
-        quantity.unit = unit
+        quantity.unit, quantity.per_length = unit, 1.0 if unit else per_length
         return quantity
+
+    def within(self, unit: str) -> float:
+        """The number in the one of `units` that is meant: a bare length is in the file's own."""
+        return float(self) * (self.per_length if unit == "m" and not self.unit else 1.0)
 
     @classmethod
     def _converted(cls, text: str) -> tuple[float, str]:
         """Number in SI units, and the unit."""
         import pint
 
-        form = FORM.fullmatch(text.translate(TYPESET))
-        if form is None:
-            raise ValueError(f'expected {cls.expected}, got "{text}"')
+        plain = text.translate(TYPESET)
+        form = FORM.fullmatch(plain) if len(text) <= LONGEST else None
+        if form is None or len(POWER.findall(plain)) < len(re.findall(r"\^|\*\*", plain)):
+            raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         number, name = float(form[1]), form[2].strip()
         try:
-            given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
+            found = _factor(name, cls.units)
         except pint.UndefinedUnitError as error:
             raise ValueError(f"expected {cls.expected}, {_unknown(error, name, cls.units)}") from None
         except Exception:  # pint's parser raises whatever it stumbles over
-            raise ValueError(f'expected {cls.expected}, got "{text}"') from None
-        for unit in cls.units:
-            if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
-                return float(registry().convert(number, given, unit)), unit
-        raise ValueError(f'expected {cls.expected}, got "{text}"')
+            raise ValueError(f"expected {cls.expected}, got {shown(text)}") from None
+        if found is None:
+            raise ValueError(f"expected {cls.expected}, got {shown(text)}")
+        factor, unit = found
+        return number * factor, unit
+
+
+@cache
+def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
+    """What a unit is in the one of some SI units that has its dimension, and which that is; None where none has.
+
+    Looked up once for all scenes of a batch: pint takes longer than the deflection. Raises whatever its parser does.
+    """
+    given = registry().parse_units(JOINED.sub(r"(\1 \2\3)", name))
+    for unit in units:
+        if registry().get_dimensionality(given) == registry().get_dimensionality(registry().parse_units(unit)):
+            return float(registry().convert(1.0, given, unit)), unit
+    return None
 
 
 def _float(value: float) -> float:
@@ -141,8 +178,6 @@ def _float(value: float) -> float:
 
 def _unknown(error: Any, whole: str, units: tuple[str, ...]) -> str:
     """What to say of an unknown unit, with the nearest one: of the right dimension where it stands alone."""
-    from kinelast.scene.error import likely
-
     name = error.unit_names if isinstance(error.unit_names, str) else next(iter(error.unit_names))
     dimension = registry().get_dimensionality
     wanted = [dimension(registry().parse_units(unit)) for unit in units]
@@ -158,7 +193,9 @@ def _unknown(error: Any, whole: str, units: tuple[str, ...]) -> str:
 def shown(value: object) -> str:
     """A value of a file, for a message."""
     if isinstance(value, str):
-        return f'"{value}"'
+        return f'"{plain(value, LONGEST)}"'
     if isinstance(value, bool):
         return str(value).lower()
-    return "a table" if isinstance(value, dict) else str(value)
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:  # which Python may refuse to print
+        return f"a whole number of some {value.bit_length() * 3 // 10} digits"
+    return "a table" if isinstance(value, dict) else plain(str(value), LONGEST)

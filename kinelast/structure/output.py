@@ -2,41 +2,46 @@
 
 from __future__ import annotations
 
+import traceback
 from dataclasses import replace
 from importlib import metadata
-from pathlib import Path
 
-from kinelast.folder import add_to
+from kinelast.folder import RequestError, add_to
+from kinelast.run import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.scene.error import plain
 from kinelast.scene.reading import SceneError, StructureScene, read_structure
 from rigid import MechanismError
 
 
-def structure_outcome(path: Path, out: Path) -> tuple[str, str]:
-    """The text of a scene's structure, and one line about the files that were written; or nothing, and what is wrong.
-
-    Parameters
-    ----------
-    out
-        Where the folder named after the scene is, or is put.
-    """
+def structure_outcome(task: Task) -> tuple[Outcome, str]:
+    """How a scene's structure went, and its text; the files are put into the scene's folder."""
+    name = task.name
     try:
-        scene = read_structure(path)
+        scene = read_structure(task.path)
         text = scene_text(scene)
-        files = {"structure.txt": text}
-        line = f"{path.stem}: structure"
-        if scene.mechanism is not None:
-            from kinelast.structure.skeleton import skeleton_svg
+        files, drawn = _files(scene, text)
+        add_to(task.folder, files, {"kinelast": metadata.version("kinelast")})
+    except (SceneError, MechanismError, RequestError) as error:
+        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}"), ""
+    except OSError as error:
+        return Outcome(BAD_INPUT, f"{name}: not written: {plain((error.strerror or str(error)).lower(), MESSAGE)}"), ""
+    except Exception:  # one scene that the program fails on must not take the others with it
+        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}"), ""
+    return Outcome(FINE, f"{name}: structure{drawn} -> {task.folder}", DONE), text
 
-            try:
-                files["skeleton.svg"] = skeleton_svg(scene.mechanism)
-                line += " and skeleton diagram"
-            except MechanismError as error:
-                line += f", no skeleton diagram ({error})"
-        folder = out / path.stem
-        add_to(folder, files, {"kinelast": metadata.version("kinelast")})
-    except (SceneError, MechanismError, OSError) as error:
-        return "", f"{path.stem}: {error}"
-    return text, f"{line} -> {folder}"
+
+def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
+    """The files of a structure, and what to say of its diagram."""
+    files = {"structure.txt": text}
+    if scene.mechanism is None:
+        return files, ""
+    from kinelast.structure.skeleton import skeleton_svg
+
+    try:
+        files["skeleton.svg"] = skeleton_svg(scene.mechanism)
+    except MechanismError as error:
+        return files, f", no skeleton diagram ({error})"
+    return files, " and skeleton diagram"
 
 
 def scene_text(scene: StructureScene) -> str:

@@ -31,8 +31,10 @@ MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
 class ForwardError(MechanismError):
     """A motion that cannot be continued; `time` [s] is the last at which it could.
 
-    The rest as of `MechanismError`.
+    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
     """
+
+    course: IntegratedMotion | None = None
 
     def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
         super().__init__(message, **culprits)
@@ -86,6 +88,8 @@ def forward(
     rate: Any,
     duration: float,
     tolerance: float = 1e-10,
+    most_steps: int | None = None,
+    on_step: Callable[[float], None] | None = None,
 ) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
@@ -103,6 +107,10 @@ def forward(
     tolerance
         Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
         at the end, which a mechanism may magnify.
+    most_steps
+        After which it is given up, as a motion that cannot be continued.
+    on_step
+        Called with the time [s] that is reached after every step.
 
     Raises
     ------
@@ -132,30 +140,60 @@ def forward(
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
     scale = tolerance * np.concatenate([unit, unit / duration])
-    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale)
+    most = np.inf if most_steps is None else most_steps
+    return _integrated(system, begin, duration, max(tolerance, LEAST_TOLERANCE), scale, most, on_step)
 
 
-def _integrated(system: _System, begin: Reals, duration: float, tolerance: float, scale: Any) -> IntegratedMotion:
+def _integrated(
+    system: _System,
+    begin: Reals,
+    duration: float,
+    tolerance: float,
+    scale: Any,
+    most_steps: float,
+    on_step: Callable[[float], None] | None,
+) -> IntegratedMotion:
     """Steps from time 0 to the duration, and where the links are at each."""
-    from scipy.integrate import DOP853, OdeSolution
+    from scipy.integrate import DOP853
 
     tracker = system.tracker
     solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
     tracker.restart()
-    times, pieces, origins, directions = [0.0], [], [tracker.origin], [tracker.direction]
+    times, origins, directions = [0.0], [tracker.origin], [tracker.direction]
+    pieces: list[Any] = []
     while solver.status == "running":
         solver.step()
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            raise _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+            stuck = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+            break
+        if len(pieces) >= most_steps:
+            more = f"{duration:g} s would take about {duration / times[-1]:.3g} times as many"
+            why = f"it has taken {most_steps} steps, {more}"
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
+            break
         tracker.mark()
         times.append(solver.t)
         pieces.append(solver.dense_output())
         origins.append(tracker.origin)
         directions.append(tracker.direction)
+        if on_step:
+            on_step(solver.t)
+    else:
+        return _course(system, times, pieces, origins, directions, int(solver.nfev))
+    stuck.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
+    raise stuck
+
+
+def _course(
+    system: _System, times: list[float], pieces: list[Any], origins: list[Any], directions: list[Any], evaluations: int
+) -> IntegratedMotion:
+    from scipy.integrate import OdeSolution
+
+    tracker = system.tracker
     postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
     return IntegratedMotion(
-        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), int(solver.nfev)
+        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations
     )
 
 
@@ -225,13 +263,13 @@ def _aligned(tracker: Tracker) -> str:
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"
 
 
-def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str) -> ForwardError:
+def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
     names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
     return ForwardError(
         f"the motion cannot go on after {time:.6g} s with {places}: {why}",
         time,
-        kind="singular",
+        kind=kind,
         links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
         drives=range(len(names)),
     )

@@ -10,9 +10,9 @@ import numpy as np
 
 from elastic import FIELDS, Field, Kind, sample
 from kinelast.figures.results import Results, drive_words, joint_words
-from kinelast.page.charts import DASHES, Axis, Chart, Curve, field_maps
 from kinelast.page.numbers import quantity, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
+from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 from rigid import PinDrive
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
@@ -118,7 +118,7 @@ def _places(results: Results) -> list[tuple[int, int]]:
 def legend(chart: Chart) -> list[tuple[str, str, str]]:
     """Names, colours and dashes of the curves."""
     return [
-        (curve.name, COLOURS[curve.colour], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
+        (curve.name, COLOURS[curve.colour % len(COLOURS)], " ".join(map(str, DASHES[curve.dash % len(DASHES)])))
         for curve in chart.curves
     ]
 

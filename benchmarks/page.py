@@ -1,0 +1,54 @@
+"""From a scene to its page, summary and table: how long a scene takes in a batch, and how large its files are.
+
+`python benchmarks/page.py` writes its results as "page"; `python benchmarks/page.py NAME` under another name, to put
+two versions side by side: only the command is used.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+import measuring
+
+from kinelast.command import main as command
+from kinelast.scene.shipped import shipped_scenes
+
+BATCH = 50
+
+
+def scenes(folder: Path) -> list[dict[str, object]]:
+    """Every shipped scene alone, all imports made before."""
+    rows = []
+    for name in shipped_scenes():
+        arguments = [name, "--quiet", "-o", str(folder)]
+        time = measuring.seconds(lambda arguments=arguments: command(arguments))
+        sizes = {file: (folder / name / file).stat().st_size / 1000 for file in ("report.html", "positions.csv")}
+        rows.append(
+            {"scene": name, "ms": 1000 * time, "page kB": sizes["report.html"], "table kB": sizes["positions.csv"]}
+        )
+    return rows
+
+
+def batch(folder: Path) -> list[dict[str, object]]:
+    """Copies of the steel four-bar with other speeds, on one core in one process."""
+    text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
+    files = []
+    for number in range(BATCH):
+        files.append(folder / f"four_bar_{number:03}.toml")
+        files[-1].write_text(text.replace('"100 rad/s"', f'"{100 + number / 10} rad/s"'), encoding="utf-8")
+    arguments = [*map(str, files), "--quiet", "-o", str(folder / "out")]
+    time = measuring.seconds(lambda: command(arguments), 0.0, 3)
+    return [{"four-bars": BATCH, "s": time, "ms a scene": 1000 * time / BATCH}]
+
+
+def main() -> None:
+    name = sys.argv[1] if len(sys.argv) > 1 else "page"
+    with tempfile.TemporaryDirectory() as folder:
+        tables = {"scenes": scenes(Path(folder)), "batch": batch(Path(folder))}
+    measuring.report(name, "A scene with page, summary and table, and the size of its files", tables)
+
+
+if __name__ == "__main__":
+    main()

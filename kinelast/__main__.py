@@ -1,0 +1,8 @@
+"""`python -m kinelast` is the deflection-report command."""
+
+import sys
+
+from kinelast.command import main
+
+if __name__ == "__main__":
+    sys.exit(main())

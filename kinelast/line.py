@@ -1,0 +1,67 @@
+"""What the terminal says of a scene: the gist of its figures in one line, and what is asked about them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kinelast.figures.trust import GOOD, INPUTS, verdict
+from kinelast.page.numbers import coordinate, number, quantity
+
+
+def gist(figures: Mapping[str, Any]) -> str:
+    """The gist of a scene in one line."""
+    words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
+    largest, accepted = figures["largest_deflection"], figures["acceptance"]
+    if largest:
+        place = quantity(largest["along"]["value"], "m", 3)
+        drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
+        size = quantity(abs(largest["value"]), largest["unit"])
+        words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
+    stress = figures["largest_stress"]
+    if stress:
+        safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
+        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['label']}{_safe(safety)})")
+    condition = figures["run"]["largest_condition"]["value"]
+    if condition is not None:
+        words.append(f"condition {number(condition, 3)}")
+    if figures["run"]["singular"]:
+        words.append(f"{figures['run']['singular']} singular positions")
+    if figures["run"]["left_out"]:
+        words.append(f"{figures['run']['left_out']} positions out of reach")
+    if figures["check"]:
+        words.append(_check(figures["check"]))
+    if figures["made_from"]["options"]["animate"] and not figures["links"]:
+        words.append("no film: nothing is drawn along links without beams")
+    if accepted["passed"] is not None:
+        failed = ", ".join(_exceeded(row) for row in accepted["limits"] if not row["passed"])
+        words.insert(0, f"NOT ACCEPTABLE: {failed}" if failed else "acceptable")
+    level, reasons = verdict(figures["trust"])
+    if level != GOOD:
+        words.append(f"{level}: {', '.join(reasons)}")
+    return "; ".join(words)
+
+
+def _exceeded(row: Mapping[str, Any]) -> str:
+    """A limit that is not kept, in a few words."""
+    found, limit = row["found"], row["limit"]
+    if found["value"] is None:
+        return f"{row['kind']} cannot be judged"
+    size, allowed = quantity(abs(found["value"]), found["unit"]), quantity(limit["value"], limit["unit"])
+    return f"{row['kind']} {size}, allowed {allowed}"
+
+
+def questions(figures: Mapping[str, Any]) -> list[str]:
+    """What is asked about the scene's inputs: most likely slips of a unit."""
+    return [finding["text"] for finding in figures["trust"] if finding["heading"] == INPUTS]
+
+
+def _check(check: Mapping[str, Any]) -> str:
+    if check["passed"] is None:
+        return "check has nothing to compare"
+    size = number(float("nan") if check["largest"] is None else check["largest"], 2)
+    return f"check {'agrees' if check['passed'] else 'FAILED'} ({size})"
+
+
+def _safe(factor: float | None) -> str:
+    return "" if factor is None else f", safety {factor:.3g}"

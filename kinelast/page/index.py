@@ -1,0 +1,34 @@
+"""index.html: all scenes of a folder of results in one table that can be sorted and filtered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from kinelast.page.report import as_data, filled, shared_parts
+
+MARK = b'<script type="application/json" id="rows">'  # by which a page of this program is known
+SCRIPTS = ("numbers", "dom", "index")
+
+
+def index_page(out: Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> bytes:
+    """The page of a folder of results, UTF-8: the rows of its summary.csv, linked to the scenes' own pages.
+
+    Parameters
+    ----------
+    out
+        The folder; a row is linked where its report is there.
+    head, rows
+        Of summary.csv: the first column names the scene's folder in `out`.
+    """
+    reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
+    title = f"Results in {out.resolve().name}"
+    return filled(
+        "index.html",
+        {
+            "title": escape(title).encode("utf-8", "replace"),
+            "rows": as_data({"head": list(head), "rows": [list(row) for row in rows], "reports": reports}),
+            **shared_parts(SCRIPTS),
+        },
+    )

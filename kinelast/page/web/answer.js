@@ -1,0 +1,100 @@
+// The answer on top: acceptable or not, how far to trust it, and the figures that a reader looks for first.
+const LIMIT_WORDS = { deflection: "deflection", chord: "deflection from chord", safety: "safety against yield", output: "error of the output" };
+const TRUST_WORDS = { good: "These figures can be relied on.", caution: "These figures are to be taken with care", poor: "Some of these figures are not to be relied on" };
+const CHORD = "the straight line through the link's own displaced ends: what is left is bending alone";
+
+function answerSection() {
+  const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), h("div", { class: "tiles" }, tiles()), contributions());
+  part.classList.add("answer");
+}
+
+function acceptance() {
+  const { passed, limits } = summary.acceptance;
+  const failed = limits.filter((limit) => limit.passed === false);
+  const weak = failed.length ? "" : yielding();
+  const level = failed.length || weak ? "poor" : passed ? "good" : "open";
+  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: all ${limits.length} limits of the scene are kept.` : "No limits are set.";
+  const note = passed === null && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
+  return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
+    limits.length ? table(limits, [
+      { name: "Limit", text: (each) => `${LIMIT_WORDS[each.kind]}${each.on ? ` of ${each.on}` : ""}` },
+      { name: "allowed", text: (each) => `${each.kind === "safety" ? "at least" : "at most"} ${figureAngle(each.limit)}` },
+      { name: "found", text: (each) => figureAngle(each.found) },
+      { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
+      { name: "kept", text: (each) => (each.passed ? "yes" : "no") },
+    ], "Limits of the scene") : null);
+}
+
+function limitWords({ kind, on, limit, found }) {
+  if (found.value === null) return `${LIMIT_WORDS[kind]}${on ? ` of ${on}` : ""} cannot be judged: there is no figure`;
+  return `${LIMIT_WORDS[kind]} of ${found.label ?? on} is ${figureAngle(found)}, ${kind === "safety" ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+}
+
+// Angles as degrees where a reader compares them.
+const figureAngle = (figure, digits = 4) => (figure.unit === "rad" && figure.value !== null ? `${number((figure.value * 180) / Math.PI, digits)}°` : figureWords(figure, digits));
+
+function leastSafe() {
+  const rows = Object.entries(summary.strength).filter(([, row]) => row.safety_factor.value !== null);
+  return rows.sort((a, b) => a[1].safety_factor.value - b[1].safety_factor.value)[0];
+}
+
+function yielding() {
+  const least = leastSafe();
+  return least && least[1].safety_factor.value < 1 ? `${least[0]} yields: safety ${number(least[1].safety_factor.value, 3)}.` : "";
+}
+
+function trustLine() {
+  const { level, reasons } = summary.verdict;
+  return h("div", { class: `verdict ${level}`, id: "trusted" }, h("p", {}, h("b", {}, level === "good" ? TRUST_WORDS.good : `${TRUST_WORDS[level]}: ${reasons.join(", ")}.`), " ", h("a", { href: "#trust" }, "Why?")));
+}
+
+function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
+  const go = at ? h("button", { type: "button", class: "go", onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
+  return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, figure), h("span", {}, words, " ", go));
+}
+
+function placeWords(label, figure) {
+  const link = summary.links.find((each) => each.label === label);
+  if (!figure?.along || figure.along.value === null || !link) return "";
+  const way = figure.along.value / link.length.value;
+  return way < 1e-6 ? `at ${link.from}` : way > 1 - 1e-6 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
+}
+
+function tiles() {
+  const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check } = summary;
+  const where = (figure) => [figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
+  const shown = [];
+  if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
+  if (moved) shown.push(tile("Displaced most", quantity(Math.abs(moved.value), moved.unit), where(moved), { means: "largest deflection from where a rigid link would be, whatever carries it there", at: moved }));
+  if (strained) shown.push(tile("Largest stress", figureWords(strained), where(strained), { means: "von Mises stress: what is compared with the yield stress", at: strained }));
+  const least = leastSafe();
+  if (least) shown.push(tile("Safety against yield", number(least[1].safety_factor.value, 3), `${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`, { level: least[1].safety_factor.value < 1 ? "poor" : least[1].safety_factor.value < 1.5 ? "caution" : "good" }));
+  if (output && suited) shown.push(tile("Error of the output", figureAngle(output), `${{ point: "point", slide: "slide of", angle: "angle of" }[output.kind]} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`, { means: "how far the elastic mechanism puts its output from where rigid links would", at: output }));
+  for (const [name, drive] of Object.entries(drives).slice(0, 2)) shown.push(tile(`Drive of ${name}`, figureWords(drive.effort), atWords(drive.effort), { at: drive.effort }));
+  shown.push(tile("Shaking force", figureWords(shaking.force), atWords(shaking.force), { means: "what the moving mechanism does to its ground", at: shaking.force }));
+  const lowest = vibration?.natural[0]?.lowest;
+  if (lowest) {
+    const ratio = vibration.drive_to_lowest.value;
+    shown.push(tile("Lowest natural frequency", `${number(lowest.value / (2 * Math.PI))} Hz`, [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "), { at: lowest }));
+  }
+  const nothing = check && check.passed === null;
+  shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : `largest difference ${number(check.largest, 2)} of the maximum`, { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
+  return shown;
+}
+
+// How much of the output's error every link causes.
+function contributions() {
+  const { output } = summary;
+  if (!output?.shares?.length || !output.value) return null;
+  const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)), rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)), idle = ranked.filter((each) => !rows.includes(each));
+  const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
+  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft("At the instant where it is largest: what every link's own giving way adds; together they are the whole. A negative part makes up for others."),
+    h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value * output.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))), idle.length ? soft(`Nothing by ${idle.map((each) => each.link).join(", ")}.`) : null);
+}
+
+function trustSection() {
+  section("trust", "Trust", "Can it be trusted?", soft("What the theory leaves out, sized for this scene. Whether the machine is good enough is another question, answered on top."),
+    h("ul", { class: "trust" }, summary.trust.map((finding) => h("li", {}, h("span", { class: `level ${finding.level}` }, finding.level), h("p", {}, h("b", {}, `${finding.heading}. `), finding.text)))),
+    h("p", { class: "soft" }, jargon("Condition number", "by how much round-off grows at a position: 1 at best; about 15 minus its power of ten digits are left"), " tells how near a position is to a singular one, where the mechanism jams or loses its way. "),
+    h("h3", {}, "What was not computed"), h("p", {}, `${summary.not_computed.join("; ")}. The drives hold their coordinates exactly.`));
+}

@@ -1,0 +1,135 @@
+// Curves by uPlot: hover, zoom, pick, download; all linked to the same instant.
+const charts = [];
+const CHART_HEIGHT = 210, MOST_CURVES = 10;
+const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3]];
+const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
+
+// The positions in the order of the axis, null where some were left out between two.
+const order = (() => {
+  const every = Array.from({ length: N }, (_, i) => i), time = row("time");
+  const steps = every.slice(1).map((i) => time[i] - time[i - 1]), usual = [...steps].sort((a, b) => a - b)[steps.length >> 1];
+  const apart = (i) => model.left_out > 0 && i > 0 && steps[i - 1] > 1.5 * usual;
+  const found = every.flatMap((i) => (apart(i) ? [null, i] : [i]));
+  return axis.falling ? found.reverse() : found;
+})();
+const orderOf = new Map(order.map((i, k) => [i, k]));
+const abscissae = order.map((i, k) => (i === null ? (axis.values[order[k - 1]] + axis.values[order[k + 1]]) / 2 : axis.values[i]));
+const shownAt = (i) => i !== null && counted(i);
+
+// Curves: {name, values: i -> number, colour, dash}; values are in SI, drawn with a prefix that suits the greatest.
+function chart(holder, heading, unit, curves, options = {}) {
+  const xs = options.xs ?? abscissae, xLabel = options.xLabel ?? axis.label;
+  const made = { heading, unit, xs, xLabel, cycle: !options.xs, hidden: new Set(), live: options.live };
+  const figure = h("figure", { class: "chart", "aria-label": `${heading}: curves of ${curves.map((curve) => curve.name).join(", ")}` });
+  const canvas = h("div", { class: "plot" }), legend = h("div", { class: "legend" });
+  figure.append(h("figcaption", {}, h("h3", {}, heading), h("span", { class: "downloads" }, ["PNG", "SVG", "CSV"].map((kind) => h("button", { type: "button", "aria-label": `${heading} as ${kind}`, onclick: () => SAVES[kind](made) }, kind)))), legend, canvas);
+  holder.append(figure);
+  const read = () => curves.map((curve) => (made.cycle ? order.map((i) => (shownAt(i) ? curve.values(i) : NaN)) : xs.map((x, k) => curve.values(k))));
+  const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
+  const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) ? value * factor : null)));
+  const marks = curves.map((curve, k) => {
+    const words = h("output", {});
+    const button = h("button", { type: "button", "aria-pressed": "true", onclick: () => {
+      made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
+      button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
+      made.plot.setSeries(k + 1, { show: !made.hidden.has(k) });
+    } }, s("svg", { viewBox: "0 0 26 8", "aria-hidden": "true" }, s("line", { x1: 0, x2: 26, y1: 4, y2: 4, "stroke-width": 2.4, stroke: `var(--l${(curve.colour ?? k) % LINK_COLOURS})`, "stroke-dasharray": DASHES[(curve.dash ?? 0) % 4].join(" ") })), curve.name, " ", words);
+    return { button, words };
+  });
+  legend.append(...marks.map(({ button }) => button));
+  const at = h("div", { class: "now" });
+
+  made.tell = (index) => {
+    const plot = made.plot, shown = plot?.cursor.idx ?? index;
+    marks.forEach(({ words }, k) => { words.textContent = shown === null || shown === undefined ? "" : quantity(made.rows[k][shown] ?? NaN, unit); });
+  };
+  made.follow = (i) => {
+    if (!made.plot) return;
+    if (made.live) {
+      made.rows = read();
+      made.plot.setData([xs, ...clean(made.rows, made.factor)], false);
+      return made.tell(null);
+    }
+    const index = orderOf.get(i);
+    at.style.transform = `translateX(${made.plot.valToPos(xs[index], "x")}px)`;
+    made.tell(index);
+  };
+  made.build = () => {
+    made.plot?.destroy();
+    made.rows = read();
+    const largest = options.largest ?? greatest(made.rows);
+    [made.factor, made.prefixed] = scaleOf(largest, unit);
+    made.colours = curves.map((curve, k) => colour(curve.colour ?? k));
+    made.curves = curves;
+    const ink = variable("--soft"), rule = variable("--rule"), font = "11px system-ui, sans-serif";
+    const axes = { stroke: ink, font, labelFont: font, grid: { stroke: rule, width: 1 }, ticks: { show: false } };
+    const steps = axis.angular && made.cycle ? { incrs: [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720] } : {};
+    const bound = options.largest ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] } : {};
+    made.plot = new uPlot({
+      width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
+      scales: { x: { time: false }, y: bound },
+      axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
+      series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
+      cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
+      hooks: { setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
+    }, [xs, ...clean(made.rows, made.factor)], canvas);
+    const canvasElement = canvas.querySelector("canvas");
+    canvasElement.setAttribute("aria-hidden", "true");
+    if (made.cycle) {
+      made.plot.over.append(at);
+      let pressed = 0;
+      made.plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
+      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) showPosition(order[made.plot.cursor.idx]); });
+    }
+    made.follow(instant.position);
+  };
+  made.resize = () => made.plot && made.plot.setSize({ width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT });
+  made.remove = () => { made.plot?.destroy(); charts.splice(charts.indexOf(made), 1); figure.remove(); };
+  made.figure = figure;
+  charts.push(made);
+  made.build();
+  new ResizeObserver(() => { made.resize(); made.follow(instant.position); }).observe(canvas);
+  return made;
+}
+
+follow((i) => charts.forEach((made) => made.follow(i)));
+const restyle = () => charts.forEach((made) => made.build());
+
+const SAVES = {
+  CSV(made) {
+    const cell = (words) => `"${String(words).replace(/"/g, '""')}"`;
+    const heads = [made.xLabel, ...made.curves.map((curve) => `${curve.name} [${made.unit}]`)].map(cell).join(",");
+    const lines = made.xs.map((x, k) => [x, ...made.rows.map((row) => (isFinite(row[k]) ? row[k] : ""))].join(","));
+    download(`${fileName(made.heading)}.csv`, "text/csv", [heads, ...lines].join("\n") + "\n");
+  },
+  PNG(made) {
+    const from = made.plot.ctx.canvas, to = h("canvas", { width: from.width, height: from.height }), pen = to.getContext("2d");
+    pen.fillStyle = variable("--paper");
+    pen.fillRect(0, 0, to.width, to.height);
+    pen.drawImage(from, 0, 0);
+    to.toBlob((blob) => download(`${fileName(made.heading)}.png`, "image/png", blob));
+  },
+  SVG(made) {
+    const wide = 720, tall = 300, left = 70, foot = 250, head = 40, right = 700;
+    const rows = made.rows.filter((_, k) => !made.hidden.has(k)).flat().filter(isFinite).map((value) => value * made.factor);
+    const low = Math.min(0, ...rows), high = Math.max(0, ...rows, low + 1e-300), [first, last] = [made.xs[0], made.xs[made.xs.length - 1]];
+    const x = (value) => left + ((right - left) * (value - first)) / (last - first || 1), y = (value) => foot - ((foot - head) * (value * made.factor - low)) / (high - low);
+    const path = (row) => made.xs.map((value, k) => (isFinite(row[k]) ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}` : "")).join("");
+    const words = (at, text, anchor = "middle") => s("text", { x: at[0], y: at[1], "text-anchor": anchor, "font-size": 12, "font-family": "sans-serif" }, text);
+    const picture = s("svg", { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
+      words([left, 20], `${made.heading} [${unitWords(made.prefixed)}]`, "start"),
+      s("path", { d: `M${left} ${head}V${foot}H${right}M${left} ${y(0)}H${right}`, fill: "none", stroke: "#888" }),
+      words([left - 6, foot], number(low), "end"), words([left - 6, head + 4], number(high), "end"), words([left, foot + 16], number(first)), words([right, foot + 16], number(last)), words([(left + right) / 2, foot + 34], made.xLabel),
+      made.rows.map((row, k) => made.hidden.has(k) ? null : s("path", { d: path(row), fill: "none", stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": DASHES[(made.curves[k].dash ?? 0) % 4].join(" ") }, s("title", {}, made.curves[k].name))),
+      made.rows.map((_, k) => words([right, head + 16 * k - 22], made.curves[k].name, "end")).map((label, k) => put(label, { fill: made.colours[k] }, [])));
+    download(`${fileName(made.heading)}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
+  },
+};
+
+// No more curves than can be told apart: the largest.
+function largest(curves) {
+  if (curves.length <= MOST_CURVES) return curves;
+  const sizes = curves.map((curve) => order.reduce((most, i) => Math.max(most, shownAt(i) ? Math.abs(curve.values(i)) || 0 : 0), 0));
+  const kept = new Set(sizes.map((_, k) => k).sort((a, b) => sizes[b] - sizes[a]).slice(0, MOST_CURVES));
+  return curves.filter((_, k) => kept.has(k));
+}

@@ -1,0 +1,90 @@
+// What the reader does to the mechanism: play, choose diagrams, exaggerate, show and hide.
+const FIRST_FIELD = "M";
+
+function check(words, on, change, attributes = {}) {
+  return h("label", { class: "check", ...attributes }, h("input", { type: "checkbox", checked: on, onchange: (event) => change(event.target.checked) }), h("span", {}, words));
+}
+
+function mechanismSection() {
+  const words = h("output", { id: "instant", class: "instant" });
+  const slider = h("input", { type: "range", id: "position", min: 0, max: N - 1, value: 0, step: 1, "aria-label": "position in the cycle", oninput: (event) => { halt(); showPosition(Number(event.target.value)); } });
+  const button = h("button", { type: "button", id: "play", class: "main", "aria-pressed": "false", onclick: toggle }, "Play");
+  const speed = h("select", { id: "speed", "aria-label": "speed" }, [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) => h("option", { value: seconds, selected: seconds === 8 }, name)));
+  function toggle() {
+    if (instant.playing !== null) return halt();
+    play(() => Number(speed.value));
+    button.textContent = "Pause";
+    button.setAttribute("aria-pressed", "true");
+  }
+  function halt() {
+    stop();
+    button.textContent = "Play";
+    button.setAttribute("aria-pressed", "false");
+  }
+  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true });
+  holder.append(tip);
+  const part = section("mechanism", "Mechanism", "The mechanism, moving",
+    soft("Drag the slider or any link; hover for values, click a link to see its fields below. Keys: space plays, ← and → step."),
+    h("div", { class: "bar" }, button, speed, slider, words),
+    holder, exaggeration(), diagramChoice(),
+    h("div", { class: "bar" }, show("rigid", "rigid position"), show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"),
+      h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant")));
+  if (model.beams.length) view.fields.add(FIRST_FIELD);
+  drawMechanism(holder, tip);
+  follow((i) => {
+    slider.value = i;
+    slider.setAttribute("aria-valuetext", instantWords(i));
+    words.textContent = instantWords(i) + (counted(i) ? "" : " – ill-conditioned: in no largest value");
+  });
+  part.addEventListener("keydown", (event) => {
+    if (event.target.matches("input, select, button, summary")) return;
+    const steps = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 };
+    if (event.key === " ") toggle();
+    else if (event.key in steps) { halt(); showPosition(instant.position + steps[event.key]); }
+    else return;
+    event.preventDefault();
+  });
+}
+
+function show(name, words) {
+  return check(words, view[name], (on) => { view[name] = on; view.redraw(); }, { id: `show-${name}` });
+}
+
+function diagramChoice() {
+  if (!model.beams.length) return soft("No link has beams: nothing bends, and there are no diagrams.");
+  return h("fieldset", { class: "bar diagrams" }, h("legend", {}, "Diagrams on the links (each to its own scale)"), fieldsShown.map((field) => {
+    const row = FIELDS[field];
+    return h("label", { class: `check chip f-${field}`, title: row.means }, h("input", { type: "checkbox", value: field, checked: field === FIRST_FIELD, onchange: (event) => {
+      view.fields[event.target.checked ? "add" : "delete"](field);
+      view.redraw();
+      showBeam();
+    } }), h("span", {}, row.name));
+  }));
+}
+
+function exaggeration() {
+  if (!suited) return null;
+  const words = h("output", {}, `${number(view.factor)} times`);
+  const low = Math.log10(suited) - 2, high = Math.log10(suited) + 1;
+  const range = h("input", { type: "range", id: "exaggeration", min: low, max: high, step: 0.01, value: Math.log10(suited), "aria-label": "exaggeration of the displacements", oninput: (event) => set(Math.pow(10, Number(event.target.value))) });
+  function set(factor) {
+    view.factor = Number(factor.toPrecision(2));
+    words.textContent = `${number(view.factor)} times`;
+    view.redraw();
+  }
+  const button = (name, factor) => h("button", { type: "button", onclick: () => { if (factor > 0) range.value = Math.log10(factor); set(factor); } }, name);
+  return h("div", { class: "bar" }, h("label", { for: "exaggeration" }, "Displacements drawn larger"), range, words, button("true size", 1), button("rigid", 0), button("as at first", suited));
+}
+
+// The picture as it is, with the page's colours written into it.
+function saveMechanism() {
+  const copy = view.svg().cloneNode(true);
+  const originals = view.svg().querySelectorAll("*");
+  copy.querySelectorAll("*").forEach((element, k) => {
+    const style = getComputedStyle(originals[k]);
+    for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "fill-opacity", "opacity", "font", "visibility", "display"]) element.style.setProperty(name, style.getPropertyValue(name));
+  });
+  copy.setAttribute("xmlns", SVG);
+  copy.setAttribute("width", view.svg().clientWidth);
+  download(`${fileName("mechanism")}_${instant.position}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(copy));
+}

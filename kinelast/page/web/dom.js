@@ -1,0 +1,34 @@
+// Elements made of data: text is always text, never markup.
+const $ = (id) => document.getElementById(id);
+const SVG = "http://www.w3.org/2000/svg";
+
+function put(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes ?? {}))
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
+  element.append(...children.flat(9).filter((child) => child !== null && child !== undefined && child !== false));
+  return element;
+}
+const h = (tag, attributes, ...children) => put(document.createElement(tag), attributes, children);
+const s = (tag, attributes, ...children) => put(document.createElementNS(SVG, tag), attributes, children);
+
+function download(name, type, content) {
+  const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
+  h("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}
+const fileName = (words) => `${summary.scene.name}_${words.toLowerCase().replace(/[^a-z0-9]+/g, "_")}`;
+
+function section(id, short, heading, ...children) {
+  $("contents").append(h("li", {}, h("a", { href: `#${id}` }, short)));
+  const part = h("section", { id, "aria-labelledby": `${id}-heading` }, h("h2", { id: `${id}-heading` }, heading), children);
+  $("main").append(part);
+  return part;
+}
+
+const soft = (...words) => h("p", { class: "soft" }, words);
+const jargon = (word, means) => h("abbr", { title: means, tabindex: 0 }, word);
+const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const LINK_COLOURS = 8;
+const linkColour = (link) => (link === GROUND ? "var(--ink)" : `var(--l${(link - 1) % LINK_COLOURS})`);

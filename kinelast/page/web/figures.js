@@ -1,0 +1,104 @@
+// The figures of the summary as tables, and what they were computed from.
+const where = (name, of) => ({ name, text: (each) => atWords(of(each)) });
+
+function extremesSection() {
+  const rows = Object.entries(summary.peaks).map(([label, peaks]) => ({ label, peaks }));
+  if (!rows.length) return;
+  const columns = (field) => {
+    const { name, symbol, unit, means } = FIELDS[field];
+    return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
+  };
+  const link = { name: "Link", text: (each) => each.label };
+  const place = (field) => ({ name: "where", text: (each) => (each.peaks[field].value ? `${placeWords(each.label, each.peaks[field])}, ${atWords(each.peaks[field])}` : "") });
+  const pairs = (fields) => fields.flatMap((field, k) => [{ ...columns(field), worst: k === 0 }, place(field)]);
+  section("extremes", "Extremes", "Largest values over the cycle", soft("Largest magnitude along each link with its sign, exact along it, ", summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run", ". Where: the point or the distance from the link's first point, and the drive's coordinate. Displacements are measured from the rigid position; the ", jargon("chord", CHORD), " is the line through a link's own ends. Click a heading to sort."),
+    table(rows, [link, ...pairs(["w", "chord", "u", "phi"])], "Displacements"),
+    table(rows, [link, ...pairs(["M", "N", "V"])], "Section forces"),
+    summary.stressed ? table(rows, [link, ...pairs(["mises", "normal", "shear"])], "Stresses") : soft("No stresses: the sections do not tell their dimensions."));
+}
+
+function strengthSection() {
+  const rows = Object.entries(summary.strength).map(([label, row]) => ({ label, ...row }));
+  if (!rows.length) return;
+  section("strength", "Strength", "Strength and buckling", soft("Range: how far the normal stress swings over the cycle at one place. Safety: yield stress over the largest von Mises stress. Euler: largest compression over the critical load with both ends pinned; 100 % buckles. Slenderness: length over radius of gyration."),
+    table(rows, [
+      { name: "Link", text: (each) => each.label },
+      { name: "safety", of: (each) => value(each.safety_factor), digits: 3, worst: "least" },
+      { name: "yield stress", unit: "Pa", of: (each) => value(each.yield_stress), digits: 3 },
+      { name: "stress range", unit: "Pa", of: (each) => value(each.stress_range) },
+      { name: "where", text: (each) => (each.stress_range.value ? `${placeWords(each.label, each.stress_range)}, ${each.stress_range.fibre} fibre` : "") },
+      { name: "Euler [%]", of: (each) => 100 * (value(each.euler_ratio) ?? NaN), digits: 2 },
+      where("at", (each) => each.euler_ratio),
+      { name: "slenderness", of: (each) => value(each.slenderness), digits: 3 },
+    ], "Strength and buckling"));
+}
+
+function vibrationSection() {
+  const { vibration } = summary;
+  if (!vibration?.natural.length) return;
+  const rows = vibration.natural.map((mode, k) => ({ ...mode, k: k + 1 })), hertz = (figure) => (figure.value === null ? NaN : figure.value / (2 * Math.PI));
+  const { load, drive_speed: speed, drive_to_lowest: ratio } = vibration;
+  section("vibration", "Frequencies", "Natural frequencies", soft(`Of the mechanism as a structure, its drives held, at ${vibration.positions} positions of the cycle.`),
+    table(rows, [
+      { name: "Mode", text: (each) => String(each.k) },
+      { name: "lowest [Hz]", of: (each) => hertz(each.lowest) }, where("at", (each) => each.lowest),
+      { name: "highest [Hz]", of: (each) => hertz(each.highest) }, where("at", (each) => each.highest),
+    ], "Natural frequencies"),
+    h("p", {}, speed.value ? `The drive turns at ${number(speed.value / (2 * Math.PI), 3)} Hz, ${number(ratio.value, 2)} of the lowest. ` : "",
+      load?.harmonic ? `Its load is felt up to harmonic ${load.harmonic}, ${number(load.frequency.value / (2 * Math.PI), 3)} Hz, ${number(load.to_lowest.value, 2)} of the lowest. ` : "",
+      load ? `Without vibration the deflection is estimated to be ${number(100 * (load.quasi_static_error.value ?? NaN), 2)} % off.` : ""));
+}
+
+function errorsSection() {
+  if (!suited) return;
+  const points = Object.entries(summary.points).map(([name, row]) => ({ name, ...row })), links = Object.entries(summary.angle_errors).map(([name, error]) => ({ name, error }));
+  const part = (name, key, worst) => [{ name, unit: "m", of: (each) => value(each[key]), worst }, where("at", (each) => each[key])];
+  section("errors", "Output", "Error of the output", soft("From where rigid links would be: of points the displacement, how much of it leads off the point's path, to the left of its way, and how much along it, ahead; of links the angle, at the point where it is largest."),
+    table(points, [{ name: "Point", text: (each) => each.name }, ...part("displacement", "displacement", true), ...part("off its path", "off_path"), ...part("along its path", "along_path")], "Displacement of the points"),
+    table(links, [{ name: "Link", text: (each) => each.name }, { name: "error of its angle", unit: "rad", of: (each) => value(each.error), worst: true }, { name: "at point", text: (each) => (each.error.value ? each.error.point : "") }, where("at", (each) => each.error)], "Error of the links' angles"));
+}
+
+function forcesSection() {
+  section("forces", "Joints", "Joints and drives", soft("At the positions of the run", summary.made_from.options.refine ? ": joints, drives and what shakes the ground are not searched between them." : "."),
+    table(summary.joints, [{ name: "Joint", text: (each) => each.joint }, { name: "on link", text: (each) => each.on }, { name: "largest force", unit: "N", of: (each) => value(each.force), worst: true }, where("at", (each) => each.force)], "Joint forces"),
+    table(Object.entries(summary.drives).map(([name, drive]) => ({ name, drive })), [{ name: "Drive", text: (each) => each.name }, { name: "coordinate", text: (each) => each.drive.coordinate }, { name: "largest effort", text: (each) => figureWords(each.drive.effort) }, where("at", (each) => each.drive.effort)], "Drives"),
+    table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [{ name: "On the ground", text: (each) => `shaking ${each.name}` }, { name: "largest", text: (each) => figureWords(each.found) }, where("at", (each) => each.found)], "On the ground"));
+}
+
+function checkSection() {
+  const { check, links } = summary;
+  if (!check || !links.length) return;
+  const rows = Object.entries(check.differences).map(([label, row]) => ({ label, ...row }));
+  section("check", "Check", "Finite elements", soft(`${check.elements} elements a beam; the largest difference from the closed form at any node and position, as a share of the field's maximum over the cycle.`),
+    table(rows, [{ name: "Link", text: (each) => each.label }, ...["N", "V", "M", "u", "w", "phi"].map((field) => ({ name: FIELDS[field].symbol, of: (each) => each[field], words: (each) => number(each[field], 2) }))], "Differences"));
+}
+
+function inputsSection() {
+  const { inputs, links, rigid_links: rigid } = summary, rows = [];
+  const say = (name, ...words) => rows.push(h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, words)));
+  for (const [name, { speed, steady }] of Object.entries(inputs.drives)) say(`Speed of ${name}`, figureWords(speed), speed.unit === "rad/s" && speed.value !== null ? ` = ${number((speed.value * 30) / Math.PI)} rpm` : "", steady ? "" : " at most");
+  const { x, y } = inputs.gravity;
+  say("Gravity", x.value || y.value ? `${figureWords(x)} in x, ${figureWords(y)} in y` : "none");
+  for (const load of inputs.loads) say(`${load.kind}${load.link ? ` on ${load.link}` : ""}${load.place ? `, ${load.place}` : ""}`, load.sizes.map((each) => figureWords(each)).join(", "), load.towards ? ` towards ${coordinateWords(load.towards.value, "rad")}` : "", load.varies ? ", times its table" : "");
+  if (!inputs.loads.length) say("Loads", "none but weight and inertia");
+  for (const lump of inputs.point_masses) say(`Mass on ${lump.link} at ${lump.point}`, figureWords(lump.mass));
+  for (const [name, stuff] of Object.entries(inputs.materials)) say(`Material ${name}`, `E ${figureWords(stuff.E)}, ${number(stuff.density.value, 6)} kg/m³`, stuff.yield.value === null ? "" : `, yields at ${figureWords(stuff.yield)}`);
+  if (links.length) say("Theory of beams", inputs.theory === "Timoshenko" ? "Timoshenko: shear deformation counts" : "Euler-Bernoulli: no shear deformation");
+  section("inputs", "Inputs", "What it was computed from",
+    h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Inputs" }, h("table", { class: "inputs" }, h("caption", {}, "Speeds, loads, materials"), h("tbody", {}, rows))),
+    links.length ? table(links, [
+      { name: "Link", text: (each) => each.label }, { name: "from – to", text: (each) => `${each.from} – ${each.to}` },
+      { name: "section", text: (each) => each.section ?? "" }, { name: "material", text: (each) => each.material ?? "" },
+      { name: "length", unit: "m", of: (each) => value(each.length) },
+      { name: "mass", unit: "kg", of: (each) => value(each.mass) },
+      { name: "EA", unit: "N", means: "rigidity against stretching", of: (each) => value(each.EA), none: "rigid" },
+      { name: "EI", unit: "N m^2", means: "rigidity against bending", of: (each) => value(each.EI), none: "rigid" },
+    ], "Links") : null,
+    rigid.length ? soft(`Rigid: ${rigid.join(", ")}.`) : null,
+    sceneText ? h("details", {}, h("summary", {}, "The scene as it was read"), h("pre", { tabindex: 0 }, sceneText)) : null);
+}
+
+function footer() {
+  const { made_from: made, kinelast, versions, scene } = summary, written = new Date(document.lastModified);
+  $("foot").append(`kinelast ${kinelast}`, versions ? `, ${Object.entries(versions).map(([name, version]) => `${name} ${version}`).join(", ")}` : "", `; scene “${scene.name}”`, made.sha256 ? `, SHA-256 ${made.sha256}` : "", `; this file is of ${isNaN(written) ? "an unknown date" : written.toLocaleString()}. All figures with their units are in summary.json, those of every position in positions.csv. Curves by uPlot (MIT licence, © Leon Sorokin).`);
+}

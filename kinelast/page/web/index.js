@@ -1,0 +1,53 @@
+// The table of a batch: a row a scene, to sort, to filter, to go from to its page.
+const STEP = 300;
+const { head, rows, reports } = JSON.parse($("rows").textContent);
+const linked = new Set(reports);
+const columns = head.map((name) => {
+  const [, words, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/), numeric = unit !== undefined;
+  return { words: words.replace(/_/g, " "), unit: unit === "1" ? "" : unit, numeric };
+});
+// What went wrong stands beside the scene's name; a column that says nothing is left out.
+const message = head.length - 1;
+const order = [0, 1, message, ...head.map((_, k) => k).slice(2, message)].filter((k) => k < 2 || rows.some((cells) => cells[k] !== ""));
+const state = { by: 0, falling: false, shown: STEP, words: "" };
+const numberIn = (cell) => (cell === "" ? NaN : Number(cell));
+
+function matching() {
+  const wanted = state.words.toLowerCase().split(/\s+/).filter(Boolean);
+  const found = rows.filter((cells) => { const text = cells.join(" ").toLowerCase(); return wanted.every((word) => text.includes(word)); });
+  const { by, falling } = state, way = falling ? -1 : 1;
+  const size = (cells) => { const value = Math.abs(numberIn(cells[by])); return isNaN(value) ? -Infinity : value; };
+  return found.sort((a, b) => way * (columns[by].numeric ? size(a) - size(b) : a[by].localeCompare(b[by], undefined, { numeric: true })));
+}
+
+function cellOf(cells, k) {
+  const { numeric, unit } = columns[k], text = cells[k];
+  if (k === 0 && linked.has(text)) return h("a", { href: `${text.split("/").map(encodeURIComponent).join("/")}/report.html` }, text);
+  if (numeric) return text === "" ? "" : unit ? quantity(numberIn(text), unit) : number(numberIn(text));
+  const level = { failed: "poor", poor: "poor", differs: "poor", no: "poor", caution: "caution", good: "good", agrees: "good", yes: "good" }[text];
+  return level ? h("span", { class: level }, text) : text;
+}
+
+const body = h("tbody"), heads = columns.map(({ words }, k) => h("th", { scope: "col", class: columns[k].numeric ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(k) }, words)));
+const more = h("button", { type: "button", onclick: () => { state.shown += 10 * STEP; draw(); } }, "Show more");
+
+function sort(k) {
+  state.falling = state.by === k ? !state.falling : columns[k].numeric;
+  state.by = k;
+  draw();
+}
+
+function draw() {
+  const found = matching(), shown = found.slice(0, state.shown);
+  body.replaceChildren(...shown.map((cells) => h("tr", { class: cells[1] === "failed" ? "worst" : null }, order.map((k) => (k === 0 ? h("th", { scope: "row" }, cellOf(cells, k)) : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : null }, cellOf(cells, k)))))));
+  heads.forEach((each, k) => each.setAttribute("aria-sort", k === state.by ? (state.falling ? "descending" : "ascending") : "none"));
+  more.hidden = shown.length === found.length;
+  const count = (what) => rows.filter((cells) => cells[1] === what).length;
+  $("about").textContent = `${rows.length} scene${rows.length === 1 ? "" : "s"}: ${["done", "failed", "skipped"].map((what) => `${count(what)} ${what}`).join(", ")}; ${found.length} match, ${shown.length} shown.`;
+}
+
+$("filter").addEventListener("input", (event) => { state.words = event.target.value; state.shown = STEP; draw(); });
+$("main").append(h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Scenes" }, h("table", {}, h("caption", {}, "Scenes"), h("thead", {}, h("tr", {}, order.map((k) => heads[k]))), body)), more);
+document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+draw();
+document.body.dataset.ready = "yes";

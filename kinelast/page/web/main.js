@@ -1,0 +1,61 @@
+// From the data to the page.
+async function inflated(id) {
+  const stream = new Blob([bytesOf(id)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).text();
+}
+
+function theme() {
+  const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
+  const button = h("button", { type: "button", id: "theme", "aria-label": "dark or light page", onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark") }, "◐");
+  function set(name) {
+    root.dataset.theme = name;
+    restyle();
+  }
+  root.dataset.theme = dark.matches ? "dark" : "light";
+  dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
+  let before = null;
+  addEventListener("beforeprint", () => { before = root.dataset.theme; set("light"); });
+  addEventListener("afterprint", () => { if (before) set(before); before = null; });
+  $("tools").append(button);
+}
+
+function aboutRun() {
+  const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
+  if (run.singular) words.push(`, ${run.singular} of them singular`);
+  if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
+  if (N < run.positions) words.push(`; the curves and pictures show ${N} of them, the figures count all`);
+  $("about").textContent = `${words.join("")}.`;
+}
+
+async function start() {
+  const script = document.createElement("script");
+  script.textContent = await inflated("uplot");
+  document.head.append(script);
+  $("gist").remove();
+  theme();
+  aboutRun();
+  answerSection();
+  mechanismSection();
+  beamSection();
+  curvesSection();
+  mapsSection();
+  kinematicsSection();
+  extremesSection();
+  strengthSection();
+  errorsSection();
+  forcesSection();
+  vibrationSection();
+  checkSection();
+  trustSection();
+  inputsSection();
+  footer();
+  showPosition(positionOf(summary.largest_chord ?? summary.output));
+  document.body.dataset.ready = "yes";
+}
+
+// What a test or a curious reader asks of the page.
+window.kinelast = { summary, model, number, quantity, fields: FIELDS, value: (field, beam, i, xi) => FIELDS[field].value(beam, i, xi), placeOf, localOf, velocityOf, accelerationOf, displacementOf, turnOf, row, vector, showPosition, instant };
+start().catch((error) => {
+  $("main").prepend(h("p", { class: "verdict poor" }, `This page could not be drawn: ${error.message}`));
+  throw error;
+});

@@ -1,0 +1,347 @@
+// The mechanism, moving: links as they bend, diagrams on them, paths, reactions; to drag, hover and click.
+const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16;
+const view = {
+  factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, selected: null, redraw: () => {},
+};
+
+const corners = (() => {
+  const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+  const reach = ([x, y]) => {
+    if (!isFinite(x + y)) return;
+    low[0] = Math.min(low[0], x); low[1] = Math.min(low[1], y);
+    high[0] = Math.max(high[0], x); high[1] = Math.max(high[1], y);
+  };
+  Object.values(model.links[GROUND].points).forEach(reach);
+  for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) reach(placeOf(link, localOf(link, point), i));
+  if (!isFinite(low[0])) return [[-0.5, -0.5], [0.5, 0.5]];
+  if (low[0] === high[0] && low[1] === high[1]) return [plus(low, [-0.5, -0.5]), plus(high, [0.5, 0.5])];
+  // Room for diagrams, and for what is displaced out of the way.
+  const room = (model.beams.length ? DIAGRAM_SHARE : 0.02) * Math.max(high[0] - low[0], high[1] - low[1]);
+  return [plus(low, [-room, -room]), plus(high, [room, room])];
+})();
+const extent = Math.max(corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]) / (1 + 2 * (model.beams.length ? DIAGRAM_SHARE : 0.02));
+
+// The largest displacement of any point or beam, and the round factor that makes it well seen.
+function roundDown(value) {
+  const power = Math.pow(10, Math.floor(Math.log10(value)));
+  return [5, 2, 1].map((step) => step * power).find((each) => each <= value * (1 + 1e-9)) ?? power;
+}
+const suited = (() => {
+  let largest = Math.max(...["u", "w"].map((field) => (model.beams.length ? scaleOfField(field) : 0)), 0);
+  for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) if (counted(i)) largest = Math.max(largest, size(displacementOf(link, point, i)) || 0);
+  return largest > 1e-12 * extent ? roundDown((DEFORMED_SHARE * extent) / largest) : 0;
+})();
+view.factor = suited;
+
+const largestForce = (() => {
+  let largest = 0;
+  for (let k = 0; k < model.joints.length; k++) for (let i = 0; i < N; i++) if (counted(i)) largest = Math.max(largest, size(vector("force", k, i)) || 0);
+  return largest;
+})();
+
+// Beams that carry a field's diagram, all other links by the outline of their points.
+const bareLinks = model.links.map((_, k) => k).filter((k) => k > GROUND && !model.beams.some((beam) => beam.link === k));
+
+function drawMechanism(holder, tip) {
+  const svg = s("svg", { role: "img", "aria-labelledby": "mechanism-words", tabindex: 0, class: "mechanism" });
+  holder.append(svg);
+  let scale = 1, left = 0, top = 0, width = 0, height = 0, unit = 10, parts;
+  const at = ([x, y]) => [left + scale * x, top - scale * y];
+  const line = (places) => {
+    let text = "", pen = "M";
+    for (const place of places) {
+      const [x, y] = at(place);
+      if (!isFinite(x + y)) { pen = "M"; continue; }
+      text += `${pen}${x.toFixed(2)} ${y.toFixed(2)}`;
+      pen = "L";
+    }
+    return text;
+  };
+
+  function layOut() {
+    width = Math.max(280, holder.clientWidth);
+    const [low, high] = corners, wide = high[0] - low[0], tall = high[1] - low[1];
+    const room = Math.min(60, 0.09 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
+    scale = Math.min((width - 2 * room) / Math.max(wide, 1e-12), (most - 2 * room) / Math.max(tall, 1e-12));
+    height = Math.max(220, scale * tall + 2 * room);
+    left = width / 2 - (scale * (low[0] + high[0])) / 2;
+    top = height / 2 + (scale * (low[1] + high[1])) / 2;
+    unit = Math.max(5, Math.min(10, width / 90));
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.setAttribute("height", height);
+    build();
+    update(instant.position);
+  }
+
+  function build() {
+    parts = {
+      paths: s("g", { class: "paths" }), ground: s("g"), rigid: s("g", { class: "rigid" }), diagrams: s("g"), links: s("g"), joints: s("g"), arrows: s("g"), names: s("g", { class: "names" }), dot: s("circle", { r: 4, class: "dot", visibility: "hidden" }),
+    };
+    svg.replaceChildren(s("title", { id: "mechanism-words" }, "The mechanism"), ...Object.values(parts), scaleBar());
+    for (const { link, point } of movingPoints) {
+      const places = Array.from({ length: N }, (_, i) => placeOf(link, localOf(link, point), i));
+      places.push(closed() ? places[0] : [NaN, NaN]);
+      parts.paths.append(s("path", { d: line(places) }));
+    }
+    for (const [point, place] of Object.entries(model.links[GROUND].points)) parts.ground.append(support(place, point));
+    parts.beams = model.beams.map((beam, k) => ({
+      rigid: parts.rigid.appendChild(s("path")),
+      line: parts.links.appendChild(s("path", { class: "link", style: `stroke:${linkColour(beam.link)};fill:none`, "data-beam": k })),
+    }));
+    parts.bare = bareLinks.map((k) => {
+      const shape = model.outlines[model.links[k].name] ? "outline" : "plate";
+      return { k, rigid: parts.rigid.appendChild(s("path")), line: parts.links.appendChild(s("path", { class: `link ${shape}`, style: `stroke:${linkColour(k)};fill:${linkColour(k)}`, "data-link": k })) };
+    });
+    parts.sliders = model.sliders.map((slider) => ({
+      slider,
+      rail: parts.ground.appendChild(s("path", { class: "rail" })),
+      block: parts.joints.appendChild(s("rect", { class: "block", width: 3.4 * unit, height: 2.1 * unit, x: -1.7 * unit, y: -1.05 * unit, style: `stroke:${linkColour(slider.link)}`, "data-link": slider.link })),
+    }));
+    for (const { slider, rail } of parts.sliders) if (slider.on === GROUND) drawRails(slider, rail);
+    parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.joint ? "pin" : "spot", r: pin.joint ? 0.55 * unit : 0.32 * unit })) }));
+    parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
+    parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, each.point)) }));
+    parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, link.name)) : null }));
+    parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path", { class: "force" })) }));
+    parts.curves = [...view.fields].map((field) => model.beams.map(() => parts.diagrams.appendChild(s("path", { class: `diagram f-${field}` }))));
+  }
+
+  // The hatched rails of the ground, as long as the block's way.
+  function drawRails(slider, rail) {
+    const [dx, dy] = slider.direction, u = unit, slides = [];
+    for (let i = 0; i < N; i++) {
+      const [x, y] = placeOf(slider.link, localOf(slider.link, slider.point), i);
+      if (isFinite(x + y)) slides.push((x - slider.origin[0]) * dx + (y - slider.origin[1]) * dy);
+    }
+    const low = slides.reduce((a, b) => Math.min(a, b), Infinity), high = slides.reduce((a, b) => Math.max(a, b), -Infinity);
+    if (!(high >= low)) return;
+    const [x, y] = at(plus(slider.origin, scaled((low + high) / 2, slider.direction))), half = (scale * (high - low)) / 2 + 3 * u;
+    const strokes = Math.max(3, Math.round((2 * half) / (2 * u))), hatch = (side) => `M${-half} ${side * 1.35 * u}h${2 * half}` + Array.from({ length: strokes }, (_, k) => `M${-half + ((k + 0.6) * 2 * half) / strokes} ${side * 1.35 * u}l${-0.6 * u} ${side * 0.7 * u}`).join("");
+    rail.setAttribute("d", hatch(1) + hatch(-1));
+    rail.setAttribute("transform", `translate(${x} ${y}) rotate(${(-Math.atan2(dy, dx) * 180) / Math.PI})`);
+  }
+
+  const closed = () => {
+    const one = movingPoints[0];
+    if (!one || N < 3) return false;
+    const place = (i) => placeOf(one.link, localOf(one.link, one.point), i);
+    const [first, second, last] = [place(0), place(1), place(N - 1)];
+    return Math.hypot(first[0] - last[0], first[1] - last[1]) < 1.6 * Math.hypot(first[0] - second[0], first[1] - second[1]);
+  };
+
+  function pins() {
+    const owners = new Map();
+    model.links.forEach((link, k) => Object.keys(link.points).forEach((point) => owners.set(point, [...(owners.get(point) ?? []), k])));
+    const blocks = new Set(model.sliders.map((slider) => slider.point));
+    return [...owners].filter(([point, links]) => !(links.length === 1 && (links[0] === GROUND || blocks.has(point))))
+      .map(([point, links]) => ({ point, link: links.find((k) => k > GROUND) ?? GROUND, joint: links.length > 1, grounded: links.includes(GROUND) }));
+  }
+
+  function support(place, point) {
+    const used = model.links.some((link, k) => k > GROUND && point in link.points);
+    const [x, y] = at(place), u = unit;
+    if (!used) return s("circle", { class: "spot", cx: x, cy: y, r: 0.32 * u });
+    const strokes = [-2, -1, 0, 1, 2].map((k) => `M${x + k * 0.8 * u} ${y + 2 * u}l${-0.6 * u} ${0.75 * u}`).join("");
+    return s("g", { class: "support" }, s("path", { d: `M${x} ${y}l${-1.3 * u} ${2 * u}h${2.6 * u}z` }), s("path", { d: `M${x - 2.1 * u} ${y + 2 * u}h${4.2 * u}${strokes}` }));
+  }
+
+  function scaleBar() {
+    const length = roundDown(Math.min(0.22 * width, 200) / scale), x = 12, y = height - 10;
+    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m")));
+  }
+
+  function update(i) {
+    const factor = view.factor;
+    for (const part of ["paths", "rigid", "names", "arrows"]) parts[part].setAttribute("visibility", { paths: view.paths, rigid: view.rigid && factor > 0, names: view.names, arrows: view.reactions }[part] ? "visible" : "hidden");
+    model.beams.forEach((beam, k) => {
+      const places = [];
+      for (let n = 0; n <= STATIONS; n++) places.push(drawnOnBeam(k, n / STATIONS, i, factor));
+      parts.beams[k].line.setAttribute("d", line(places));
+      parts.beams[k].line.classList.toggle("chosen", view.selected === k);
+      if (view.rigid) parts.beams[k].rigid.setAttribute("d", line([drawnOnBeam(k, 0, i, 0), drawnOnBeam(k, 1, i, 0)]));
+    });
+    for (const { k, rigid, line: path } of parts.bare) {
+      const names = Object.keys(model.links[k].points), outline = model.outlines[model.links[k].name];
+      const ring = (f) => outline ? outline.map((corner) => drawnCorner(k, corner, i, f)) : names.map((point) => drawnPlace(k, point, i, f));
+      const drawn = ring(factor), still = ring(0);
+      path.setAttribute("d", drawn.length > 1 ? `${line(drawn)}Z` : "");
+      rigid.setAttribute("d", still.length > 1 ? `${line(still)}Z` : "");
+    }
+    for (const { slider, rail, block } of parts.sliders) drawSlider(slider, rail, block, i);
+    for (const { point, link, circle } of parts.pins) {
+      const [x, y] = at(drawnPlace(link, point, i, factor));
+      circle.setAttribute("cx", x || 0); circle.setAttribute("cy", y || 0);
+    }
+    for (const each of parts.drives) drawDrive(each, i);
+    if (view.names) nameAll(i);
+    if (view.reactions) for (const [k, each] of parts.forces.entries()) drawForce(k, each, i);
+    [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));
+  }
+
+  function drawnCorner(link, corner, i, f) {
+    const place = placeOf(link, corner, i);
+    if (!f) return place;
+    const angle = row("angle", link - 1)[i], [x, y] = armOf(link, corner, i);
+    return plus(place, scaled(f, plus(vector("shift", link - 1, i), [-angle * y, angle * x])));
+  }
+
+  function drawSlider(slider, rail, block, i) {
+    const place = drawnPlace(slider.link, slider.point, i, view.factor), way = armOf(slider.on, slider.direction, i), [x, y] = at(place);
+    const turned = (-Math.atan2(way[1], way[0]) * 180) / Math.PI, u = unit;
+    if (!isFinite(x + y)) return;
+    block.setAttribute("transform", `translate(${x} ${y}) rotate(${turned})`);
+    if (slider.on === GROUND) return;
+    rail.setAttribute("d", `M${-6 * u} 0h${12 * u}`);
+    rail.setAttribute("transform", `translate(${x} ${y}) rotate(${turned})`);
+  }
+
+  function drawDrive({ drive, mark }, i) {
+    const u = unit;
+    if (drive.link !== null) {
+      const [x, y] = at(drawnPlace(drive.link, drive.at, i, view.factor)), r = 2.3 * u;
+      const sense = has("drive_rate") && row("drive_rate", model.drives.indexOf(drive))[i] < 0 ? -1 : 1;
+      const turn = (angle) => [x + r * Math.cos(angle), y - r * Math.sin(angle)];
+      const [a, b] = sense > 0 ? [-0.4, 3.7] : [3.6, -0.5], [x0, y0] = turn(a), [x1, y1] = turn(b);
+      const head = b + (sense > 0 ? -0.35 : 0.35), out = [1.28 * r, 0.72 * r].map((q) => [x + q * Math.cos(head), y - q * Math.sin(head)]);
+      mark.setAttribute("d", isFinite(x + y) ? `M${x0} ${y0}A${r} ${r} 0 1 ${sense > 0 ? 0 : 1} ${x1} ${y1}M${out[0]}L${x1} ${y1}L${out[1]}` : "");
+      return;
+    }
+    const slider = model.sliders.find((each) => each.name === drive.slider), way = armOf(slider.on, slider.direction, i);
+    const [x, y] = at(drawnPlace(slider.link, slider.point, i, view.factor)), d = [way[0], -way[1]], n = [way[1], way[0]];
+    const tip = [x + 5.4 * u * d[0], y + 5.4 * u * d[1]];
+    const wing = (q) => `${tip[0] - u * d[0] + q * n[0]} ${tip[1] - u * d[1] + q * n[1]}`;
+    mark.setAttribute("d", isFinite(x + y) ? `M${x + 2 * u * d[0]} ${y + 2 * u * d[1]}L${tip}M${wing(0.6 * u)}L${tip}L${wing(-0.6 * u)}` : "");
+  }
+
+  function drawForce(k, { joint, arrow }, i) {
+    const force = vector("force", k, i), length = largestForce ? (ARROW_SHARE * extent * scale) / largestForce : 0;
+    const [x, y] = at(drawnPlace(joint.link, joint.point, i, view.factor)), dx = length * force[0], dy = -length * force[1], long = Math.hypot(dx, dy);
+    if (!(long > 1.5)) return arrow.setAttribute("d", "");
+    const [ex, ey] = [dx / long, dy / long], barb = Math.min(8, 0.4 * long), tip = [x + dx, y + dy];
+    const wing = (q) => `${tip[0] - barb * ex + q * barb * -ey} ${tip[1] - barb * ey + q * barb * ex}`;
+    arrow.setAttribute("d", `M${x} ${y}L${tip}M${wing(0.5)}L${tip}L${wing(-0.5)}`);
+  }
+
+  function drawDiagram(field, beam, path, i) {
+    const largest = scaleOfField(field), high = largest ? (DIAGRAM_SHARE * extent) / largest : 0, way = beamDirection(beam, i), across = [-way[1], way[0]];
+    const feet = [], tops = [];
+    for (let n = 0; n <= STATIONS; n++) {
+      const foot = drawnOnBeam(beam, n / STATIONS, i, view.factor);
+      feet.push(foot);
+      tops.push(plus(foot, scaled(high * FIELDS[field].value(beam, i, n / STATIONS), across)));
+    }
+    const body = line([...feet, ...tops.reverse()]);
+    path.setAttribute("d", body ? `${body}Z` : "");
+  }
+
+  function nameAll(i) {
+    for (const { link, point, text } of parts.points) {
+      const [x, y] = at(drawnPlace(link, point, i, view.factor));
+      text.setAttribute("x", (x || 0) + 0.9 * unit); text.setAttribute("y", (y || 0) - 0.9 * unit);
+    }
+    for (const { k, text } of parts.labels) {
+      if (!text) continue;
+      const beam = model.beams.findIndex((each) => each.link === k), names = Object.keys(model.links[k].points);
+      let place, aside = [0, 1.6 * unit];
+      if (beam >= 0) {
+        place = drawnOnBeam(beam, 0.5, i, view.factor);
+        const way = beamDirection(beam, i), side = way[0] >= 0 ? 1 : -1;
+        aside = [side * way[1] * 1.3 * unit, side * way[0] * 1.3 * unit + 4];
+      } else {
+        const places = names.map((point) => drawnPlace(k, point, i, view.factor));
+        place = scaled(1 / places.length, places.reduce(plus));
+        if (names.length === 1) aside = [0, 2.6 * unit];
+      }
+      const [x, y] = at(place);
+      text.setAttribute("x", (x || 0) + aside[0]); text.setAttribute("y", (y || 0) + aside[1]);
+      text.setAttribute("text-anchor", Math.abs(aside[0]) < 4 ? "middle" : aside[0] > 0 ? "start" : "end");
+    }
+  }
+
+  // What is under the pointer: the nearest beam within reach and where along it, or a link without beams.
+  function under(x, y) {
+    let best = null, nearest = 14;
+    model.beams.forEach((_, beam) => {
+      let from = at(drawnOnBeam(beam, 0, instant.position, view.factor));
+      for (let n = 0; n < STATIONS; n++) {
+        const to = at(drawnOnBeam(beam, (n + 1) / STATIONS, instant.position, view.factor)), dx = to[0] - from[0], dy = to[1] - from[1];
+        const t = Math.max(0, Math.min(1, ((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy || 1)));
+        const distance = Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy);
+        if (distance < nearest) { nearest = distance; best = { beam, xi: (n + t) / STATIONS, link: model.beams[beam].link }; }
+        from = to;
+      }
+    });
+    return best;
+  }
+
+  const pointer = (event) => {
+    const box = svg.getBoundingClientRect();
+    return [((event.clientX - box.left) * width) / box.width, ((event.clientY - box.top) * height) / box.height];
+  };
+
+  let grabbed = null;
+  function grab(event) {
+    const [x, y] = pointer(event), found = under(x, y), owner = event.target.getAttribute("data-link");
+    const link = found?.link ?? (owner === null ? null : Number(owner));
+    if (link === null) return;
+    const world = [(x - left) / scale, (top - y) / scale], i = instant.position, [ox, oy] = placeOf(link, [0, 0], i), [dx, dy] = vector("direction", link - 1, i);
+    const local = times([world[0] - ox, world[1] - oy], [dx, -dy]);
+    const place = found ? (k) => drawnOnBeam(found.beam, found.xi, k, view.factor) : (k) => placeOf(link, local, k);
+    grabbed = { place, beam: found?.beam ?? null, x: event.clientX, y: event.clientY, moved: false };
+    stop();
+    svg.setPointerCapture(event.pointerId);
+    event.preventDefault();
+    svg.focus({ preventScroll: true });
+  }
+
+  // The neighbouring instant at which the place that was grabbed comes nearest to the pointer.
+  function drag(event) {
+    if (Math.hypot(event.clientX - grabbed.x, event.clientY - grabbed.y) > 3) grabbed.moved = true;
+    if (!grabbed.moved) return;
+    const [x, y] = pointer(event), world = [(x - left) / scale, (top - y) / scale], far = Math.max(2, Math.floor(N / 5));
+    let best = instant.position, nearest = Infinity;
+    for (let step = -far; step <= far; step++) {
+      const i = closed() ? (((instant.position + step) % N) + N) % N : instant.position + step;
+      if (i < 0 || i >= N) continue;
+      const [px, py] = grabbed.place(i), distance = Math.hypot(px - world[0], py - world[1]) + (1e-4 * extent * Math.abs(step)) / N;
+      if (distance < nearest) { nearest = distance; best = i; }
+    }
+    showPosition(best);
+  }
+
+  function hover(event) {
+    if (grabbed) return drag(event);
+    const [x, y] = pointer(event), found = under(x, y);
+    svg.style.cursor = found || event.target.hasAttribute?.("data-link") ? "grab" : "default";
+    if (!found) return leave();
+    const [px, py] = at(drawnOnBeam(found.beam, found.xi, instant.position, view.factor));
+    parts.dot.setAttribute("cx", px); parts.dot.setAttribute("cy", py); parts.dot.setAttribute("visibility", "visible");
+    const { label, length } = model.beams[found.beam], fields = new Set([...view.fields, "w", "chord", "M", ...(stressed ? ["mises"] : [])]);
+    tip.replaceChildren(h("b", {}, label), ` ${quantity(found.xi * length, "m", 3)} along it`, h("dl", {}, [...fields].map((field) => [h("dt", {}, FIELDS[field].name), h("dd", {}, quantity(FIELDS[field].value(found.beam, instant.position, found.xi), FIELDS[field].unit))])));
+    const box = holder.getBoundingClientRect(), wide = 250;
+    tip.style.left = `${Math.max(0, Math.min(event.clientX - box.left + 16, box.width - wide))}px`;
+    tip.style.top = `${event.clientY - box.top + 16}px`;
+    tip.hidden = false;
+  }
+
+  function leave() {
+    tip.hidden = true;
+    parts.dot.setAttribute("visibility", "hidden");
+  }
+
+  function release() {
+    if (grabbed && !grabbed.moved && grabbed.beam !== null) chooseBeam(grabbed.beam);
+    grabbed = null;
+  }
+
+  svg.addEventListener("pointerdown", grab);
+  svg.addEventListener("pointermove", hover);
+  svg.addEventListener("pointerup", release);
+  svg.addEventListener("pointercancel", () => (grabbed = null));
+  svg.addEventListener("pointerleave", leave);
+  view.redraw = () => { build(); update(instant.position); };
+  view.svg = () => svg;
+  new ResizeObserver(() => { if (Math.abs(holder.clientWidth - width) > 2) layOut(); }).observe(holder);
+  layOut();
+  follow(update);
+}

@@ -1,0 +1,118 @@
+// Where everything is, how it moves, and how far it is displaced. Link 0 is the ground.
+const GROUND = 0;
+const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+const plus = ([a, b], [c, d]) => [a + c, b + d];
+const scaled = (f, [a, b]) => [f * a, f * b];
+const size = ([a, b]) => Math.hypot(a, b);
+
+const localOf = (link, point) => model.links[link].points[point];
+
+function armOf(link, local, i) {
+  return link === GROUND ? local : times(vector("direction", link - 1, i), local);
+}
+
+function placeOf(link, local, i) {
+  return link === GROUND ? local : plus(vector("origin", link - 1, i), armOf(link, local, i));
+}
+
+function velocityOf(link, local, i) {
+  if (link === GROUND) return [0, 0];
+  const omega = row("angular_velocity", link - 1)[i], [x, y] = armOf(link, local, i);
+  return plus(vector("velocity", link - 1, i), [-omega * y, omega * x]);
+}
+
+function accelerationOf(link, local, i) {
+  if (link === GROUND) return [0, 0];
+  const omega = row("angular_velocity", link - 1)[i], alpha = row("angular_acceleration", link - 1)[i];
+  const [x, y] = armOf(link, local, i), square = omega * omega;
+  return plus(vector("acceleration", link - 1, i), [-square * x - alpha * y, -square * y + alpha * x]);
+}
+
+function angleOf(link, i) {
+  const [x, y] = vector("direction", link - 1, i);
+  return Math.atan2(y, x);
+}
+
+// Unit vector along a beam, in the ground's axes.
+const beamWay = model.beams.map(({ link, start, end }) => {
+  const from = localOf(link, start), to = localOf(link, end), way = [to[0] - from[0], to[1] - from[1]];
+  return scaled(1 / size(way), way);
+});
+const beamDirection = (beam, i) => armOf(model.beams[beam].link, beamWay[beam], i);
+
+// The first beam that ends at a point of a link, and at which end of it the point is; a point on no beam has none.
+function beamAt(link, point) {
+  const beam = model.beams.findIndex((each) => each.link === link && (each.start === point || each.end === point));
+  return beam < 0 ? null : [beam, model.beams[beam].start === point ? 0 : 1];
+}
+
+function displacementOf(link, point, i) {
+  if (link === GROUND) return [0, 0];
+  const end = beamAt(link, point);
+  if (end) return times(beamDirection(end[0], i), [basic("u", ...[end[0], i, end[1]]), basic("w", end[0], i, end[1])]);
+  const angle = row("angle", link - 1)[i], [x, y] = armOf(link, localOf(link, point), i);
+  return plus(vector("shift", link - 1, i), [-angle * y, angle * x]);
+}
+
+function turnOf(link, point, i) {
+  const end = beamAt(link, point);
+  return end ? basic("phi", end[0], i, end[1]) : row("angle", link - 1)[i];
+}
+
+// A point of a link where it is drawn: displaced, and by how much more than in truth.
+function drawnPlace(link, point, i, factor) {
+  const place = placeOf(link, localOf(link, point), i);
+  return factor ? plus(place, scaled(factor, displacementOf(link, point, i))) : place;
+}
+
+// A place on a beam as drawn.
+function drawnOnBeam(beam, xi, i, factor) {
+  const { link, start, length } = model.beams[beam];
+  const from = placeOf(link, localOf(link, start), i), way = beamDirection(beam, i);
+  const bent = factor ? [length * xi + factor * basic("u", beam, i, xi), factor * basic("w", beam, i, xi)] : [length * xi, 0];
+  return plus(from, times(way, bent));
+}
+
+// Every named point that moves, once, with a link it belongs to.
+const movingPoints = (() => {
+  const found = new Map();
+  model.links.forEach((link, k) => Object.keys(link.points).forEach((point) => {
+    if (k > GROUND && !found.has(point) && !(point in model.links[GROUND].points)) found.set(point, k);
+  }));
+  return [...found].map(([point, link]) => ({ point, link }));
+})();
+
+// What the cycle is drawn over: the first drive's angle where it turns one way throughout, else the time.
+const axis = (() => {
+  const drive = model.drives[0], values = has("drive") && model.drives.length ? row("drive") : null;
+  const steps = values ? Array.from({ length: N - 1 }, (_, i) => values[i + 1] - values[i]) : [];
+  if (drive && drive.unit === "rad" && steps.length && (steps.every((step) => step > 0) || steps.every((step) => step < 0)))
+    return { values: Array.from(values, (angle) => (angle * 180) / Math.PI), label: `angle of ${drive.name} [°]`, angular: true, falling: steps[0] < 0 };
+  const [factor, unit] = scaleOf(Math.max(...row("time").map(Math.abs)), "s");
+  return { values: Array.from(row("time"), (time) => time * factor), label: `time [${unit}]`, angular: false, falling: false };
+})();
+
+function instantWords(i) {
+  const drives = model.drives.map((drive, k) => `${drive.name} ${coordinateWords(row("drive", k)[i], drive.unit)}`);
+  return [`t = ${quantity(row("time")[i], "s")}`, ...drives].join(", ");
+}
+
+// Where in the cycle a figure of the summary is, said as the axis says it.
+function atWords(figure) {
+  if (!figure || !figure.value || !figure.time) return "";
+  const first = axis.angular && Object.entries(figure.drive)[0];
+  return first ? `${first[0]} ${coordinateWords(first[1].value, first[1].unit)}` : `t = ${figureWords(figure.time)}`;
+}
+function atNumber(figure) {
+  if (!figure || !figure.value || !figure.time) return null;
+  return axis.angular ? withinTurn(Object.values(figure.drive)[0].value) : figure.time.value;
+}
+
+// The position nearest to where a figure of the summary is.
+function positionOf(figure) {
+  if (!figure?.time || figure.time.value === null) return 0;
+  let best = 0;
+  const time = row("time");
+  for (let i = 1; i < N; i++) if (Math.abs(time[i] - figure.time.value) < Math.abs(time[best] - figure.time.value)) best = i;
+  return best;
+}

@@ -1,0 +1,60 @@
+// Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/page/numbers.py does it.
+const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
+const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
+const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+function scaleOf(largest, unit) {
+  const size = Math.abs(largest);
+  if (UNPREFIXED.has(unit) || !isFinite(size) || size < 1e-12) return [1, unit];
+  let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), 9);
+  if (unit === "m" && power > 0) power = size >= 1e4 ? 3 : 0;
+  return [Math.pow(10, -power), PREFIXES[power] + unit];
+}
+
+function plain(value, digits) {
+  // Rounded to significant digits, as Python's %g writes it.
+  const power = value === 0 ? 0 : Number(value.toExponential(digits - 1).split("e")[1]);
+  if (power < -5 || power >= digits) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    return [mantissa.includes(".") ? mantissa.replace(/\.?0+$/, "") : mantissa, Number(exponent)];
+  }
+  const text = value.toFixed(Math.max(0, digits - 1 - power));
+  return [text.includes(".") ? text.replace(/\.?0+$/, "") : text, 0];
+}
+
+function number(value, digits = 4) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (!isFinite(value)) return value > 0 ? "∞" : "−∞";
+  const size = Math.abs(value);
+  let text;
+  if (size >= Math.pow(10, digits) && size < 1e7) text = value.toFixed(0);
+  else {
+    const [mantissa, power] = plain(value + 0, digits);
+    const raised = String(Math.abs(power)).replace(/\d/g, (digit) => RAISED[digit]);
+    text = power ? `${mantissa}·10${power < 0 ? "⁻" : ""}${raised}` : mantissa;
+  }
+  return (text === "-0" ? "0" : text).replace(/-/g, "−");
+}
+
+function unitWords(unit) {
+  return (unit === "1" ? "" : unit).replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/ /g, "·").replace("deg", "°");
+}
+
+function quantity(value, unit, digits = 4) {
+  if (value === null || value === undefined || !isFinite(value)) return number(value);
+  const [factor, prefixed] = scaleOf(value, unit);
+  return `${number(value * factor, digits)} ${unitWords(prefixed)}`.trim();
+}
+
+function figureWords(figure, digits = 4) {
+  return figure ? quantity(figure.value, figure.unit, digits) : "–";
+}
+
+function withinTurn(angle) {
+  const degrees = ((((angle * 180) / Math.PI) % 360) + 360) % 360;
+  return degrees > 360 - 5e-7 ? 0 : degrees;
+}
+
+function coordinateWords(value, unit) {
+  return unit === "rad" ? `${number(withinTurn(value))}°` : quantity(value, unit);
+}

@@ -1,0 +1,48 @@
+// Tables that sort by any column, with one unit a column and the worst row marked.
+
+// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst}
+function table(rows, columns, caption) {
+  const shown = columns.map((column) => {
+    if (!column.of) return { ...column, head: column.name, cell: column.text };
+    const known = rows.map(column.of).filter((value) => value !== null && value !== undefined && isFinite(value));
+    const largest = known.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+    const [factor, unit] = scaleOf(largest, column.unit ?? "1");
+    const cell = column.words ?? ((each) => (column.none && !isFinite(valueOf(column, each)) ? column.none : number(valueOf(column, each) * factor, column.digits ?? 4)));
+    return { ...column, unitShown: unitWords(unit), cell };
+  });
+  const body = h("tbody");
+  const heads = shown.map((column, k) => h("th", { scope: "col", class: column.of ? "figure" : null, "aria-sort": "none" },
+    h("button", { type: "button", title: column.means, onclick: () => sort(k) }, column.name, column.unitShown ? h("small", {}, ` [${column.unitShown}]`) : null)));
+  const made = rows.map((each) => ({ each, line: h("tr", {}, shown.map((column, k) => (k === 0 ? h("th", { scope: "row" }, column.cell(each)) : h("td", { class: column.of ? "figure" : null }, column.cell(each))))) }));
+  const worst = shown.find((column) => column.worst);
+  if (worst && rows.length > 1) {
+    const rank = (each) => (worst.worst === "least" ? -1 : 1) * Math.abs(valueOf(worst, each));
+    const ranked = made.filter(({ each }) => isFinite(rank(each)) && valueOf(worst, each) !== 0).sort((a, b) => rank(b.each) - rank(a.each));
+    if (ranked.length) {
+      ranked[0].line.classList.add("worst");
+      ranked[0].line.firstChild.append(h("span", { class: "mark" }, ` ${worst.worst === "least" ? "least" : "most"}`));
+    }
+  }
+  let order = null;
+  function sort(k) {
+    const column = shown[k];
+    const descending = order && order[0] === k ? !order[1] : Boolean(column.of);
+    order = [k, descending];
+    const key = column.of ? (each) => (column.signed ? valueOf(column, each) : Math.abs(valueOf(column, each))) : (each) => String(column.cell(each));
+    made.sort((a, b) => {
+      const one = key(a.each), other = key(b.each);
+      const way = typeof one === "string" ? one.localeCompare(other, undefined, { numeric: true }) : (isNaN(one) ? -Infinity : one) - (isNaN(other) ? -Infinity : other);
+      return descending ? -way : way;
+    });
+    body.replaceChildren(...made.map(({ line }) => line));
+    heads.forEach((head, at) => head.setAttribute("aria-sort", at === k ? (descending ? "descending" : "ascending") : "none"));
+  }
+  body.append(...made.map(({ line }) => line));
+  return h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": caption }, h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, heads)), body));
+}
+
+function valueOf(column, each) {
+  const value = column.of(each);
+  return value === null || value === undefined ? NaN : value;
+}
+const value = (figure) => (figure ? figure.value : null);

@@ -1,0 +1,29 @@
+"""The stills of a scene as files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from kinelast.figures.results import Peak, Results, peak_positions
+from kinelast.figures.summary import greatest_beam
+from kinelast.stills.charts import line_charts
+from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.stills.drawing import mechanism_drawing
+
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
+
+
+def write_stills(folder: Path, results: Results, found: dict[str, list[Peak]]) -> None:
+    """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
+    folder.mkdir()
+    beam = greatest_beam(found, "w")
+    position = 0 if beam is None else int(peak_positions(results, results.extremes["w"])[beam])
+    pictures = {"mechanism": mechanism_drawing(results, position)[0]}
+    over, charts = axis(results), cycle_charts(results)
+    for chart, svg in zip(charts, line_charts(over, charts), strict=True):
+        pictures[re.sub(r"[^a-z0-9]+", "_", chart.heading.lower()).strip("_")] = svg
+    if results.scene.labels:
+        pictures |= {f"maps_{number}": svg for number, svg in enumerate(cycle_maps(results, over), 1)}
+    for name, svg in pictures.items():
+        (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")

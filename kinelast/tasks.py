@@ -1,0 +1,88 @@
+"""From the arguments of the command to scenes: files, folders that are searched, patterns, names of shipped scenes."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from glob import glob, has_magic
+from pathlib import Path
+
+from kinelast.scene.error import plain
+from kinelast.scene.shipped import shipped_scenes, shipped_structures
+
+LINE = 200  # letters of an argument in a message
+
+
+def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
+    """The files of the scenes, each once, and what is wrong with arguments that name none."""
+    paths: dict[str, Path] = {}
+    problems = []
+    for argument in arguments:
+        try:
+            found = _paths(argument)
+        except (OSError, ValueError) as error:  # no permission, a name too long or with a null character
+            reason = getattr(error, "strerror", None) or str(error)
+            problems.append(f'"{plain(argument, LINE)}" cannot be looked at: {reason.lower()}')
+            continue
+        if isinstance(found, str):
+            problems.append(found)
+            continue
+        for path in found:
+            if not path.stem.strip("."):
+                problems.append(f'"{plain(str(path), LINE)}" has no name before .toml, which its results would bear')
+            else:
+                paths.setdefault(os.path.abspath(path), path)  # noqa: PTH100 - which looks at no link
+    return list(paths.values()), problems
+
+
+def _paths(argument: str) -> list[Path] | str:
+    """The files that an argument names, or what is wrong with it."""
+    path, shown = Path(argument), plain(argument, LINE)
+    if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
+        return [path]
+    shipped = {**shipped_structures(), **shipped_scenes()}
+    if argument in shipped:
+        return [shipped[argument]]
+    if path.is_dir():
+        return _inside(path) or f'the folder "{shown}" holds no .toml file'
+    if has_magic(argument):
+        found = [Path(each) for each in sorted(glob(argument, recursive=True))]  # noqa: PTH207 - of a folder too
+        scenes = [scene for each in found for scene in (_inside(each) if each.is_dir() else [each])]
+        return scenes or f'there is no file like "{shown}"'
+    from difflib import get_close_matches
+
+    close = get_close_matches(argument[:LINE], shipped, 1)
+    advice = f'did you mean "{close[0]}"?' if close else "--list shows the shipped scenes"
+    return f'"{shown}" is neither a .toml file nor a shipped scene: {advice}'
+
+
+def _inside(folder: Path) -> list[Path]:
+    """Scenes in a folder and in the folders in it, hidden ones left out."""
+    found = [path for path in sorted(folder.rglob("*.toml")) if path.is_file()]
+    return [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
+
+
+def result_names(paths: Sequence[Path]) -> list[Path] | str:
+    """Under which names the results of scenes stand: their own, after folders where scenes are named alike.
+
+    A text says which scenes would share a folder all the same.
+    """
+    count = Counter(path.stem for path in paths)
+    names = []
+    for path in paths:
+        if count[path.stem] == 1:
+            names.append(Path(path.stem))
+            continue
+        alike = [_folder(other) for other in paths if other.stem == path.stem]
+        names.append(Path(os.path.relpath(_folder(path), os.path.commonpath(alike))) / path.stem)
+    for name, path in zip(names, paths, strict=True):
+        for other, another in zip(names, paths, strict=True):
+            if path is not another and (name == other or other in name.parents):
+                both = f"{plain(str(another), LINE)} and {plain(str(path), LINE)}"
+                return f'two scenes would share the folder "{plain(str(other), LINE)}": {both}; run one after the other'
+    return names
+
+
+def _folder(path: Path) -> str:
+    return os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120 - which looks at no link

@@ -1,0 +1,66 @@
+"""A headless Chromium, where there is one, and pages opened in it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+DRIVER = shutil.which("chromedriver")
+
+
+def started():
+    """A browser; the test is skipped, with the reason, where there is none."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("no Chromium with its driver: on Debian, apt-get install chromium chromium-driver")
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(DRIVER))
+
+
+class Page:
+    """A page that is open: its script has run to the end."""
+
+    def __init__(self, driver, path: Path, width: int = 1280, media: dict[str, str] | None = None) -> None:
+        self.driver = driver
+        self.logs()
+        features = [{"name": name, "value": value} for name, value in (media or {}).items()]
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        driver.get(path.as_uri())
+        deadline = time.monotonic() + 20
+        while not self.run("return document.body.dataset.ready") and time.monotonic() < deadline:
+            time.sleep(0.02)
+        self.path = path
+
+    def run(self, script: str, *arguments):
+        """What a script in the page returns."""
+        return self.driver.execute_script(script, *arguments)
+
+    def logs(self) -> list[dict]:
+        """What was written to the console since last asked."""
+        return self.driver.get_log("browser")
+
+    def requests(self) -> list[str]:
+        """Addresses asked for since last asked, but for the page itself, data and blobs."""
+        asked = []
+        for entry in self.driver.get_log("performance"):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                asked.append(message["params"]["request"]["url"])
+        return [
+            url
+            for url in asked
+            if not url.startswith(("data:", "blob:", "about:", "chrome")) and Path(url).suffix != ".html"
+        ]

@@ -1,0 +1,197 @@
+"""Limits of a scene and its output: what is held against what, what the command answers, who causes the error."""
+
+import json
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from elastic import RIGID, deflection, displacement_of
+from elastic.assessment import angle_error
+from kinelast.command import main
+from kinelast.figures.output_error import angle_figures, output_figure, point_figures
+from kinelast.figures.results import Results, peaks
+from kinelast.figures.shares import output_shares
+from kinelast.page.data import BUDGET, kept_positions, numbers_of
+from kinelast.scene.error import SceneError
+from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.shipped import shipped_scenes
+from kinelast.tables import _lines
+
+STEEL = shipped_scenes()["steel_four_bar"].read_text()
+
+
+def answer(tmp_path, capsys, more, text=STEEL):
+    """Exit status, line and summary of the steel four-bar with more tables."""
+    (tmp_path / "one.toml").write_text(text + more)
+    status = main([str(tmp_path / "one.toml"), "--positions", "36", "-o", str(tmp_path / "out")])
+    told = capsys.readouterr()
+    summary = tmp_path / "out" / "one" / "summary.json"
+    return status, told.out + told.err, json.loads(summary.read_text()) if summary.exists() else None
+
+
+@pytest.mark.parametrize(
+    ("limits", "kept"),
+    [
+        ('deflection = "1.2 mm"', True),  # the crank's 1.158 mm
+        ('deflection = "1.1 mm"', False),
+        ('chord = "1 mm"', True),  # the coupler's 0.922 mm
+        ('chord = "0.9 mm"', False),
+        ("safety = 1.5", True),  # the crank's 1.6
+        ("safety = 1.7", False),
+        ('output = "0.6 deg"', True),  # the rocker's 0.51 deg
+        ('output = "0.5 deg"', False),
+        ('deflection = "1.2 mm"\nchord = "0.9 mm"', False),
+        ('[limits.links.crank]\nchord = "0.25 mm"', True),  # its 0.223 mm
+        ('[limits.links.coupler]\nchord = "0.25 mm"', False),
+        ("[limits.links.coupler]\nsafety = 5", True),  # its 5.7
+        ("[limits.links.crank]\nsafety = 5", False),
+    ],
+)
+def test_limits_are_kept_or_not(limits, kept, tmp_path, capsys):
+    status, told, summary = answer(tmp_path, capsys, f"\n[limits]\n{limits}\n")
+    assert status == (0 if kept else 1)
+    assert ("NOT ACCEPTABLE" in told) == (not kept)
+    assert (": acceptable" in told) == kept
+    assert summary["acceptance"]["passed"] is kept
+
+
+def test_without_limits_there_is_no_verdict(tmp_path, capsys):
+    status, told, summary = answer(tmp_path, capsys, "")
+    assert status == 0
+    assert "cceptable" not in told
+    assert summary["acceptance"] == {"passed": None, "limits": []}
+
+
+def test_a_limit_that_cannot_be_judged_is_not_kept(tmp_path, capsys):
+    text = "\n".join(line for line in STEEL.splitlines() if not line.startswith("yield"))
+    status, told, _ = answer(tmp_path, capsys, "\n[limits]\nsafety = 1.5\n", text)
+    assert status == 1
+    assert "safety cannot be judged" in told
+
+
+def test_a_failed_limit_counts_again_when_resumed(tmp_path, capsys):
+    answer(tmp_path, capsys, '\n[limits]\nchord = "0.9 mm"\n')
+    assert main([str(tmp_path / "one.toml"), "--positions", "36", "--resume", "-o", str(tmp_path / "out")]) == 1
+
+
+def with_output(words, limits=""):
+    return (
+        STEEL.replace("[run]\n", f'[run]\noutput = "{words}"\n') + limits
+        if "[run]" in STEEL
+        else (f'{STEEL}\n[run]\noutput = "{words}"\n{limits}')
+    )
+
+
+@pytest.mark.parametrize(("words", "kind", "name"), [("A", "point", "A"), ("coupler.angle", "angle", "coupler")])
+def test_the_output_is_what_the_scene_says(words, kind, name):
+    scene = scene_from_text(with_output(words))
+    results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
+    points, angles = point_figures(results), angle_figures(results)
+    found = output_figure(results, points, angles)
+    assert (found["kind"], found["name"], found["guessed"]) == (kind, name, False)
+    expected = points["A"]["displacement"] if kind == "point" else angles["coupler"]
+    assert found["value"] == expected["value"]
+
+
+@pytest.mark.parametrize(
+    ("words", "limits", "told"),
+    [
+        ("C", "", '[run] output: there is no point "C" that moves'),
+        ("O", "", 'there is no point "O" that moves'),
+        ("roker.angle", "", 'there is no moving link "roker"; did you mean "rocker"?'),
+        ("ground.angle", "", 'there is no moving link "ground"'),
+        ("rocker.angle", '[limits]\noutput = "1 mm"\n', "[limits] output: expected an angle"),
+        ("A", '[limits]\noutput = "1 deg"\n', "[limits] output: expected a length"),
+        ("A", "[limits]\noutput = -1\n", "greater than zero"),
+        ("A", "[limits]\nsafety = 0\n", "[limits] safety"),
+        ("A", '[limits]\ndeflexion = "1 mm"\n', 'there is no such key; did you mean "deflection"?'),
+        ("A", '[limits.links.krank]\nchord = "1 mm"\n', 'there is no link with beams "krank"; did you mean "crank"?'),
+    ],
+)
+def test_mistakes_in_them_are_told(words, limits, told):
+    with pytest.raises(SceneError) as error:
+        scene_from_text(with_output(words, limits))
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"])
+def test_shares_are_what_each_link_alone_would_cause(name):
+    """Against all other links rigid: the forces of statics alone do not ask how stiff the links are."""
+    scene = scene_from_text(shipped_scenes()[name].read_text())
+    course = scene_motion(scene, 36)
+    bent = deflection(course, scene.sections)
+    results = Results(scene, bent)
+    output = output_figure(results, point_figures(results), angle_figures(results))
+    shares = {row["link"]: row["value"] for row in output_shares(results, output)}
+    assert sum(shares.values()) == pytest.approx(output["value"], rel=1e-9)
+    at = int(np.argmin(np.abs(course.time - output["time"]["value"])))
+
+    def error(solved):
+        if output["kind"] == "angle":
+            return angle_error(solved, output["name"], output["point"])[at]
+        owner = next(link.name for link in scene.mechanism.links[1:] if output["name"] in link.points)
+        return displacement_of(solved, owner, output["name"])[at]
+
+    whole = error(bent)
+    for link, share in shares.items():
+        own = [
+            section if scene.mechanism.links[number].name == link else replace(RIGID, area=section.area)
+            for (number, _), section in zip(scene.mechanism.beams, scene.sections, strict=True)
+        ]
+        alone = error(deflection(course, own))
+        along = alone if output["kind"] == "angle" else (alone * np.conj(whole) / abs(whole)).real
+        assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output["value"]))
+
+
+def test_shares_of_a_frame_with_rings_add_up():
+    scene = scene_from_text(shipped_scenes()["flap_plates"].read_text())
+    results = Results(scene, deflection(scene_motion(scene, 24), scene.sections))
+    output = output_figure(results, point_figures(results), angle_figures(results))
+    shares = output_shares(results, output)
+    assert "others" not in {row["link"] for row in shares}
+    assert sum(row["value"] for row in shares) == pytest.approx(output["value"], rel=1e-9)
+
+
+def test_strain_goes_to_the_others():
+    """A coupler that is warm: the shares of stiffness do not hold what warmth adds."""
+    text = STEEL.replace("density = ", "expansion = 12e-6\ndensity = ", 1).replace(
+        "[links.coupler]\n", "[links.coupler]\ntemperature = 40\n"
+    )
+    assert text.count("temperature") == 1
+    scene = scene_from_text(text)
+    results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
+    output = output_figure(results, point_figures(results), angle_figures(results))
+    shares = {row["link"]: row["value"] for row in output_shares(results, output)}
+    cold = Results(scene, deflection(results.motion, [replace(section, strain=0.0) for section in scene.sections]))
+    at = int(np.argmin(np.abs(results.motion.time - output["time"]["value"])))
+    warmth = output["value"] - angle_error(cold.deflection, output["name"], output["point"])[at]
+    assert shares["others"] == pytest.approx(warmth, rel=1e-6)
+
+
+def test_a_long_run_is_thinned_out_but_keeps_its_peaks():
+    scene = scene_from_text(STEEL)
+    results = Results(scene, deflection(scene_motion(scene, 9000), scene.sections))
+    found = peaks(results)
+    kept = kept_positions(results, found)
+    assert len(kept) < 9000
+    assert len(numbers_of(results, kept).bytes()) < 1.05 * BUDGET
+    times = set(results.motion.time[kept].tolist())
+    assert all(peak.time in times for rows in found.values() for peak in rows)
+
+
+def test_lines_of_a_table_give_their_numbers_back():
+    numbers = np.array([[0.1, -1e-17, 3e300], [np.nan, 12345678.125, 5e-324]])
+    for table in (numbers, np.where(np.isnan(numbers), np.inf, numbers)):
+        rows = [line.split(",") for line in _lines(table).decode().splitlines()]
+        back = np.array([[float(cell or "nan") for cell in row] for row in rows])
+        np.testing.assert_array_equal(back, table)
+
+
+def test_stills_are_drawn_when_asked_for(tmp_path):
+    assert main(["steel_four_bar", "--stills", "--positions", "24", "--quiet", "-o", str(tmp_path)]) == 0
+    stills = sorted((tmp_path / "steel_four_bar" / "stills").iterdir())
+    assert {"mechanism.svg", "maps_1.svg", "joint_forces.svg"} <= {path.name for path in stills}
+    for path in stills:
+        assert ElementTree.parse(path).getroot().tag == "{http://www.w3.org/2000/svg}svg"

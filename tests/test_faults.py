@@ -1,0 +1,421 @@
+"""Claim: whatever happens to a run, folders are whole, nothing of anybody's is lost, and the next run goes on."""
+
+import json
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
+
+import kinelast.folder as folders
+from kinelast.command import main
+from kinelast.folder import Request, RequestError, complete, held
+from kinelast.run import BUG, FINE, Task
+from kinelast.workers import side_by_side
+
+ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
+COMMAND = [sys.executable, "-m", "kinelast"]
+FILES = ("report.html", "positions.csv")
+
+
+def scenes(folder, count, long=()):
+    """Some scenes of a folder, those of the numbers `long` with very many positions."""
+    folder.mkdir(exist_ok=True)
+    for number in range(count):
+        text = edited(ARM, ("positions = 8", "positions = 1000000")) if number in long else ARM
+        (folder / f"s{number}.toml").write_text(text.replace("100 rad/s", f"{100 + number} rad/s"))
+    return folder
+
+
+def started(*arguments, **options):
+    here = Path(__file__).parent.parent
+    return subprocess.Popen([*COMMAND, *map(str, arguments)], cwd=here, start_new_session=True, **options)
+
+
+def wait_for(what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+def require_whole(folder):
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = (folder / "positions.csv").read_text().splitlines()
+    assert len(rows) == summary["run"]["positions"] + 1
+    assert (folder / "report.html").read_text().rstrip().endswith("</html>")
+    assert {entry.name for entry in folder.iterdir()} == {*summary["files"], "summary.json"}
+    assert all((folder / name).stat().st_size == size for name, size in summary["files"].items())
+
+
+def hidden(out):
+    return [entry.name for entry in out.iterdir() if entry.name.startswith(".")]
+
+
+def whole_folders(out):
+    found = [entry for entry in out.iterdir() if entry.is_dir() and not entry.name.startswith(".")]
+    for folder in found:
+        require_whole(folder)
+    return {folder.name for folder in found}
+
+
+def test_two_runs_at_once_leave_whole_folders_of_one_or_the_other(tmp_path):
+    cases, out = scenes(tmp_path / "in", 4), tmp_path / "out"
+    runs = [started(cases, "-o", out, "--positions", count, stderr=subprocess.PIPE) for count in (5, 6, 7)]
+    assert [run.wait(120) for run in runs] == [0, 0, 0], [run.stderr.read() for run in runs]
+    assert whole_folders(out) == {"s0", "s1", "s2", "s3"}
+    assert hidden(out) == []
+    for run in runs:
+        run.stderr.close()
+
+
+def test_a_folder_that_is_held_is_waited_for_and_then_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(folders, "PATIENCE", 0.2)
+    another = complete(tmp_path / "arm")
+    with held(tmp_path / "arm"), pytest.raises(RequestError, match="is being written by another run"), another:
+        pass
+    with complete(tmp_path / "arm") as part:
+        (part / "file").write_text("new")
+    assert hidden(tmp_path) == []
+
+
+def test_a_dead_worker_fails_its_scene_alone(tmp_path):
+    """The first scene takes far longer than the others; its process, the first that was started, is killed."""
+    cases, out = scenes(tmp_path / "in", 5, long=[0]), tmp_path / "out"
+    tasks = [Task(cases / f"s{k}.toml", out / f"s{k}", f"s{k}") for k in range(5)]
+
+    def kill():
+        wait_for((out / "s3").exists)
+        first = min(child.pid for child in multiprocessing.active_children())
+        os.kill(first, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    outcomes = list(side_by_side(tasks, 2, Request(), False, lambda *_: None))
+    killer.join()
+    assert [outcome.status for outcome in outcomes] == [BUG, FINE, FINE, FINE, FINE]
+    assert "s0: its process was ended (signal 9)" in outcomes[0].line
+    assert whole_folders(out) == {"s1", "s2", "s3", "s4"}
+    assert hidden(out) == []
+
+
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("name", "jobs"),
+    [("SIGTERM", 2), ("SIGINT", 2), pytest.param("SIGKILL", 2, marks=SLOW), pytest.param("SIGHUP", 2, marks=SLOW),
+     pytest.param("SIGTERM", 1, marks=SLOW), pytest.param("SIGINT", 1, marks=SLOW)],
+)  # fmt: skip
+def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_path):
+    cases, out = scenes(tmp_path / "in", 4, long=[2, 3]), tmp_path / "out"
+    number = getattr(signal, name)
+    run = started(cases, "-o", out, "--jobs", jobs, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    wait_for(lambda: (out / "s1").exists() and hidden(out))
+    time.sleep(0.2)  # into the long scenes
+    begin = time.monotonic()
+    if name == "SIGINT":
+        os.killpg(run.pid, number)  # as a keyboard sends it
+    else:
+        run.send_signal(number)
+    said = run.communicate(timeout=20)[1].decode()
+    assert run.returncode == {"SIGINT": 130, "SIGKILL": -9}.get(name, 128 + number)
+    with pytest.raises(ProcessLookupError):
+        wait_for(lambda: os.killpg(run.pid, 0), 10)  # which tells nothing but that there is none
+    assert time.monotonic() - begin < 10
+    if name != "SIGKILL":
+        assert "after 2 of 4 scenes; finished scenes are kept, --resume goes on from there" in said
+        assert "2 done, 0 failed, 0 skipped" in said
+        assert hidden(out) == []
+    assert whole_folders(out) == {"s0", "s1"}
+    scenes(tmp_path / "in", 4)
+    assert main([str(cases), "-o", str(out), "--resume", "--quiet"]) == 0
+    assert whole_folders(out) == {"s0", "s1", "s2", "s3"}
+    assert hidden(out) == []
+
+
+def test_a_pipe_that_is_closed_ends_nothing(tmp_path):
+    cases, out = scenes(tmp_path / "in", 3), tmp_path / "out"
+    run = started(cases, "-o", out, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    run.stdout.close()
+    assert run.communicate(timeout=60)[1].decode().startswith("3 done, 0 failed, 0 skipped")
+    assert run.returncode == 0
+    assert whole_folders(out) == {"s0", "s1", "s2"}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
+def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
+    cases = scenes(tmp_path / "in", 2)
+    with Path("/dev/full").open("w") as full:
+        run = started(cases, "-o", tmp_path / "full", stdout=full, stderr=subprocess.PIPE)
+        said = run.communicate(timeout=60)[1].decode()
+    assert (run.returncode, whole_folders(tmp_path / "full")) == (0, {"s0", "s1"})
+    assert "nothing more can be printed" in said
+    call = " ".join([*COMMAND, str(cases), "-o", str(tmp_path / "closed"), ">&-", "2>&-", "<&-"])
+    assert subprocess.run(["sh", "-c", call], cwd=Path(__file__).parent.parent, check=False).returncode == 0
+    assert whole_folders(tmp_path / "closed") == {"s0", "s1"}
+
+
+@pytest.mark.parametrize("function", ["write_positions", "write_fields", "write_json", "sizes"])
+def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
+    import kinelast.run
+    import kinelast.tables
+
+    scene = scenes(tmp_path / "in", 1) / "s0.toml"
+    call = [str(scene), "--fields", "--stations", "3", "-o", str(tmp_path / "out")]
+    assert main([*call, "--quiet"]) == 0
+    before = {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()}
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kinelast.tables if hasattr(kinelast.tables, function) else kinelast.run, function, full)
+        assert main([*call, "--positions", "9"]) == 2
+    assert "s0: not written: no space left on device" in capsys.readouterr().err
+    assert {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()} == before
+    assert hidden(tmp_path / "out") == []
+    assert main([*call, "--positions", "9", "--resume"]) == 0
+    require_whole(tmp_path / "out" / "s0")
+
+
+SPOILT = {
+    "report gone": lambda folder: (folder / "report.html").unlink(),
+    "table empty": lambda folder: (folder / "positions.csv").write_text(""),
+    "table cut": lambda folder: os.truncate(folder / "positions.csv", 200),
+    "summary cut": lambda folder: os.truncate(folder / "summary.json", 200),
+    "summary empty": lambda folder: (folder / "summary.json").write_text(""),
+    "summary of zeros": lambda folder: (folder / "summary.json").write_bytes(b"\0" * 99),
+    "summary gone": lambda folder: (folder / "summary.json").unlink() or [file.unlink() for file in folder.iterdir()],
+    "summary nested": lambda folder: (folder / "summary.json").write_text("[" * 10**5),
+}
+
+
+@pytest.mark.parametrize("how", SPOILT)
+def test_a_folder_that_was_spoilt_is_not_trusted_but_made_again(how, tmp_path, capsys):
+    call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
+    assert main(call) == 0
+    SPOILT[how](tmp_path / "out" / "s0")
+    capsys.readouterr()
+    for again in (False, True):
+        assert main(call) == 0
+        assert ("finished before" in capsys.readouterr().out) == again
+        require_whole(tmp_path / "out" / "s0")
+
+
+def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
+    """The file changes while it is computed: what is told is the digest of what was read."""
+    import hashlib
+
+    import kinelast.run
+
+    scene = scenes(tmp_path / "in", 1) / "s0.toml"
+    first = hashlib.sha256(scene.read_bytes()).hexdigest()
+    real = kinelast.run.scene_from_bytes
+
+    def changing(content, path):
+        scene.write_text(ARM + "# later\n")
+        return real(content, path)
+
+    monkeypatch.setattr(kinelast.run, "scene_from_bytes", changing)
+    assert main([str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    assert json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())["made_from"]["sha256"] == first
+
+
+def test_what_a_killed_run_left_is_cleared_and_what_it_had_moved_comes_back(tmp_path, capsys):
+    """Killed between the two renames, a run has left the old folder under its hidden name, with somebody's notes."""
+    out = tmp_path / "out"
+    call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(out)]
+    assert main(call) == 0
+    (out / "s0" / "notes.txt").write_text("mine")
+    token = folders.HIDDEN + "0123456789abcdef"
+    (out / "s0").rename(out / f"{token}.old")
+    (out / f"{token}.part").mkdir()
+    folders._lock_of(out / "s0").write_text(token)
+    assert main(call) == 0
+    assert (out / "s0" / "notes.txt").read_text() == "mine"
+    assert hidden(out) == []
+
+
+def test_nothing_of_anybody_is_lost(tmp_path, capsys):
+    cases, out = scenes(tmp_path / "in", 1), tmp_path / "out"
+    mine = {"s0/summary.json": '{"mine": 1}', ".s0.part/a": "a", ".s0.old/b": "b", ".kinelast-x.part/c": "c"}
+    for name, text in mine.items():
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).write_text(text)
+    for options in ([], ["--structure"]):
+        assert main([str(cases), "-o", str(out), *options]) == 2
+        assert "did not write (summary.json): move it" in capsys.readouterr().err
+    assert {name: (out / name).read_text() for name in mine} == mine
+    assert sorted(entry.name for entry in (out / "s0").iterdir()) == ["summary.json"]
+
+
+def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, capsys):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "s0").symlink_to(elsewhere)
+    for options in ([], ["--structure"]):
+        assert main([str(scenes(tmp_path / "in", 1)), "-o", str(tmp_path / "out"), *options]) == 2
+        assert "a link: move it" in capsys.readouterr().err
+    assert list(elsewhere.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["..toml", "...toml", "....toml"])
+def test_a_scene_without_a_name_writes_nowhere(name, tmp_path, capsys):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / name).write_text(ARM)
+    before = sorted(tmp_path.rglob("*"))
+    assert main([str(tmp_path / "in" / name), "-o", str(tmp_path / "out")]) == 2
+    assert "has no name before .toml" in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_names_that_are_no_text_and_long_ones_are_written_all_the_same(tmp_path, capsys):
+    for name in (b"caf\xe9", b"\x1b[31mred", b"n" * 250, "stra\u00dfe \u202e".encode()):
+        path = os.fsencode(tmp_path) + b"/" + name + b".toml"
+        with open(path, "w") as file:  # noqa: PTH123 - of bytes
+            file.write(ARM)
+        assert main([os.fsdecode(path), "-o", str(tmp_path / "out"), "--quiet", "--positions", "2"]) == 0
+        require_whole(Path(os.fsdecode(os.fsencode(tmp_path) + b"/out/" + name)))
+    assert main([str(tmp_path), "-o", str(tmp_path / "out"), "--positions", "2", "--resume"]) == 0
+    said = capsys.readouterr()
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f\u202e]", said.out + said.err)
+
+
+@pytest.mark.parametrize(
+    "argument", ["n" * 300, "n" * 300 + ".toml", "a\0b.toml", "/dev/zero", "[", "*.none", "\x1b[2J"]
+)
+def test_arguments_that_name_no_scene_are_refused(argument, tmp_path, capsys):
+    assert main([argument, "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert len(said) < 600
+    assert not re.search(r"[\x00-\x09\x0b-\x1f]", said)
+
+
+def test_endless_files_pipes_and_folders_are_refused(tmp_path, capsys):
+    (tmp_path / "endless.toml").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "large.toml").write_text("#" * 5_000_000)
+    (tmp_path / "empty").mkdir()
+    for name, message in (
+        ("endless", "a device is no scene"),
+        ("pipe", "a device is no scene"),
+        ("large", "larger than 4 MB"),
+    ):
+        assert main([str(tmp_path / f"{name}.toml"), "-o", str(tmp_path / "out")]) == 2
+        assert message in capsys.readouterr().err
+    assert main([str(tmp_path / "empty"), "-o", str(tmp_path / "out")]) == 2
+    assert "holds no .toml file" in capsys.readouterr().err
+
+
+def test_a_working_folder_that_was_deleted_is_told(tmp_path):
+    place = tmp_path / "gone"
+    place.mkdir()
+    scenes(tmp_path / "in", 1)
+    code = f"import os; os.rmdir({str(place)!r}); from kinelast.command import main; raise SystemExit(main("
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    for call, status in (([str(tmp_path / "in" / "s0.toml"), "-o", "out"], 2), (["s0.toml"], 2)):
+        done = subprocess.run(
+            [sys.executable, "-c", f"{code}{call!r}))"],
+            cwd=place,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        place.mkdir()
+        assert (done.returncode, "Traceback" in done.stderr) == (status, False), done.stderr
+
+
+NINE = '[[drives]]\nlink = "b0"\nspeed = 1\n' + "".join(
+    f'[[drives]]\nlink = "b{k}"\non = "b{k - 1}"\nspeed = {k}\n' for k in range(1, 9)
+)
+CHAIN = (
+    '[materials.steel]\nE = 210e9\ndensity = 7850\n[sections.bar]\nshape = "circle"\ndiameter = 0.02\n[points]\n'
+    + "".join(f"P{k} = [{0.1 * k}, {0.03 * (k % 2)}]\n" for k in range(10))
+    + '[links.ground]\npoints = ["P0"]\n'
+    + "".join(f'[links.b{k}]\npoints = ["P{k}", "P{k + 1}"]\nsection = "bar"\nmaterial = "steel"\n' for k in range(9))
+    + NINE
+    + "[run]\npositions = 6\nduration = 1\n"
+)
+
+
+def test_nine_drives_have_their_report(tmp_path):
+    (tmp_path / "nine.toml").write_text(CHAIN)
+    assert main([str(tmp_path / "nine.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    require_whole(tmp_path / "out" / "nine")
+
+
+def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, capsys):
+    import kinelast.page.report
+
+    call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
+    with monkeypatch.context() as patch:
+        patch.setattr(kinelast.page.report, "report_html", lambda *_: 1 / 0)
+        assert main(call) == 3
+    said = capsys.readouterr().err
+    assert "s0: largest deflection" in said
+    assert "the program failed on report.html" in said
+    found = json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())
+    assert list(found["failed"]) == ["report.html"]
+    assert set(found["files"]) == {"positions.csv"}
+    assert main(call) == 0  # made again, since it was not whole
+    require_whole(tmp_path / "out" / "s0")
+
+
+def test_frequencies_that_cannot_be_found_take_no_deflection_with_them(tmp_path, monkeypatch):
+    def none(*_, **__):
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    monkeypatch.setattr("kinelast.figures.results.natural_frequencies", none)
+    assert main([str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    found = json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())
+    assert found["largest_deflection"]["value"]
+    assert found["vibration"]["natural"] == []
+    assert found["vibration"]["drive_to_lowest"]["value"] is None
+
+
+def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
+    rigid = edited(SLIDER_CRANK, *(("section", "#section") for _ in ()))
+    text = re.sub(r'section = "\w+"\nmaterial = "\w+"', "rigid = true\nmass = 1\ncenter = [0, 0]", rigid)
+    (tmp_path / "rigid.toml").write_text(text)
+    call = [str(tmp_path / "rigid.toml"), "-o", str(tmp_path / "out"), "--animate", "deflection", "--check"]
+    assert main([*call, "--positions", "4"]) == 0
+    said = capsys.readouterr().out
+    assert "no film" in said
+    assert "check has nothing to compare" in said
+    require_whole(tmp_path / "out" / "rigid")
+    check = json.loads((tmp_path / "out" / "rigid" / "check.json").read_text())
+    assert (check["passed"], check["largest"]) == (None, None)
+
+
+def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
+    cases = scenes(tmp_path / "in", 1)
+    (cases / "chain.toml").write_text(CHAIN)
+    for jobs in ("1", "2"):
+        assert started(cases, "-o", tmp_path / jobs, "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
+    files = [path.relative_to(tmp_path / "1") for path in (tmp_path / "1").rglob("*") if path.is_file()]
+    assert len(files) == 2 * 4 + 1
+    for file in files:
+        assert len({(tmp_path / jobs / file).read_bytes() for jobs in ("1", "2")}) == 1, file
+
+
+def test_the_package_and_its_command_can_be_run_as_modules():
+    for module in ("kinelast", "kinelast.command"):
+        done = subprocess.run(
+            [sys.executable, "-m", module, "--list"],
+            cwd=Path(__file__).parent.parent,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert "steel_four_bar" in done.stdout

@@ -1,0 +1,205 @@
+"""Claim: a run that goes in chunks says what the same run in one piece says, in memory that does not grow.
+
+Reference: the run in one piece, which the other tests hold against references from outside.
+"""
+
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scene_texts import FALLING, FOUR_BAR, SWING, edited
+
+from kinelast import weight
+from kinelast.command import main
+from kinelast.figures import long_runs
+from kinelast.figures.results import Results
+from kinelast.scene.reading import scene_from_text
+
+
+def both(text, tmp_path, monkeypatch, *options, status=0):
+    """The folders of a run in one piece and in chunks of 64 positions."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(text)
+    folders = []
+    for name, long in (("one", 1e18), ("many", 1)):
+        monkeypatch.setattr(long_runs, "LONG", long)
+        assert main([str(scene), "--quiet", "-o", str(tmp_path / name), *options]) == status
+        folders.append(tmp_path / name / "scene")
+    return folders
+
+
+@pytest.fixture(autouse=True)
+def _small_chunks(monkeypatch):
+    monkeypatch.setattr("rigid.chunks.COLUMNS", 64)
+    monkeypatch.setattr("rigid.chunks.CELLS", 64)
+
+
+def numbers(tree, path=""):
+    """All figures of a summary by their path, but for those of vibration, which are of fewer positions."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            if key not in ("vibration", "made_from", "files", "cautions", "trust", "verdict"):
+                yield from numbers(value, f"{path}/{key}")
+    elif isinstance(tree, list):
+        for number, value in enumerate(tree):
+            yield from numbers(value, f"{path}/{number}")
+    else:
+        yield path, tree
+
+
+def table_of(folder):
+    with (folder / "positions.csv").open(newline="") as file:
+        return list(csv.reader(file))
+
+
+def require_alike(one, many):
+    rows, others = table_of(one), table_of(many)
+    assert rows[0] == others[0]
+    values, found = (
+        np.array([[float(cell or "nan") for cell in row] for row in table[1:]]) for table in (rows, others)
+    )
+    assert found.shape == values.shape
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(values))
+    largest = np.nanmax(np.abs(values), axis=0, initial=0.0)
+    assert (np.nan_to_num(np.abs(found - values)) <= 1e-9 * largest + 1e-12).all()
+    summaries = [dict(numbers(json.loads((folder / "summary.json").read_text()))) for folder in (one, many)]
+    assert summaries[0].keys() == summaries[1].keys()
+    for path, value in summaries[0].items():
+        if isinstance(value, float):
+            assert summaries[1][path] == pytest.approx(value, rel=1e-9, abs=1e-12), path
+        else:
+            assert summaries[1][path] == value, path
+
+
+def test_every_figure_is_that_of_the_run_in_one_piece(tmp_path, monkeypatch):
+    text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))
+    one, many = both(text, tmp_path, monkeypatch, "--fields", "--stations", "5")
+    require_alike(one, many)
+    fields, others = np.load(one / "fields.npz"), np.load(many / "fields.npz")
+    assert set(fields) == set(others)
+    for name in fields:
+        np.testing.assert_allclose(others[name], fields[name], rtol=1e-9, atol=1e-12 * np.abs(fields[name]).max())
+
+
+def test_positions_out_of_reach_are_told_or_left_out_alike(tmp_path, monkeypatch, capsys):
+    text = edited(
+        FOUR_BAR,
+        ('["A", "B"]', '["A", "B"]\nlength = "200 mm"'),
+        ('["D", "B"]', '["D", "B"]\nlength = "100 mm"'),
+        ("positions = 36", "positions = 500"),
+    )
+    both(text, tmp_path, monkeypatch, status=2)
+    said = [re.sub(r"\d+% of the positions", "some", line) for line in capsys.readouterr().err.splitlines()]
+    assert said[0] == said[1]
+    assert "--reachable leaves out" in said[0]
+    require_alike(*both(text, tmp_path, monkeypatch, "--reachable"))
+
+
+def test_an_integrated_motion_goes_in_chunks_too(tmp_path, monkeypatch):
+    require_alike(*both(SWING, tmp_path, monkeypatch, "--positions", "200"))
+
+
+def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(long_runs, "SHOWN", 40)
+    text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))
+    _, many = both(text, tmp_path, monkeypatch, "--check", "2")
+    summary = json.loads((many / "summary.json").read_text())
+    assert summary["run"]["positions"] == 500
+    assert (summary["check"]["passed"], summary["check"]["compared"]) == (True, 40)
+
+
+def test_memory_does_not_grow_with_the_positions(monkeypatch):
+    scene = scene_from_text(FOUR_BAR)
+    monkeypatch.setattr(long_runs, "SHOWN", 32)
+    sizes = []
+    for count in (800, 3200):
+        time = np.linspace(0, scene.run.duration, count, endpoint=False)
+        tracemalloc.start()
+        long_runs.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
+        sizes.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert sizes[1] < 1.5 * sizes[0]
+
+
+def test_a_spring_that_counts_turns_stays_in_one_piece():
+    text = edited(FOUR_BAR, ("[run]", '[[springs]]\nlink = "crank"\nat = "O"\nstiffness = 1\n[run]'))
+    assert long_runs.is_long(scene_from_text(FOUR_BAR), 10**6)
+    assert not long_runs.is_long(scene_from_text(text), 10**6)
+
+
+def test_a_heavy_request_is_told_before_it_starts_and_refused_where_there_is_no_room(tmp_path, monkeypatch, capsys):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(FOUR_BAR)
+    monkeypatch.setattr(weight, "HEAVY", 1e3)
+    assert main([str(scene), "--fields", "-o", str(tmp_path / "out")]) == 0
+    # 12 fields of 3 beams at 101 stations and 36 positions, twice while they are written: 2.1 MB, and a table.
+    assert "scene: 36 positions take about 2." in capsys.readouterr().err
+    for what, options in (("_free_disk", ["--fields"]), ("_free_memory", ["--check"])):
+        with monkeypatch.context() as patch:
+            patch.setattr(weight, what, lambda *_: 1e3)
+            assert main([str(scene), *options, "-o", str(tmp_path / "none")]) == 2
+        assert "where 0.001 MB are free: ask for fewer --positions" in capsys.readouterr().err
+    assert main([str(scene), "--mesh", "--positions", "20001", "-o", str(tmp_path / "none")]) == 2
+    assert "a file for every position" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(FOUR_BAR)
+
+    def full(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("kinelast.run.deflection", full)
+    assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
+    assert "scene: out of memory: ask for fewer positions" in capsys.readouterr().err
+
+
+def test_results_of_a_long_run_know_their_whole():
+    scene = scene_from_text(FOUR_BAR)
+    time = np.linspace(0, scene.run.duration, 5000, endpoint=False)
+    results = long_runs.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
+    assert results.counts == (5000, 0, 0)
+    assert isinstance(results.shown, Results)
+    assert len(results.shown.motion.time) == 3600
+    assert len(results.motion.time) < 300
+
+
+def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("kinelast.terminal.SELDOM", 0.0)
+    monkeypatch.setattr(long_runs, "LONG", 1)
+    texts = {
+        "scene": edited(FOUR_BAR, ("positions = 36", "positions = 300")),
+        "fall": edited(FALLING, ("duration = 2", "duration = 0.5")),
+    }
+    for name, text in texts.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    assert main([str(tmp_path / "scene.toml"), str(tmp_path / "fall.toml"), "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().err
+    assert re.search(r"scene: positions: \d+ of 300\n", said)
+    assert re.search(r"fall: integrated, in thousandths of 0.5 s: \d+ of 1000\n", said)
+    assert "fall: 1 of 2" in said
+    assert main([str(tmp_path / "scene.toml"), "--quiet", "-o", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_terminal_has_a_bar_once_a_second_is_over(tmp_path):
+    (tmp_path / "scene.toml").write_text(edited(FOUR_BAR, ("positions = 36", "positions = 200000")))
+    ours, theirs = os.openpty()
+    call = [sys.executable, "-m", "kinelast", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]
+    run = subprocess.Popen(call, cwd=Path(__file__).parent.parent, stderr=theirs, stdout=subprocess.DEVNULL)
+    os.close(theirs)
+    seen = b""
+    while b"scene: positions" not in seen:
+        seen += os.read(ours, 4096)  # ends with an error where the command ends without a bar
+    run.terminate()
+    assert run.wait(20) == 143
+    os.close(ours)

@@ -1,0 +1,477 @@
+"""The report page in a browser: alone, at work, exact, and made of data that stays data."""
+
+import json
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Page, started
+
+from elastic import FIELDS, displacement_of, sample
+from kinelast.command import main
+from kinelast.folder import Request
+from kinelast.page.numbers import number, quantity
+from kinelast.run import computed
+from kinelast.scene.reading import read_scene
+from kinelast.scene.shipped import shipped_scenes
+from rigid import acceleration_of, position_of, velocity_of
+
+STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])
+EXACT = 1e-12
+
+
+@pytest.fixture(scope="module")
+def driver():
+    opened = started()
+    yield opened
+    opened.quit()
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory):
+    """Folders of all shipped scenes, at the positions that they ask for."""
+    out = tmp_path_factory.mktemp("pages")
+    assert main([*shipped_scenes(), "--quiet", "-o", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def steel(driver, reports):
+    return Page(driver, reports / "steel_four_bar" / "report.html")
+
+
+def errors(page):
+    return [entry["message"] for entry in page.logs()]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+def test_it_stands_alone_and_is_exact(name, driver, reports):
+    """No error, no request; every field at every position and the motion of every point, beside Python's."""
+    page = Page(driver, reports / name / "report.html")
+    assert page.run("return document.body.dataset.ready") == "yes"
+    assert errors(page) == []
+    assert page.requests() == []
+    results = computed(read_scene(shipped_scenes()[name]), Request())
+    times = np.array(page.run("return Array.from(kinelast.row('time'))"))
+    at = np.searchsorted(results.motion.time, times)
+    np.testing.assert_array_equal(results.motion.time[at], times)
+    beams = len(results.scene.labels)
+    for field in FIELDS if beams else ():
+        close(page_field(page, field, beams, len(times)), sample(results.deflection, field, STATIONS)[:, at])
+    moving = [(k, link.name, point) for k, link in enumerate(results.mechanism.links) if k for point in link.points]
+    for function, python in MOTION.items():
+        ours = [np.broadcast_to(python(results, link, point), results.motion.columns)[at] for _, link, point in moving]
+        theirs = [page.run(OF_POINT.replace("FUNCTION", function), len(times), k, point) for k, _, point in moving]
+        close(np.array(theirs, float) @ [1, 1j], np.array(ours))
+
+
+MOTION = {
+    "placeOf": lambda results, link, point: position_of(results.motion, link, point),
+    "velocityOf": lambda results, link, point: velocity_of(results.motion, link, point),
+    "accelerationOf": lambda results, link, point: acceleration_of(results.motion, link, point),
+    "displacementOf": lambda results, link, point: displacement_of(results.deflection, link, point),
+}
+OF_POINT = """
+    const [count, link, point] = arguments, place = "FUNCTION" === "displacementOf" ? point :
+        kinelast.localOf(link, point);
+    return Array.from({length: count}, (_, i) => kinelast.FUNCTION(link, place, i));"""
+
+
+def page_field(page, field, beams, count):
+    """Values in the page, shape (beams, positions, stations)."""
+    script = """
+        const [field, stations, beams, count] = arguments, found = [];
+        for (let beam = 0; beam < beams; beam++) for (let i = 0; i < count; i++) for (const xi of stations) {
+            const value = kinelast.value(field, beam, i, xi);
+            found.push(isFinite(value) ? value : null);
+        }
+        return found;"""
+    found = page.run(script, field, STATIONS.tolist(), beams, count)
+    return np.array(found, float).reshape(beams, count, len(STATIONS))
+
+
+def close(found, ours):
+    """Equal to 1e-12 of the greatest, and without numbers at the same places."""
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(ours))
+    scale = np.nanmax(np.abs(ours), initial=0.0) if np.isfinite(ours).any() else 0.0
+    assert np.nanmax(np.abs(found - ours), initial=0.0) <= EXACT * scale
+
+
+def test_the_figures_are_those_of_the_summary(steel, reports):
+    summary = json.loads((reports / "steel_four_bar" / "summary.json").read_text())
+    text = steel.run("return document.body.innerText")
+    for key in ("largest_chord", "largest_deflection", "largest_stress"):
+        assert quantity(abs(summary[key]["value"]), summary[key]["unit"]) in text
+    for finding in summary["trust"]:
+        assert finding["text"] in text
+    for label, row in summary["strength"].items():
+        cells = steel.run(
+            "return Array.from(document.querySelectorAll('#strength tbody tr'), "
+            "(row) => Array.from(row.cells, (cell) => cell.innerText))"
+        )
+        own = next(cells for cells in cells if cells[0].startswith(label))
+        assert own[1] == number(row["safety_factor"]["value"], 3)
+    for share in summary["output"]["shares"]:
+        assert number(100 * share["value"] / summary["output"]["value"], 3) in text
+
+
+@pytest.mark.parametrize(
+    "value", [0.0, 1.0, -13.126, 0.00115849, 2.2e-6, 999.96, 12345.0, 12.6e6, 1e7, 3.2e-15, 0.0001, 5e-324]
+)
+def test_numbers_are_written_as_python_writes_them(value, steel):
+    assert steel.run("return [4, 3, 2].map((digits) => kinelast.number(arguments[0], digits))", value) == [
+        number(value, digits) for digits in (4, 3, 2)
+    ]
+    assert steel.run("return ['m', 'N', '1'].map((unit) => kinelast.quantity(arguments[0], unit))", value) == [
+        quantity(value, unit) for unit in ("m", "N", "1")
+    ]
+
+
+def lines(page):
+    return page.run(
+        "return Array.from(document.querySelectorAll('.mechanism .link'), (path) => path.getAttribute('d'))"
+    )
+
+
+def test_the_slider_the_keys_and_play_move_the_picture(steel):
+    steel.run("kinelast.showPosition(0)")
+    first = lines(steel)
+    steel.run(
+        "const slider = document.getElementById('position'); slider.value = 90; "
+        "slider.dispatchEvent(new Event('input'))"
+    )
+    assert lines(steel) != first
+    assert "crank 90°" in steel.run("return document.getElementById('instant').innerText")
+    steel.run(
+        "document.querySelector('.mechanism').dispatchEvent(new KeyboardEvent('keydown', "
+        "{key: 'ArrowRight', bubbles: true}))"
+    )
+    assert steel.run("return kinelast.instant.position") == 91
+    steel.run("document.getElementById('play').click()")
+    deadline = time.monotonic() + 5
+    while steel.run("return kinelast.instant.position") == 91 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    steel.run("document.getElementById('play').click()")
+    assert steel.run("return kinelast.instant.position") != 91
+    assert errors(steel) == []
+
+
+def test_the_crank_is_dragged(steel):
+    """Taken at its end and pulled a quarter turn round its pin, in steps."""
+    from selenium.webdriver import ActionChains
+
+    steel.run(
+        "kinelast.showPosition(0); "
+        "document.getElementById('exaggeration').parentNode.querySelectorAll('button')[1].click()"
+    )
+    steel.run("document.getElementById('stage').scrollIntoView({behavior: 'instant'})")
+    assert steel.run("return document.querySelector('.tip').hidden")
+    spot = """
+        const [k] = arguments, pins = document.querySelectorAll('.mechanism .pin'),
+            box = document.querySelector('.mechanism').getBoundingClientRect();
+        const [x, y] = ['cx', 'cy'].map((name) => Number(pins[k].getAttribute(name)));
+        return [Math.round(box.left + x), Math.round(box.top + y)]"""
+    names = steel.run("return Array.from(document.querySelectorAll('.mechanism .pin')).length")
+    places = [steel.run(spot, k) for k in range(names)]
+    centre = steel.run("const [x, y] = kinelast.placeOf(0, kinelast.localOf(0, 'O'), 0); return [x, y]")
+    assert centre == [0.0, 0.0]
+    pivot = places[0]
+    end = min(places[1:], key=lambda place: np.hypot(place[0] - pivot[0], place[1] - pivot[1]))
+    reach = np.hypot(end[0] - pivot[0], end[1] - pivot[1])
+    action = ActionChains(steel.driver, duration=20)
+    near = 0.8
+    action.w3c_actions.pointer_action.move_to_location(
+        round(pivot[0] + near * (end[0] - pivot[0])), round(pivot[1] + near * (end[1] - pivot[1]))
+    )
+    action.w3c_actions.pointer_action.pointer_down()
+    for angle in np.radians(np.linspace(10, 90, 9)):
+        action.w3c_actions.pointer_action.move_to_location(
+            round(pivot[0] + near * reach * np.cos(angle)), round(pivot[1] - near * reach * np.sin(angle))
+        )
+    action.w3c_actions.pointer_action.pointer_up()
+    action.perform()
+    degrees = np.degrees(steel.run("return kinelast.row('drive')[kinelast.instant.position]"))
+    assert degrees == pytest.approx(90, abs=5)
+    steel.run("document.getElementById('exaggeration').parentNode.querySelectorAll('button')[2].click()")
+
+
+def test_hovering_tells_values_and_a_click_chooses_the_link(steel):
+    from selenium.webdriver import ActionChains
+
+    steel.run("kinelast.showPosition(100); document.getElementById('stage').scrollIntoView({behavior: 'instant'})")
+    x, y = steel.run(
+        "const path = document.querySelectorAll('.mechanism .link')[1], "
+        "at = path.getPointAtLength(path.getTotalLength() / 2), "
+        "box = document.querySelector('.mechanism').getBoundingClientRect(); "
+        "return [Math.round(box.left + at.x), Math.round(box.top + at.y)]"
+    )
+    action = ActionChains(steel.driver, duration=20)
+    action.w3c_actions.pointer_action.move_to_location(x, y)
+    action.perform()
+    told = steel.run("return document.querySelector('.tip').innerText")
+    assert told.startswith("coupler 150 mm along it") or re.match(r"coupler 1(49|50|51)(\.\d)? mm along it", told)
+    assert "bending moment" in told
+    steel.run("document.getElementById('beam').value = 0")
+    action.w3c_actions.pointer_action.click()
+    action.perform()
+    assert steel.run("return document.getElementById('beam').value") == "1"
+    assert "coupler: bending moment along it" in steel.run("return document.getElementById('link').innerText")
+
+
+def test_diagrams_overlay_and_tables_sort(steel):
+    before = steel.run("return document.querySelectorAll('.mechanism .diagram').length")
+    steel.run("document.querySelector('.diagrams input[value=\"N\"]').click()")
+    assert steel.run("return document.querySelectorAll('.mechanism .diagram').length") == before + 3
+    steel.run("document.querySelector('.diagrams input[value=\"N\"]').click()")
+    names = (
+        "return Array.from(document.querySelectorAll('#forces table')[0].tBodies[0].rows, "
+        "(row) => Number(row.cells[2].innerText))"
+    )
+    steel.run("document.querySelectorAll('#forces thead button')[2].click()")
+    assert steel.run(names) == sorted(steel.run(names), reverse=True)
+    steel.run("document.querySelectorAll('#forces thead button')[2].click()")
+    assert steel.run(names) == sorted(steel.run(names))
+    assert steel.run("return document.querySelectorAll('#forces thead th')[2].getAttribute('aria-sort')") == "ascending"
+
+
+def test_curves_are_handed_out(steel):
+    """CSV of a curve: all digits of what Python has; PNG and SVG are not empty."""
+    script = """
+        const done = arguments[arguments.length - 1], kind = arguments[0], blobs = [], make = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blobs.push(blob); return make.call(URL, blob); };
+        document.querySelector(`button[aria-label="Drive moment as ${kind}"]`).click();
+        const wait = () => blobs.length ? blobs[0].text().then((text) => { URL.createObjectURL = make;
+            done([blobs[0].type, blobs[0].size, text]); }) : setTimeout(wait, 20);
+        wait();"""
+    kind, _, text = steel.driver.execute_async_script(script, "CSV")
+    rows = text.strip().splitlines()
+    assert kind == "text/csv"
+    assert rows[0] == '"angle of crank [°]","crank [N m]"'
+    results = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request())
+    np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows[1:]], results.efforts[0])
+    kind, size, text = steel.driver.execute_async_script(script, "SVG")
+    assert kind == "image/svg+xml"
+    assert text.startswith("<svg")
+    assert text.count("<path") == 2
+    kind, size, _ = steel.driver.execute_async_script(script, "PNG")
+    assert kind == "image/png"
+    assert size > 2000
+
+
+ODD = """
+title = '</script><script>window.hit = 1</script> & <b>bold</b> {{title}}'
+source = '<img src=x onerror="window.hit = 1">'
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.006
+width = 0.01
+[points]
+O = [0, 0]
+A = [0.2, 0]
+[links.ground]
+points = ["O"]
+[links.arm]                       # </script><script>window.hit = 1</script>
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "arm"
+speed = -50.0
+[run]
+positions = 12
+"""
+
+
+def test_words_of_a_scene_are_data(driver, tmp_path):
+    (tmp_path / "odd.toml").write_text(ODD)
+    assert main([str(tmp_path / "odd.toml"), "--quiet", "-o", str(tmp_path / "out")]) == 0
+    page = Page(driver, tmp_path / "out" / "odd" / "report.html")
+    title = "</script><script>window.hit = 1</script> & <b>bold</b> {{title}}"
+    assert page.run("return document.querySelector('h1').textContent") == title
+    assert page.run("return document.title") == title
+    assert page.run("return document.querySelectorAll('h1 *, .source *').length") == 0
+    assert page.run("return document.querySelector('pre').textContent") == ODD
+    assert page.run("return window.hit ?? 'none'") == "none"
+    assert errors(page) == []
+
+
+ARM = """
+[points]
+O = [0, 0]
+A = [0.2, 0]
+[sections.bar]
+shape = "rigidities"
+EA = 1e7
+EI = 40.0
+mass_per_length = 0.5
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+[[drives]]
+link = "arm"
+speed = 6.283185307179586
+[[loads]]
+link = "arm"
+point = "A"
+force = [3.0, 4.0]
+"""
+
+
+def page_of(driver, folder, text, *options):
+    """The page of a scene in a text."""
+    (folder / "one.toml").write_text(text)
+    assert main([str(folder / "one.toml"), *options, "--quiet", "-o", str(folder / "out")]) in (0, 1)
+    return Page(driver, folder / "out" / "one" / "report.html")
+
+
+def test_it_shows_what_was_put_in(driver, tmp_path):
+    page = page_of(driver, tmp_path, ARM + "[run]\npositions = 1\ngravity = [0, -9.81]\n")
+    text = page.run("return document.body.innerText")
+    for words in ("= 60 rpm", "\u22129.81 m/s² in y", "5 N towards 53.13°", "point load on arm, A", "Euler-Bernoulli",
+                  "1 position from", "No stresses: the sections do not tell their dimensions", "not made"):  # fmt: skip
+        assert words in text
+    assert errors(page) == []
+
+
+def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
+    block = """[points]
+O = [0, -0.1]
+A = [0, 0]
+[links.ground]
+points = ['O']
+[links.block]
+points = ['A']
+rigid = true
+mass = 2.0
+[sliders.guide]
+link = 'block'
+through = 'A'
+direction = [1, 0]
+[[drives]]
+slider = 'guide'
+law = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]
+[run]
+positions = 5
+"""
+    page = page_of(driver, tmp_path, block, "--check", "--refine")
+    text = page.run("return document.body.innerText")
+    assert "nothing to compare" in text
+    assert "agrees" not in text
+    assert "are not searched between them" in text
+    place = "return document.querySelector('.block').getAttribute('transform')"
+    page.run("kinelast.showPosition(0)")
+    before = page.run(place)
+    page.run("kinelast.showPosition(3)")
+    assert page.run(place) != before
+    assert errors(page) == []
+
+
+def test_curves_break_where_positions_were_left_out(driver, tmp_path):
+    """A slider-crank whose rod is too short to reach past some angles of its crank."""
+    scene = (
+        shipped_scenes()["offset_slider_crank"]
+        .read_text()
+        .replace('length = "180 mm"', 'length = "55 mm"')
+        .replace("B = [0.209, 0.02]", "B = [0.08, 0.02]")
+    )
+    page = page_of(driver, tmp_path, scene, "--reachable", "--positions", "72")
+    out = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["run"]["left_out"]
+    assert out > 0
+    script = """
+        const done = arguments[0], make = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };
+        document.querySelector('button[aria-label="Drive moment as CSV"]').click();"""
+    rows = driver.execute_async_script(script).strip().splitlines()[1:]
+    assert len(rows) == page.run("return kinelast.model.positions") + sum(row.endswith(",") for row in rows)
+    assert sum(row.endswith(",") for row in rows) in (1, 2)
+    assert errors(page) == []
+
+
+@pytest.mark.parametrize("width", [400, 800, 1280, 2000])
+def test_it_fits_every_width(width, driver, reports):
+    page = Page(driver, reports / "quick_return" / "report.html", width)
+    assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.run(
+        "return Array.from(document.querySelectorAll('.chart'), "
+        "(each) => each.getBoundingClientRect().right).every((right) => right <= window.innerWidth)"
+    )
+    assert errors(page) == []
+
+
+def test_it_is_dark_where_the_reader_likes_that(driver, reports):
+    path = reports / "steel_four_bar" / "report.html"
+    grounds = [
+        Page(driver, path, media={"prefers-color-scheme": wish}).run(
+            "return getComputedStyle(document.body).backgroundColor"
+        )
+        for wish in ("light", "dark")
+    ]
+    assert grounds[0] == "rgb(255, 255, 255)"
+    assert max(map(int, re.findall(r"\d+", grounds[1]))) < 60
+
+
+def test_paper_has_no_blank_page(driver, reports):
+    pypdf = pytest.importorskip("pypdf", reason="pypdf is not installed")
+    import base64
+    import io
+
+    Page(driver, reports / "steel_four_bar" / "report.html")
+    printed = driver.execute_cdp_cmd("Page.printToPDF", {"paperWidth": 8.27, "paperHeight": 11.69})
+    pages = pypdf.PdfReader(io.BytesIO(base64.b64decode(printed["data"]))).pages
+    assert 2 <= len(pages) <= 10
+    assert all(len(page.extract_text().strip()) > 40 for page in pages)
+
+
+@pytest.mark.parametrize(
+    ("name", "wish"), [("steel_four_bar", "light"), ("steel_four_bar", "dark"), ("andrews_driven", "light")]
+)
+def test_it_is_accessible(name, wish, driver, reports):
+    """By axe-core's rules, of which the script comes with axe-selenium-python."""
+    axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
+    page = Page(driver, reports / name / "report.html", media={"prefers-color-scheme": wish})
+    page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
+    found = driver.execute_async_script("const done = arguments[arguments.length - 1]; axe.run().then(done)")
+    told = [
+        (rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found["violations"]
+    ]
+    assert told == []
+
+
+def test_the_table_of_a_batch(driver, tmp_path):
+    (tmp_path / "wrong.toml").write_text('title = "no points"\n')
+    arguments = ["steel_four_bar", "quick_return", str(tmp_path / "wrong.toml"), "--positions", "8", "--quiet"]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 2
+    page = Page(driver, tmp_path / "out" / "index.html")
+    assert errors(page) == []
+    names = "return Array.from(document.querySelectorAll('tbody tr'), (row) => row.cells[0].innerText)"
+    assert sorted(page.run(names)) == ["quick_return", "steel_four_bar", "wrong"]
+    heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText)")
+    page.run(
+        "document.querySelectorAll('thead button')[arguments[0]].click()",
+        next(k for k, head in enumerate(heads) if head.startswith("largest deflection")),
+    )
+    sizes = {
+        name: abs(json.loads((tmp_path / "out" / name / "summary.json").read_text())["largest_deflection"]["value"])
+        for name in ("quick_return", "steel_four_bar")
+    }
+    assert page.run(names) == [*sorted(sizes, key=lambda name: -sizes[name]), "wrong"]
+    page.run(
+        "const box = document.getElementById('filter'); box.value = 'failed'; box.dispatchEvent(new Event('input'))"
+    )
+    assert page.run(names) == ["wrong"]
+    assert "missing" in page.run("return document.querySelector('tbody').innerText")
+    links = page.run(
+        "const box = document.getElementById('filter'); box.value = ''; "
+        "box.dispatchEvent(new Event('input')); "
+        "return Array.from(document.querySelectorAll('tbody a'), (a) => a.getAttribute('href'))"
+    )
+    assert sorted(links) == ["quick_return/report.html", "steel_four_bar/report.html"]
+    assert all((tmp_path / "out" / link).is_file() for link in links)
