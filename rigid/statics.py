@@ -11,6 +11,7 @@ import numpy as np
 from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
 from rigid.constants import mass_table
 from rigid.forces import JointForces, joint_forces, self_stresses
+from rigid.gears import gear_loads
 from rigid.joints import Columns, JointPlace
 from rigid.kinematics import Motion
 from rigid.loads import given_loads, link_loads
@@ -72,6 +73,12 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
             for place, pull in zip(closed.joints, pulls, strict=False):
                 if place.joint.parent not in closed.group.links:
                     force[place.joint.parent] = force[place.joint.parent] + np.abs(pull)
+        for number, place in enumerate(motion.places):
+            if place.joint.gear is not None:
+                flank = forces.flank.get(number, 0.0)
+                for act in gear_loads(place, forces.force[number], forces.moment[number], flank):
+                    force[act.link] = force[act.link] + np.abs(act.force)
+                    moment[act.link] = moment[act.link] + np.abs(act.moment)
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)

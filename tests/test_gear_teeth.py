@@ -170,8 +170,11 @@ def bar(name, *points):
     return Link(name, dict(points), beams)
 
 
-def epicyclic(free=-0.6):
-    """An elastic arm carries an elastic planet and a wheel; the planet runs around a sun of the ground."""
+def epicyclic(free=-0.6, back=False):
+    """An elastic arm carries an elastic planet and a wheel; the planet runs around a sun of the ground.
+
+    `back`: the joints that the gears tie are named the other way round.
+    """
     links = (
         Link("ground", {"O": 0.0}),
         bar("arm", ("Q", 0.3 + 0.05j), ("P", 0.2), ("O", 0.0)),
@@ -182,6 +185,11 @@ def epicyclic(free=-0.6):
         Gear(PinDrive("ground", "O", "arm"), PinDrive("planet", "P", "arm"), -1.5),
         Gear(PinDrive("planet", "P", "arm"), PinDrive("wheel", "Q", "arm"), free),
     )
+    if back:
+        gears = (
+            Gear(PinDrive("arm", "O"), PinDrive("arm", "P", "planet"), -1.5),
+            Gear(PinDrive("arm", "P", "planet"), PinDrive("arm", "Q", "wheel"), free),
+        )
     loads = (PointLoad("wheel", "S", force=40.0 - 25.0j, turning=True),)
     drawing = {"O": 0, "P": 0.2, "Q": 0.3 + 0.05j, "E": 0.27, "S": 0.35 + 0.05j}
     return Mechanism(links, (PinDrive("arm", "O"),), drawing, (), GRAVITY, loads, gears)
@@ -242,6 +250,7 @@ def geared_parallelogram(sun=False):
 
 ELASTIC = {
     "outside": (epicyclic(), 1.0),
+    "outside, named the other way": (epicyclic(back=True), 1.0),
     "planet in a ring": (epicyclic(0.4), 1.0),
     "ring on a planet": (epicyclic(1.8), 1.0),
     "driven rack": (elastic_rack(False), 1.0),
@@ -288,6 +297,11 @@ class TestDeflection:
             assert comparison.relative.max() < 1e-10
             efforts = drive_efforts(course, solved.forces)
             near(found.efforts, efforts, 1e2 * np.abs(efforts).max())
+
+    def test_names_the_other_way_round_are_the_same(self):
+        one, other = (deflection(*elastic_course(name)) for name in ("outside", "outside, named the other way"))
+        near(other.w, one.w, np.abs(one.w).max())
+        near(other.forces.ground_moment, one.forces.ground_moment, np.abs(one.forces.ground_moment).max())
 
     @pytest.mark.parametrize("load", 300 * np.exp(2j * np.pi * np.arange(8) / 8))
     def test_what_a_strut_takes_from_the_teeth(self, load):
