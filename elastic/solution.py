@@ -217,7 +217,7 @@ def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGap
     """
     motion, flank = problem.motion, None
     for _ in range(FLANKS):
-        forces = balancing_forces(motion, flank)
+        forces = balancing_forces(motion, flank=flank)
         response, gaps = bent_links(problem, forces)
         states = self_stresses(motion.closures, forces.flank)
         if not states:
