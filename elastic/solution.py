@@ -14,9 +14,11 @@ from elastic.beams.compliance import Compliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
+from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import LinkResponse, carry
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
 from elastic.links.configuration import Problem
+from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
 from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
@@ -70,6 +72,8 @@ class Deflection:
         Of the beams.
     unmarked
         The same before positions were made nan; None where none was.
+    added
+        Loads besides the motion's, such as those of vibration.
     """
 
     motion: Motion
@@ -85,6 +89,7 @@ class Deflection:
     blocks: tuple[Block, ...]
     compliance: Compliance
     unmarked: Deflection | None = None
+    added: AddedLoads | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
@@ -134,6 +139,7 @@ def deflection(
     motion: Motion,
     sections: Sequence[Section],
     joints: Mapping[str, JointCompliance] | None = None,
+    added: AddedLoads | None = None,
 ) -> Deflection:
     """Section forces and displacements of all beams at all positions.
 
@@ -145,6 +151,8 @@ def deflection(
         One per beam, in the order of `Mechanism.beams`.
     joints
         By name, the joints that give way or do not fit.
+    added
+        Loads besides those of the motion.
 
     Raises
     ------
@@ -179,7 +187,7 @@ def deflection(
     joints = joints or {}
     require_joints(motion, joints)
     with np.errstate(invalid="ignore"):
-        problem = problem_of(motion, sections, joints)
+        problem = problem_of(motion, sections, joints, added)
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
         require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         forces, response, gaps = _loaded_links(problem)
@@ -201,6 +209,7 @@ def deflection(
         gaps=gaps,
         blocks=response.blocks,
         compliance=problem.compliance,
+        added=added,
     )
     if not motion.suspect or not solved.lost.any():
         return solved
@@ -216,8 +225,10 @@ def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGap
     tried that were loaded last.
     """
     motion, flank = problem.motion, None
+    added = problem.added
+    more = [] if added is None else list(resultants(added, motion, problem.configuration))
     for _ in range(FLANKS):
-        forces = balancing_forces(motion, flank=flank)
+        forces = balancing_forces(motion, more, flank)
         response, gaps = bent_links(problem, forces)
         states = self_stresses(motion.closures, forces.flank)
         if not states:

@@ -14,16 +14,16 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
+from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task
 from kinelast.scene.error import plain
 from kinelast.stopping import StoppedError, stoppable
 from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
     from kinelast.folder import Request
-    from kinelast.run import Outcome, Task
     from kinelast.terminal import Report
 
-FINE, BAD_INPUT, BUG, BY_SIGNAL, INTERRUPTED = 0, 2, 3, 128, 130
+BY_SIGNAL, INTERRUPTED = 128, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -107,7 +107,6 @@ def _list() -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
-    from kinelast.run import Task
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(options.scenes)
@@ -129,8 +128,6 @@ def _run(options: argparse.Namespace) -> int:
 
 def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request, refused: int) -> int:
     """Compute scenes, print how each went, and in the end how all went; the exit status."""
-    from kinelast.run import FAILED
-
     outcomes: list[tuple[Task, Outcome]] = []
     begin, status = time.monotonic(), FINE
     try:
@@ -205,7 +202,12 @@ def _request(options: argparse.Namespace) -> Request | str:
     request = Request(
         fields=options.fields,
         stations=options.stations,
-        check=options.check,
+        check=next((one for one in options.check if isinstance(one, int)), None),
+        nonlinear="nonlinear" in options.check,
+        solid="solid" in options.check,
+        theory=options.theory,
+        accuracy=options.accuracy,
+        speeds=options.speeds,
         animate=options.animate,
         frames=options.frames,
         picture=options.format,

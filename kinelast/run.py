@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_tim
 from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
+from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
@@ -29,35 +30,8 @@ from rigid.analysis import reachable
 if TYPE_CHECKING:
     from fem_check import Comparison
 
-FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
-DONE, FAILED, SKIPPED = "done", "failed", "skipped"
-MESSAGE = 1000  # letters
 Progress = Callable[[str, int, int], None]
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Task:
-    """A scene's file, the folder for its results, and what the two are called."""
-
-    path: Path
-    folder: Path
-    name: str
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a scene went.
-
-    The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, and its figures where there are any.
-    """
-
-    status: int
-    line: str
-    state: str = FAILED
-    questions: tuple[str, ...] = ()
-    figures: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _nothing(stage: str, done: int, total: int) -> None:
@@ -128,6 +102,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         _integrate(scene, progress)
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
+    if long and (request.nonlinear or request.solid or not request.theory_of(scene).plain):
+        raise RequestError(f"vibration and further checks take no more than {SHOWN} positions")
     if long:
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
@@ -186,11 +162,14 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     from kinelast.figures.summary import summary
 
     found = peaks(results)
-    if request.refine:
+    if request.refine and results.answer is None:
         found = refined_peaks(results, found)
     figures = {"kinelast": version(), **summary(results, found), "made_from": made}
-    if figures["check"]:
-        write_json(part / "check.json", figures["check"])
+    checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
+    if checks:
+        write_json(part / "check.json", {**checks.pop("check", {}), **checks})
+    if request.speeds and results.scene.labels:
+        figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -198,6 +177,17 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     figures["files"] = sizes(part)
     write_json(part / "summary.json", figures)
     return figures
+
+
+def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress: Progress) -> dict[str, Any]:
+    """The answer against the speed of the drive, written and as figures."""
+    from kinelast.figures.speeds import draw_speeds, speed_figures, speeds, write_speeds
+
+    progress(f"{scene.name}: speeds", 0, 1)
+    found = speeds(scene, asked)
+    write_speeds(part / "speeds.csv", scene, found)
+    draw_speeds(part / "speeds.svg", scene, found)
+    return speed_figures(found)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
@@ -223,7 +213,35 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
     course, left_out = _course(scene, request)
     bent = deflection(course, scene.sections, joints=scene.joints)
     require_on_beams(scene, bent)
-    return Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+    plain = Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+    return _further_checked(_by_theory(plain, request, progress), request, progress)
+
+
+def _by_theory(plain: Results, request: Request, progress: Progress) -> Results:
+    """The results of the theory of motion that is asked for, from those without vibration."""
+    scene, theory = plain.scene, request.theory_of(plain.scene)
+    if theory.plain or not scene.labels:
+        return plain
+    from kinelast.figures.theory import answer
+
+    progress(f"{scene.name}: vibration", 0, 1)
+    found = answer(scene, plain.deflection, theory, plain.period)
+    return replace(plain, deflection=found.deflection, answer=found)
+
+
+def _further_checked(results: Results, request: Request, progress: Progress) -> Results:
+    """The results with the checks by other theories, where they are asked for."""
+    if not results.scene.labels or not (request.nonlinear or request.solid):
+        return results
+    from kinelast.figures.checks import nonlinear_check, solid_check
+
+    name, nonlinear, solid = results.scene.name, None, None
+    if request.nonlinear:
+        nonlinear = nonlinear_check(results, lambda share, _: progress(f"{name}: nonlinear", int(1000 * share), 1000))
+    if request.solid:
+        progress(f"{name}: plane bodies", 0, 1)
+        solid = solid_check(results)
+    return replace(results, nonlinear=nonlinear, solid=solid)
 
 
 def _checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
@@ -342,5 +360,5 @@ def _drawings(
 
 def _differs(figures: Mapping[str, Any]) -> bool:
     """Whether the check failed or a limit of the scene is not kept."""
-    check, limits = figures.get("check"), figures.get("acceptance", {})
-    return (check is not None and check["passed"] is False) or limits.get("passed") is False
+    checks = (figures.get("check"), figures.get("nonlinear_check"), figures.get("acceptance"))
+    return any(one is not None and one["passed"] is False for one in checks)

@@ -7,7 +7,7 @@ import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,11 +16,9 @@ from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import RequestError, held
+from kinelast.outcome import Outcome
 from kinelast.scene.error import plain
 from rigid import Reals
-
-if TYPE_CHECKING:
-    from kinelast.run import Outcome  # which imports this file
 
 
 def position_columns(results: Results) -> dict[str, Reals]:
@@ -72,8 +70,9 @@ def _lines(table: Reals) -> bytes:
 class FieldFile:
     """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
-    (positions, stations). They grow in files of their own beside the one that they make in the end.
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the
+    keys of the main fields, shape (positions, stations). They grow in files of their own beside the one that they make
+    in the end.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:

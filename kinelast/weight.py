@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 from elastic import FIELDS, PRIMARY
+from kinelast.figures.results import EXTREME_FIELDS
 from kinelast.folder import Request, RequestError
 from kinelast.scene.data import Scene
 from rigid import structure
@@ -57,7 +58,8 @@ def _columns(scene: Scene) -> int:
     """About how many columns positions.csv has."""
     mechanism = scene.mechanism
     points = sum(len(link.points) for link in mechanism.links[1:])
-    return 6 + 2 * len(mechanism.drives) + 11 * len(mechanism.beams) + 3 * points + 3 * len(structure(mechanism).joints)
+    of_beams = (len(EXTREME_FIELDS) + 1) * len(mechanism.beams)
+    return 6 + 2 * len(mechanism.drives) + of_beams + 3 * points + 3 * len(structure(mechanism).joints)
 
 
 def _free_disk(out: Path) -> float:

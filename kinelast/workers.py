@@ -13,7 +13,8 @@ from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any
 
 from kinelast.folder import recovered
-from kinelast.run import BUG, Outcome, Task, try_scene
+from kinelast.outcome import BUG, Outcome, Task
+from kinelast.run import try_scene
 from kinelast.stopping import without_interrupts
 from kinelast.terminal import say
 

@@ -69,8 +69,8 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
         for k, at in enumerate(closed.group.free):
-            dual = closed.duals[k, c] if closing.along is None else closed.duals[k, c].real
-            loads = moment if closed.tree[at].along is None else force
+            dual = closed.duals[k, c] if closing.turns else closed.duals[k, c].real
+            loads = moment if closed.tree[at].turns else force
             needed = needed + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
         total = np.maximum(total, needed)
     return total
@@ -79,7 +79,7 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
 def _leverage(closed: Closure, c: int) -> tuple[Columns, Columns]:
     """Greatest rotations of free pins per displacement [rad/m], and per rotation, that opens a cut joint."""
     duals = closed.duals[_pins(closed), c]
-    if closed.cut[c].along is None:
+    if closed.cut[c].turns:
         return np.abs(duals).max(axis=0, initial=0.0), ZERO
     return np.abs(duals.real).max(axis=0, initial=0.0), np.abs(duals.imag).max(axis=0, initial=0.0)
 
@@ -90,7 +90,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
     for k in _pins(closed):
-        dual = all_duals[k, c] if closed.cut[c].along is None else all_duals[k, c].real
+        dual = all_duals[k, c] if closed.cut[c].turns else all_duals[k, c].real
         turned = [sizes[link] for link, _ in closed.group.carried[k]]
         size = reduce(np.maximum, turned)
         if not np.all(size):
@@ -100,14 +100,14 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
 
 
 def _pins(closed: Closure) -> list[int]:
-    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].along is None]
+    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].turns]
 
 
 def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:
     """Sine at which a group meets; where it closes at sliders, also how short the levers of these are for its links."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
-        if closing.along is not None:
+        if not closing.turns:
             least = np.minimum(least, 1.0 / _multiple(mechanism, closed, c))
     return least
 

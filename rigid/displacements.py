@@ -51,7 +51,7 @@ def displacements(
         for hinge in closed.tree:
             joint = hinge.joint
             parent, child = joint.parent, joint.child
-            if hinge.along is not None or joint.moved:
+            if joint.moved or not hinge.turns:
                 turning[child] = turning[child] + imaginary(turning[parent].imag + turns[number])
             at_joint = _moved(shift, turning, parent, hinge.arm_parent) + gaps[number]
             if joint.gear is not None:
@@ -95,7 +95,7 @@ def _residual(
     """Residual of a cut joint: displacement, and rotation where it holds one."""
     parent, child = closing.joint.parent, closing.joint.child
     opened = _moved(shift, turning, child, closing.arm_child) - _moved(shift, turning, parent, closing.arm_parent)
-    if closing.along is None:
+    if closing.turns:
         return gap - opened, ZERO
     return gap - opened, turn - (turning[child].imag - turning[parent].imag)
 
@@ -107,13 +107,12 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
         rotation: Columns = ZERO  # its imaginary part is the coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
-        turns = hinge.along is None
-        if turns and np.ndim(rotation):
+        if hinge.turns and np.ndim(rotation):
             rotation.real[...] = 0.0
-        elif turns:
+        elif hinge.turns:
             rotation = imaginary(rotation.imag)
         for link, chain in closed.group.carried[k]:
-            if turns:
+            if hinge.turns:
                 shift[link] = shift[link] - rotation * reach_from(closed, chain)
                 turning[link] = turning[link] + rotation
             else:

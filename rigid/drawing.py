@@ -66,28 +66,28 @@ class Drawing:
         """Unit vector of a slider's line as drawn."""
         return self.direction(joint.owner) * _one(joint.line)
 
-    def side(self, distance: float, joints: Sequence[Joint]) -> float:
-        """Sign of a distance in the drawing [m], the branch of a dyad."""
-        size = sum(abs(self.at(joint.name) - self.at(joints[0].name)) for joint in joints) or 1.0
+    def side(self, distance: float, joints: Sequence[str]) -> float:
+        """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
+        size = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints) or 1.0
         if abs(distance) <= FLAT * size:
-            names = ", ".join(f'"{joint.name}"' for joint in joints)
+            names = ", ".join(f'"{joint}"' for joint in joints)
             raise MechanismError(
                 f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing",
                 kind="drawing",
-                joints=[joint.name for joint in joints],
+                joints=joints,
             )
         return 1.0 if distance > 0 else -1.0
 
     def coordinate(self, joint: Joint) -> float:
         """Coordinate of a joint as drawn [rad or m]."""
         owner, block = joint.owner, joint.block
-        if joint.slider is None:
+        if joint.turns:
             return float(np.angle(self.direction(block) / self.direction(owner)))
         body = self.mechanism.links[owner]
         anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
         base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
-        foot = base + self.direction(owner) * _one(joint.slider.origin)
-        return float(dot(self.along(joint), self.at(joint.slider.point) - foot))
+        foot = base + self.direction(owner) * _one(joint.at(owner))
+        return float(dot(self.along(joint), self.at(joint.point(block) or "") - foot))
 
 
 def _one(value: Any) -> complex:

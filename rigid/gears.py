@@ -55,7 +55,7 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
     owner, link = joint.gear.ends
     if teeth is None or flank is None:
         ratio = joint.sense * joint.gear.ratio
-        if driver.slider is None:
+        if driver.turns:
             return ratio * (moved(driver, link)[1] - moved(driver, owner)[1])
         # Racks run on the ground: the line does not move.
         return ratio * dot(driver.line, moved(driver, link)[0])
@@ -103,15 +103,15 @@ def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[Gea
     """An effort along the driver's coordinate."""
     assert joint.gear is not None
     owner, link = joint.gear.ends
-    if driver.slider is None:
+    if driver.turns:
         return GearLoad(link, driver, ZERO, ZERO, effort), GearLoad(owner, driver, ZERO, ZERO, -effort)
     pull = effort * driver.line
     return (
         GearLoad(link, driver, rack_arm(driver), pull, ZERO),
-        GearLoad(owner, driver, driver.slider.origin, -pull, ZERO),
+        GearLoad(owner, driver, driver.at_parent, -pull, ZERO),
     )
 
 
 def rack_arm(driver: Joint) -> Columns:
     """From the origin of its link's axes to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
-    return ZERO if driver.slider is None else driver.slider.turn * driver.at_child
+    return ZERO if driver.turns else driver.turn * driver.at_child

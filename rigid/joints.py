@@ -95,6 +95,11 @@ class Joint:
         """Whether a drive or a gear prescribes its coordinate."""
         return self.drive is not None or self.gear is not None
 
+    @cached_property
+    def turns(self) -> bool:
+        """Whether its coordinate is an angle: that of a pin; else a slide, and it holds the links against turning."""
+        return self.slider is None
+
     @property
     def ordered(self) -> bool:
         """Whether the parent is the owner and the child the block, not the other way round."""
@@ -119,7 +124,7 @@ class Joint:
     @property
     def letter(self) -> str:
         """R for a revolute pair, P for a prismatic one."""
-        return "R" if self.slider is None else "P"
+        return "R" if self.turns else "P"
 
     @cached_property
     def parent_point(self) -> str | None:
@@ -167,7 +172,7 @@ def opening_of(placed: Placed, joint: Joint) -> Columns:
 
 def coordinate_of(placed: Placed, joint: Joint) -> Columns:
     """Coordinate of a joint of placed links: an angle in (-pi, pi] or a slide [m]."""
-    if joint.slider is None:
+    if joint.turns:
         return np.angle(placed.direction[joint.block] * np.conj(placed.direction[joint.owner]))
     return dot(along_of(placed, joint), opening_of(placed, joint))
 
@@ -185,7 +190,7 @@ def child_place(placed: Placed, joint: Joint, coordinate: Columns) -> tuple[Colu
     """Origin and direction of a joint's child, its parent being placed, at a coordinate of the joint [rad or m]."""
     parent = joint.parent
     slide: Columns = ZERO
-    if joint.slider is None:
+    if joint.turns:
         direction = placed.direction[parent] * unit(joint.sense * coordinate)
     else:
         direction = placed.direction[parent] * joint.turn
@@ -266,7 +271,7 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     parent, child = joint.parent, joint.child
     arm_parent = carried(placed.direction[parent], joint.at_parent)
     arm_child = carried(placed.direction[child], joint.at_child)
-    if joint.slider is None:
+    if joint.turns:
         return JointPlace(joint, arm_parent, arm_child, None, teeth_of(placed, joint))
     if joint.ordered:
         arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
@@ -291,14 +296,14 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     rate = joint.sense * gear.ratio * (1 if leads else -1)
     own = point_of(placed, joint.child, joint.at_child)
     hub = point_of(placed, body, driver.at(body))
-    if joint.slider is not None and driver.slider is not None:
+    if not joint.turns and not driver.turns:
         return None
-    if joint.slider is not None:
+    if not joint.turns:
         along = along_of(placed, joint)
         reach_body = -1j * rate * along
         reach = hub + reach_body - own
         apart = (-1j * slope * np.sign(rate)) * along
-    elif driver.slider is not None:
+    elif not driver.turns:
         reach = -1j / rate * along_of(placed, driver)
         reach_body = own + reach - hub
         along, apart = wheel_push(reach, slope, ring=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,6 +124,7 @@ class PinDrive:
     link: str
     at: str
     on: str = GROUND
+    turns: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,7 @@ class SliderDrive:
     """A motor that moves a slider; its coordinate is the slide [m]."""
 
     slider: str
+    turns: ClassVar[bool] = False
 
 
 class Load(Protocol):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import reduce
 from typing import Any
 
@@ -45,13 +45,26 @@ def _open_where(value: Columns, part: Columns) -> Columns:
     return result
 
 
-def balancing_forces(motion: Motion, flank: Mapping[int, Columns] | None = None) -> JointForces:
+def balancing_forces(
+    motion: Motion,
+    more: Iterable[tuple[int, Columns, Columns]] = (),
+    flank: Mapping[int, Columns] | None = None,
+) -> JointForces:
     """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
 
-    `flank` of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+    Parameters
+    ----------
+    more
+        Loads besides the mechanism's: link's number, force in the ground's axes [N], complex, and moment about the
+        origin of the link's axes [N m].
+    flank
+        Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        return joint_forces(motion.closures, *link_loads(motion), flank=flank)
+        force, moment = link_loads(motion)
+        for at, pull, couple in more:
+            force[at], moment[at] = force[at] + pull, moment[at] + couple
+        return joint_forces(motion.closures, force, moment, flank=flank)
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
@@ -97,7 +110,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
     """As `JointPlace.effort`; what is open across a slider's line does not matter."""
-    if place.along is None:
+    if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))
     return sum(np.where(part == 0, 0.0, part * of_force) for part, of_force in parts)

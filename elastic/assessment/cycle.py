@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastic.extreme_values import Extreme
-from rigid import Motion, PinDrive, Reals
+from rigid import Motion, Reals
 
 EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
 
@@ -71,7 +71,7 @@ def period_of(motion: Motion) -> float:
     nan of any other motion.
     """
     rate = motion.drive_rate
-    if not len(rate) or rate.shape[-1] < 3 or not all(isinstance(drive, PinDrive) for drive in motion.mechanism.drives):
+    if not len(rate) or rate.shape[-1] < 3 or not all(drive.turns for drive in motion.mechanism.drives):
         return float("nan")
     step = np.diff(motion.drive, axis=-1)
     way = step[:, :1] * motion.drive.shape[-1]

@@ -20,7 +20,7 @@ from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
-from rigid import SINGULAR, PinDrive, motion
+from rigid import SINGULAR, motion
 from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
@@ -204,7 +204,7 @@ def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, fl
     course = deflection.motion
     duration = period_of(course) if period is None else period
     drives, rate, acceleration = course.mechanism.drives, course.drive_rate, course.drive_acceleration
-    if math.isfinite(duration) or len(drives) != 1 or not isinstance(drives[0], PinDrive):
+    if math.isfinite(duration) or len(drives) != 1 or not drives[0].turns:
         return deflection, duration
     steady = rate.size and np.ptp(rate) <= EVEN * abs(rate[0, 0]) and rate[0, 0] and not acceleration.any()
     if not steady or any(getattr(load, "law", None) is not None for load in course.mechanism.loads):
@@ -222,7 +222,7 @@ def _speed(deflection: Deflection) -> float:
     rates, accelerations = (
         np.nanmax(np.abs(part), axis=-1, initial=0.0) for part in (course.drive_rate, course.drive_acceleration)
     )
-    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if isinstance(drive, PinDrive)]
+    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if drive.turns]
     quick = [change / rate for rate, change in zip(rates, accelerations, strict=True) if rate]
     return float(max([*turned, *quick], default=0.0))
 

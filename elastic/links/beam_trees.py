@@ -128,13 +128,13 @@ def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dic
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner
-        if joint.slider is None or owner not in trees:
+        if joint.turns or owner not in trees:
             continue
         link = mechanism.links[owner]
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
             way = link.points[beam.end] - link.points[beam.start]
-            off, line = joint.slider.origin - link.points[beam.start], joint.slider.direction
+            off, line = joint.at(owner) - link.points[beam.start], joint.line
             if np.all(np.abs(cross(way, line)) + np.abs(cross(line, off)) <= LINED_UP * np.abs(way)):
                 rails[place] = branch.number
                 break

@@ -122,7 +122,7 @@ class RigidPlaces:
         return found
 
     def _strides(self, change: Reals) -> int:
-        scale = np.array([1.0 if isinstance(drive, PinDrive) else self.size for drive in self.mechanism.drives])
+        scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
         return max(1, int(np.ceil(np.abs(change / scale).max(initial=0.0) / STRIDE)))
 
     def _coordinate(self, places: Reals, drive: int) -> float:

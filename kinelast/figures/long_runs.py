@@ -142,7 +142,7 @@ class _Telling:
 
 
 class _Swings:
-    """How far the normal stress swings in both outermost fibres, as of `elastic.stress_range`."""
+    """How far the normal stress swings in both outermost fibres, as of `elastic.assessment.stress_range`."""
 
     def __init__(self) -> None:
         self._high: Any = -np.inf

@@ -10,7 +10,6 @@ import numpy as np
 from elastic.assessment import harmonics, quasi_static_error
 from kinelast.figures.figure import at_position, figure, largest
 from kinelast.figures.results import STATIONS, Peak, Results
-from rigid import PinDrive
 
 
 def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
@@ -19,7 +18,7 @@ def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str
     Parameters
     ----------
     found
-        The peaks per field, see `output_results.peaks`.
+        The peaks per field, see `kinelast.figures.results.peaks`.
     """
     rows = {}
     for beam, label in enumerate(results.scene.labels):
@@ -88,4 +87,4 @@ def _load(results: Results, lowest: float) -> dict[str, Any] | None:
 def fastest_drive(results: Results) -> float:
     """Greatest speed of any drive that turns [rad/s]; 0 where none does."""
     rates = zip(results.mechanism.drives, results.motion.drive_rate, strict=True)
-    return float(max((np.nanmax(np.abs(rate)) for drive, rate in rates if isinstance(drive, PinDrive)), default=0.0))
+    return float(max((np.nanmax(np.abs(rate)) for drive, rate in rates if drive.turns), default=0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from rigid import PinDrive
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
+EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
 
@@ -47,11 +49,13 @@ class Numbers:
 def field_coefficients(results: Results) -> dict[str, Any]:
     """Fields in powers of the way along a piece of a beam, from 0 to 1: shape (coefficients, pieces, positions).
 
-    Of `FOLLOWING` only those that do not follow by derivation.
+    Of `FOLLOWING` only those that do not follow by derivation. A field that the script has no formula for is stored.
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
     others = [field for field in FOLLOWING if not bent.division.whole or (field == "phi" and sheared)]
+    made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
+    others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
     return {field: coefficients(bent, field) for field in (*STORED, *others)}
 
 
@@ -59,7 +63,8 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
     """Numbers of the positions that the page holds: all, or every so many and those of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
-    each = 8 * (23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)) + 4 * (11 * beams + links)
+    doubles = 23 * beams + 12 * links + 3 * joints + 3 * len(results.mechanism.drives)
+    each = 8 * doubles + 4 * ((len(results.extremes) + 1) * beams + links)
     step = -(-count * each // BUDGET)
     if step <= 1:
         return np.arange(count)
@@ -149,13 +154,11 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     }
 
 
-def _joint_points(results: Results) -> list[tuple[int, str]]:
+def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
     """Per joint the number of a link and its point where the force acts: of a slider, the block."""
-    index = results.mechanism.index
-    return [
-        (joint.child, joint.name) if joint.slider is None else (index[joint.slider.link], joint.slider.point)
-        for joint in results.motion.structure.joints
-    ]
+    for joint in results.motion.structure.joints:
+        link = joint.child if joint.child_point else joint.parent
+        yield link, joint.point(link) or ""
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:

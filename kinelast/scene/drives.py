@@ -60,7 +60,7 @@ def build_drives(
             built.append((drive, ConstantSpeed(0.0, 0.0)))
             continue
         _require_one_way(where, table)
-        unit = "rad" if isinstance(drive, PinDrive) else "m"
+        unit = "rad" if drive.turns else "m"
         start = _start(where, table, unit, links, places)
         if table.effort is None:
             built.append((drive, _law(where, table, unit, start)))

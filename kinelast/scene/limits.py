@@ -4,37 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
-
-from msgspec import Meta, field
 
 from kinelast.scene.error import fault, known_name, likely
-from kinelast.scene.format_motion import Table
-from kinelast.scene.quantities import Allowance, Size
-
-if TYPE_CHECKING:
-    from kinelast.scene.format import SceneTable
-    from rigid import Mechanism
-
-Factor = Annotated[float, Meta(gt=0)]
-
-
-class LinkLimitsTable(Table, frozen=True, kw_only=True):
-    """What one link is allowed."""
-
-    deflection: Size | None = None
-    chord: Size | None = None
-    safety: Factor | None = None
-
-
-class LimitsTable(Table, frozen=True, kw_only=True):
-    """What the mechanism is allowed: every link, single links, and its output."""
-
-    deflection: Size | None = None
-    chord: Size | None = None
-    safety: Factor | None = None
-    output: Allowance | None = None
-    links: dict[str, LinkLimitsTable] = field(default_factory=dict)
+from kinelast.scene.format import SceneTable
+from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
+from rigid import Mechanism
 
 
 @dataclass(frozen=True)

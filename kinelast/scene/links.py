@@ -53,7 +53,13 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
 
 
 def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str, Body]:
-    """The links, where those that guide a slider can: along a beam if elastic, as a body without beams if rigid."""
+    """The links, those that sliders run on made ready for that: a rigid one becomes a body without beams.
+
+    Raises
+    ------
+    SceneError
+        No beam of an elastic one lies along the slider's line.
+    """
     for slider in sliders.values():
         body = bodies[slider.on]
         if not body.link.beams:

@@ -55,7 +55,7 @@ def scene_motion_at(scene: Scene, time: Any) -> Motion:
     with _of_scene(scene):
         if scene.is_integrated:
             return motion_during(_course_to(scene, time), time)
-        return motion(scene.mechanism, *_led(scene, time), time)
+        return motion(scene.mechanism, *_drive_columns(scene, time), time)
 
 
 def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
@@ -65,7 +65,7 @@ def scene_motion_in_chunks(scene: Scene, time: Reals) -> Iterator[Motion]:
             step, course = columns_of(scene.mechanism, len(time)), _course_to(scene, time)
             yield from (motion_during(course, time[k : k + step]) for k in range(0, len(time), step))
         else:
-            yield from motion_in_chunks(scene.mechanism, *_led(scene, time), time)
+            yield from motion_in_chunks(scene.mechanism, *_drive_columns(scene, time), time)
 
 
 def scene_motion_near(scene: Scene, time: Reals, near: Posture) -> Motion:
@@ -73,7 +73,7 @@ def scene_motion_near(scene: Scene, time: Reals, near: Posture) -> Motion:
     with _of_scene(scene):
         if scene.is_integrated:
             return motion_during(_course_to(scene, time), time)
-        return motion(scene.mechanism, *_led(scene, time), time, near)
+        return motion(scene.mechanism, *_drive_columns(scene, time), time, near)
 
 
 def reached_by_integration(scene: Scene, time: Reals) -> Reals:
@@ -90,7 +90,7 @@ def _course_to(scene: Scene, time: Reals) -> IntegratedMotion:
     return course
 
 
-def _led(scene: Scene, time: Reals) -> tuple[Any, Any, Any]:
+def _drive_columns(scene: Scene, time: Reals) -> tuple[Any, Any, Any]:
     """Coordinates, rates and accelerations of the drives by their laws, each of shape (drives, positions)."""
     laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
     coordinates, rates, accelerations = (np.array(part) for part in zip(*(law(time) for law in laws), strict=True))

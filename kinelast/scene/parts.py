@@ -1,4 +1,4 @@
-"""The parts of a scene that make its mechanism: links, sliders and slots, drives."""
+"""The mechanism of a scene without its loads: links, sliders and slots, drives, gears."""
 
 from __future__ import annotations
 

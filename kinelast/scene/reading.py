@@ -1,14 +1,14 @@
-"""Scenes: a mechanism, its drives and its run, as described in one small file."""
+"""From a scene file to a `Scene`: the tables are parsed, then every part is built of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import pi
+from math import nan, pi
 from pathlib import Path
 from typing import Any
 
-from kinelast.scene.data import Material, Run, Scene
+from kinelast.scene.data import Making, Material, Run, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
@@ -24,7 +24,7 @@ from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
-from rigid import ConstantSpeed, LineLoad, Load, PinDrive, SegmentedLaw
+from rigid import ConstantSpeed, LineLoad, Load, SegmentedLaw
 
 __all__ = [
     "Run",
@@ -87,6 +87,7 @@ def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "")
 
 
 def _build(table: SceneTable, name: str, path: str) -> Scene:
+    """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits."""
     if table.structure_only:
         raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
     if table.contacts:
@@ -97,25 +98,37 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
     run = _run(table, parts.mechanism.drives, parts.laws)
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
+    made_of = tuple(making(table, body.link.name, k) for body, k in beams)
     scene = Scene(
-        name,
-        table.title or name.replace("_", " "),
-        table.source,
-        path,
-        mechanism,
-        tuple(body.sections[k].stiff if body.rigid else body.sections[k].section for body, k in beams),
-        tuple(_label(body, k) for body, k in beams),
-        build_joints(table, mechanism),
-        {name: _material(stuff) for name, stuff in table.materials.items()},
-        parts.laws,
-        run,
-        {body.link.name: body.outline for body in parts.bodies if body.outline},
-        build_limits(table, mechanism),
-        build_output(table, mechanism),
-        tuple(making(table, body.link.name, k) for body, k in beams),
+        name=name,
+        title=table.title or name.replace("_", " "),
+        source=table.source,
+        path=path,
+        mechanism=mechanism,
+        sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
+        labels=tuple(_label(body, k) for body, k in beams),
+        joints=build_joints(table, mechanism),
+        materials={material: _material(stuff) for material, stuff in table.materials.items()},
+        laws=parts.laws,
+        run=run,
+        outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
+        limits=build_limits(table, mechanism),
+        output=build_output(table, mechanism),
+        made_of=made_of,
+        theory=_theory(table, made_of),
     )
     require_determined(scene)
     return scene
+
+
+def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:
+    run, stuff = table.run, table.materials
+    if run.theory and run.accuracy is not None:
+        raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
+    own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)
+    accuracy = None if run.accuracy is None else float(run.accuracy)
+    beta = tuple(nan if each is None else float(each) for each in own)
+    return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
 
 
 def _material(stuff: MaterialTable) -> Material:
@@ -136,8 +149,8 @@ def _label(body: Body, number: int) -> str:
 def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
     steady = [law.speed for drive, law in zip(drives, laws, strict=True)
-              if isinstance(drive, PinDrive) and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
-    rounds = [(law, isinstance(drive, PinDrive)) for drive, law in zip(drives, laws, strict=True)
+              if drive.turns and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
+    rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)

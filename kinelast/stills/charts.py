@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinelast.page.numbers import number, scale_of, ticks
+from kinelast.numbers import number, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
 from rigid import Reals
 

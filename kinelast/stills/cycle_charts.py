@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic import FIELDS, Field, Kind, sample
 from kinelast.figures.results import Results, drive_words, joint_words
-from kinelast.page.numbers import quantity, scale_of, ticks
+from kinelast.numbers import quantity, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
 from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 from rigid import PinDrive

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic import sample
 from kinelast.figures.results import Results, points_of
-from kinelast.page.numbers import quantity, round_down
+from kinelast.numbers import quantity, round_down
 from kinelast.sheet import Sheet
 from kinelast.stills.charts import INK, SOFT, STYLE, svg_of
 from rigid import Posture, position_of

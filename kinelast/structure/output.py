@@ -7,7 +7,7 @@ from dataclasses import replace
 from importlib import metadata
 
 from kinelast.folder import RequestError, add_to
-from kinelast.run import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.outcome import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
 from kinelast.scene.error import plain
 from kinelast.scene.reading import SceneError, StructureScene, read_structure
 from rigid import MechanismError

@@ -90,7 +90,7 @@ class Slide(_Plain):
 
     def _joint(self, motion: Motion) -> Joint:
         for joint in motion.structure.joints:
-            if joint.slider is not None and joint.slider.name == self.slider:
+            if joint.name == self.slider and not joint.turns:
                 return joint
         raise MechanismError(f'there is no slider "{self.slider}"', joints=(self.slider,))
 

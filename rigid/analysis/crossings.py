@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rigid.kinematics import Motion, motion, with_rates
-from rigid.parts import MechanismError, PinDrive, Reals
+from rigid.parts import MechanismError, Reals
 from rigid.postures import Posture
 
 CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
@@ -78,7 +78,7 @@ def turn_closes(course: Motion) -> bool:
         return False
     step = drive[:, -1] - drive[:, -2]
     beyond = drive[:, -1] + step - drive[:, 0]
-    turns = np.array([isinstance(each, PinDrive) for each in course.mechanism.drives])
+    turns = np.array([each.turns for each in course.mechanism.drives])
     rest = np.where(turns, beyond - 2 * np.pi * np.round(beyond / (2 * np.pi)), beyond)
     extent = np.ptp(drive, axis=-1)
     return bool((np.abs(rest) <= CLOSES * np.maximum(extent, 1e-300)).all() and (np.abs(beyond) > extent / 2).any())

@@ -93,24 +93,24 @@ def _open_group(course: Motion) -> Group | None:
 def _shortfall(course: Motion) -> str:
     """By how much two links miss each other at the first position, where they meet at a pin; for one design."""
     group = _open_group(course)
-    if group is None or len(group.tree) != 2 or group.cut[0].slider is not None or len(course.columns) != 1:
+    if group is None or len(group.tree) != 2 or not group.cut[0].turns or len(course.columns) != 1:
         return ""
     inner = group.cut[0]
     arms: list[Any] = [inner.at(hinge.child) - hinge.at_child for hinge in group.tree]
     places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
-    slides = [k for k, hinge in enumerate(group.tree) if hinge.slider is not None]
+    slides = [k for k, hinge in enumerate(group.tree) if not hinge.turns]
     if not slides:
         one, other = sorted(hinge.name for hinge in group.tree)
         long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
         apart = f'"{one}" and "{other}" are {abs(places[1] - places[0]):.4g} m apart'
         return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
     slide = group.tree[slides[0]]
-    if len(slides) == 2 or slide.slider is None or slide.sense < 0:
+    if len(slides) == 2 or not slide.ordered:
         return ""
     k = 1 - slides[0]
     carrier = course.direction[slide.parent, 0]
-    foot = _place(course, slide.parent, slide.slider.origin) + carrier * slide.slider.turn * arms[slides[0]]
-    away = abs(cross(carrier * slide.slider.direction, places[k] - foot))
+    foot = _place(course, slide.parent, slide.at_parent) + carrier * slide.turn * arms[slides[0]]
+    away = abs(cross(carrier * slide.line, places[k] - foot))
     far = f'"{group.tree[k].name}" is {away:.4g} m from the line of "{slide.name}"'
     return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
 

@@ -14,7 +14,7 @@ from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
 from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
-from rigid.parts import MechanismError, PinDrive, Reals
+from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # section
@@ -132,7 +132,7 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
     MechanismError
         The motion is not of one pin's drive over a full turn, or the coordinate does not swing.
     """
-    if len(course.drive) != 1 or not isinstance(course.mechanism.drives[0], PinDrive) or not turn_closes(course):
+    if len(course.drive) != 1 or not course.mechanism.drives[0].turns or not turn_closes(course):
         raise MechanismError("a time ratio belongs to one drive that turns fully, its end not repeated")
     low, high = swing(course, coordinate)
     part = float(abs(high.drive[0] - low.drive[0])) % (2 * np.pi)
@@ -166,13 +166,12 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 def _lines(closed: Closure) -> tuple[Any, Any]:
     """Lines of a dyad whose angle is that of transmission: its links, normals for its sliders."""
     inner = closed.cut[0]
-    if inner.along is None:
+    if inner.turns:
         one, other = (
-            1j * hinge.along if hinge.along is not None else inner.arm(hinge.joint.child) - hinge.arm_child
-            for hinge in closed.tree
+            inner.arm(hinge.joint.child) - hinge.arm_child if hinge.turns else 1j * hinge.along for hinge in closed.tree
         )
         return one, other
-    slides = [hinge for hinge in closed.tree if hinge.along is not None]
+    slides = [hinge for hinge in closed.tree if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
     # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.

@@ -124,7 +124,7 @@ def _size(here: Posture, joints: list[Joint]) -> float:
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
     """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider."""
     rows = np.array([gap_of(here, joint) for joint in joints], complex)
-    slides = np.array([joint.slider is not None for joint in joints], bool)
+    slides = np.array([not joint.turns for joint in joints], bool)
     return np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
 
 

@@ -66,7 +66,7 @@ def _place(here: Posture, pair: Pair) -> Complexes:
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
     """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
-    if pair.joint is not None and pair.joint.slider is not None:
+    if pair.joint is not None and not pair.joint.turns:
         return _column(np.zeros(np.shape(arm)), along_of(here, pair.joint)), ("slide",)
     if pair.contact is not None and pair.contact.normal is not None:
         slip = _column(np.zeros(np.shape(arm)), np.full(np.shape(arm), 1j * pair.contact.normal))

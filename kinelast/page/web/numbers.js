@@ -1,4 +1,4 @@
-// Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/page/numbers.py does it.
+// Numbers as a reader wants them: SI prefixes, few digits, angles within a turn. As kinelast/numbers.py does it.
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";

@@ -103,7 +103,9 @@ for (const [key, field] of Object.entries(FIELDS)) {
   else if (field.root_of.length) field.value = (beam, i, xi) => Math.sqrt(field.root_of.reduce((sum, [weight, part]) => sum + weight * FIELDS[part].value(beam, i, xi) ** 2, 0));
   else field.value = OWN[key] ?? ((beam, i, xi) => basic(key, beam, i, xi));
 }
-const OFFERED = ["M", "w", "chord", "u", "phi", "N", "V", "left", "right", "shear", "mises", "q_x", "q_y"];
+const FIRST = ["M", "w", "chord", "u", "phi", "N", "V", "left", "right", "shear", "mises", "q_x", "q_y"];
+const PARTS = ["axial", "normal", "axis"]; // of others, which show them
+const OFFERED = [...FIRST, ...Object.keys(FIELDS).filter((field) => !FIRST.includes(field) && !PARTS.includes(field))];
 const stressed = model.beams.some((_, beam) => known(beam));
 const fieldsShown = OFFERED.filter((field) => stressed || FIELDS[field].unit !== "Pa");
 const counted = (i) => arrays.counted.values[i] > 0;
