@@ -1,7 +1,7 @@
 """Deflection of the links of moving mechanisms: motion in, section forces and displacements out, in closed form.
 
 Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.assessment`, natural frequencies in
-`elastic.vibration`.
+`elastic.vibration`, and vibrating links in `elastic.elastodynamics`.
 """
 
 from elastic.beams.cross_sections import Shape, circle, rectangle, section_of, tapered, tube

@@ -12,7 +12,8 @@ from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
-from rigid.chunks import columns_of, design_chunks, of_designs
+from rigid.chunks import columns_of, design_chunks
+from rigid.positions import of_designs
 
 
 def deflection_in_chunks(

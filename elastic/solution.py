@@ -14,8 +14,10 @@ from elastic.beams.compliance import Compliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
+from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import carry
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
+from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
 from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
@@ -67,6 +69,8 @@ class Deflection:
         Of the beams.
     unmarked
         The same before positions were made nan; None where none was.
+    added
+        Loads besides the motion's, such as those of vibration.
     """
 
     motion: Motion
@@ -82,6 +86,7 @@ class Deflection:
     blocks: tuple[Block, ...]
     compliance: Compliance
     unmarked: Deflection | None = None
+    added: AddedLoads | None = None
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
@@ -129,6 +134,7 @@ def deflection(
     motion: Motion,
     sections: Sequence[Section],
     joints: Mapping[str, JointCompliance] | None = None,
+    added: AddedLoads | None = None,
 ) -> Deflection:
     """Section forces and displacements of all beams at all positions.
 
@@ -140,6 +146,8 @@ def deflection(
         One per beam, in the order of `Mechanism.beams`.
     joints
         By name, the joints that give way or do not fit.
+    added
+        Loads besides those of the motion.
 
     Raises
     ------
@@ -174,11 +182,12 @@ def deflection(
     joints = joints or {}
     require_joints(motion, joints)
     with np.errstate(invalid="ignore"):
-        problem = problem_of(motion, sections, joints)
+        problem = problem_of(motion, sections, joints, added)
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
         require_prismatic_rails(mechanism, problem.configuration.trees, sections)
         states = self_stresses(motion.closures)
-        forces = balancing_forces(motion)
+        more = () if added is None else resultants(added, motion, problem.configuration)
+        forces = balancing_forces(motion, more)
         response, gaps = bent_links(problem, forces)
         if states:
             forces = compatible_forces(problem, forces, gaps, states)
@@ -201,6 +210,7 @@ def deflection(
         gaps=gaps,
         blocks=response.blocks,
         compliance=problem.compliance,
+        added=added,
     )
     if not motion.suspect or not solved.lost.any():
         return solved

@@ -202,7 +202,12 @@ def _request(options: argparse.Namespace) -> Request | str:
     request = Request(
         fields=options.fields,
         stations=options.stations,
-        check=options.check,
+        check=next((one for one in options.check if isinstance(one, int)), None),
+        nonlinear="nonlinear" in options.check,
+        solid="solid" in options.check,
+        theory=options.theory,
+        accuracy=options.accuracy,
+        speeds=options.speeds,
         animate=options.animate,
         frames=options.frames,
         picture=options.format,

@@ -15,15 +15,19 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import plain
 
-USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg"}
+if TYPE_CHECKING:
+    from kinelast.scene.data import Scene, Theory
+
+USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
+        "speeds.csv", "speeds.svg"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -36,6 +40,11 @@ class Request:
     fields: bool = False
     stations: int = 101
     check: int | None = None
+    nonlinear: bool = False
+    solid: bool = False
+    theory: str | None = None
+    accuracy: float | None = None
+    speeds: tuple[float, float, int] | None = None
     animate: tuple[str, ...] = ()
     frames: int | None = None
     picture: str = "mp4"
@@ -44,6 +53,12 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+
+    def theory_of(self, scene: Scene) -> Theory:
+        """The theory of motion that is asked for: by the command, or else by the scene."""
+        if self.theory is None and self.accuracy is None:
+            return scene.theory
+        return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
 
 
 class RequestError(ValueError):
@@ -213,6 +228,8 @@ def held(folder: Path) -> Iterator[str]:
         try:
             yield hidden
         finally:
+            with suppress(OSError):
+                folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
             if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
                 with suppress(OSError):
                     path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
@@ -250,6 +267,8 @@ def _clean(folder: Path, hidden: str) -> None:
     """Away with what is hidden beside a folder; what stood in the folder and was not replaced goes back."""
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
+    with suppress(OSError):
+        part.unlink()
     if not old.is_dir():
         return
     if not folder.exists():

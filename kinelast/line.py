@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinelast.figures.trust import GOOD, INPUTS, verdict
-from kinelast.numbers import coordinate, number, quantity
+from kinelast.numbers import coordinate, number, percent, quantity
 
 
 def gist(figures: Mapping[str, Any]) -> str:
@@ -31,6 +31,7 @@ def gist(figures: Mapping[str, Any]) -> str:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
         words.append(_check(figures["check"]))
+    words += _theory(figures)
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("no film: nothing is drawn along links without beams")
     if accepted["passed"] is not None:
@@ -54,6 +55,18 @@ def _exceeded(row: Mapping[str, Any]) -> str:
 def questions(figures: Mapping[str, Any]) -> list[str]:
     """What is asked about the scene's inputs: most likely slips of a unit."""
     return [finding["text"] for finding in figures["trust"] if finding["heading"] == INPUTS]
+
+
+def _theory(figures: Mapping[str, Any]) -> list[str]:
+    """The theory and how far it is off, and what further checks found."""
+    theory, words = figures["theory"], []
+    if theory["error"] is not None:
+        words.append(f"{theory['name']}, about {percent(theory['error'])} off")
+    for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
+        if figures[key] and figures[key]["largest"] is not None:
+            failed = " FAILED" if figures[key].get("passed") is False else ""
+            words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart)")
+    return words
 
 
 def _check(check: Mapping[str, Any]) -> str:

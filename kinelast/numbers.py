@@ -37,6 +37,13 @@ def number(value: float, digits: int = 4) -> str:
     return text.replace("-", MINUS)
 
 
+def percent(share: float) -> str:
+    """A share in per cent, to two digits."""
+    if math.isnan(share):
+        return "unknown"
+    return "beyond measure" if math.isinf(share) else f"{number(100 * share, 2)} %"
+
+
 def quantity(value: float, unit: str, digits: int = 4) -> str:
     """A number with its unit, prefixed.
 

@@ -12,6 +12,9 @@ FORMATS = ("mp4", "gif", "png")
 MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
+MOST_SPEEDS = 10_000
+CHECKS = ("nonlinear", "solid")
+THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
 exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program,
 130 interrupted, 128 and a signal's number where that ended the run (143: SIGTERM)
@@ -20,6 +23,7 @@ examples:
   deflection-report steel_four_bar
   deflection-report quick_return --structure
   deflection-report mine.toml --check --animate deflection --frames 120 -o results
+  deflection-report steel_four_bar --accuracy "2 %%" --check nonlinear
   deflection-report designs --jobs 0 --resume --quiet
 """
 
@@ -41,6 +45,8 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
     ):
         if given is not None and not needed:
             parser.error(why)
+    if options.theory and options.accuracy:
+        parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
     options.stations = options.stations or STATIONS
     options.format = options.format or FORMATS[0]
     return options
@@ -80,10 +86,25 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--check",
         nargs="?",
-        type=_at_least(1, MOST_ELEMENTS),
-        const=ELEMENTS,
-        metavar="ELEMENTS",
-        help=f"compare with finite elements, so many to a beam [{ELEMENTS}] (check.json)",
+        type=_checks,
+        const=(ELEMENTS,),
+        default=(),
+        metavar="ELEMENTS|nonlinear|solid,...",
+        help=f"compare with finite elements, so many to a beam [{ELEMENTS}]; with the whole mechanism vibrating and "
+        "displaced as far as it will; with links as plane bodies (check.json)",
+    )
+    add(
+        "--speeds",
+        type=_speeds,
+        metavar="FROM:TO:COUNT",
+        help='largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
+    )
+    add("--theory", choices=THEORIES, help="of motion, instead of the scene's own")
+    add(
+        "--accuracy",
+        type=_share,
+        metavar="SHARE",
+        help='how far the answer may be off, as in "2 %%": takes the cheapest theory that gets there',
     )
     add(
         "--animate",
@@ -118,9 +139,51 @@ def _with_elements(argv: Sequence[str]) -> list[str]:
     """The arguments, with the number of elements filled in where a scene follows a bare --check."""
     following = (*argv[1:], "")
     return [
-        f"--check={ELEMENTS}" if word == "--check" and not after.isdecimal() else word
+        f"--check={ELEMENTS}" if word == "--check" and not _is_checks(after) else word
         for word, after in zip(argv, following, strict=False)
     ]
+
+
+def _is_checks(text: str) -> bool:
+    return all(word.isdecimal() or word in CHECKS for word in text.split(","))
+
+
+def _checks(text: str) -> tuple[int | str, ...]:
+    """Checks that are asked for: elements to a beam, "nonlinear", "solid"."""
+    found = [word if word in CHECKS else _at_least(1, MOST_ELEMENTS)(word) for word in text.split(",")]
+    if sum(isinstance(one, int) for one in found) > 1:
+        raise argparse.ArgumentTypeError(f"expected one number of elements, not {text!r}")
+    return tuple(found)
+
+
+def _speeds(text: str) -> tuple[float, float, int]:
+    from kinelast.scene.quantities import Speed
+
+    try:
+        low, high, count = text.split(":")
+        first, last = (float(Speed.read(_bare(word))) for word in (low, high))
+        if not 0 < first < last or not 2 <= int(count) <= MOST_SPEEDS:
+            raise ValueError
+        return first, last, int(count)
+    except ValueError:
+        told = 'two speeds above 0, the greater one last, and how many, as in "20 rad/s : 200 rad/s : 100"'
+        raise argparse.ArgumentTypeError(f"expected {told}, not {text!r}") from None
+
+
+def _bare(word: str) -> str | float:
+    try:
+        return float(word)
+    except ValueError:
+        return word.strip()
+
+
+def _share(text: str) -> float:
+    from kinelast.scene.quantities import Share
+
+    try:
+        return float(Share.read(text if text.endswith("%") else float(text)))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'expected a share, as in "2 %" or 0.02, not {text!r}') from None
 
 
 def _at_least(least: int, most: int | None = None) -> Callable[[str], int]:

@@ -102,6 +102,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         _integrate(scene, progress)
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
+    if long and (request.nonlinear or request.solid or not request.theory_of(scene).plain):
+        raise RequestError(f"vibration and further checks take no more than {SHOWN} positions")
     if long:
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
@@ -160,11 +162,14 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     from kinelast.figures.summary import summary
 
     found = peaks(results)
-    if request.refine:
+    if request.refine and results.answer is None:
         found = refined_peaks(results, found)
     figures = {"kinelast": version(), **summary(results, found), "made_from": made}
-    if figures["check"]:
-        write_json(part / "check.json", figures["check"])
+    checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
+    if checks:
+        write_json(part / "check.json", {**checks.pop("check", {}), **checks})
+    if request.speeds and results.scene.labels:
+        figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -172,6 +177,17 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     figures["files"] = sizes(part)
     write_json(part / "summary.json", figures)
     return figures
+
+
+def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress: Progress) -> dict[str, Any]:
+    """The answer against the speed of the drive, written and as figures."""
+    from kinelast.figures.speeds import draw_speeds, speed_figures, speeds, write_speeds
+
+    progress(f"{scene.name}: speeds", 0, 1)
+    found = speeds(scene, asked)
+    write_speeds(part / "speeds.csv", scene, found)
+    draw_speeds(part / "speeds.svg", scene, found)
+    return speed_figures(found)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
@@ -197,7 +213,35 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
     course, left_out = _course(scene, request)
     bent = deflection(course, scene.sections, joints=scene.joints)
     require_on_beams(scene, bent)
-    return Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+    plain = Results(scene, bent, _checked(scene, bent, request, progress), left_out)
+    return _further_checked(_by_theory(plain, request, progress), request, progress)
+
+
+def _by_theory(plain: Results, request: Request, progress: Progress) -> Results:
+    """The results of the theory of motion that is asked for, from those without vibration."""
+    scene, theory = plain.scene, request.theory_of(plain.scene)
+    if theory.plain or not scene.labels:
+        return plain
+    from kinelast.figures.theory import answer
+
+    progress(f"{scene.name}: vibration", 0, 1)
+    found = answer(scene, plain.deflection, theory, plain.period)
+    return replace(plain, deflection=found.deflection, answer=found)
+
+
+def _further_checked(results: Results, request: Request, progress: Progress) -> Results:
+    """The results with the checks by other theories, where they are asked for."""
+    if not results.scene.labels or not (request.nonlinear or request.solid):
+        return results
+    from kinelast.figures.checks import nonlinear_check, solid_check
+
+    name, nonlinear, solid = results.scene.name, None, None
+    if request.nonlinear:
+        nonlinear = nonlinear_check(results, lambda share, _: progress(f"{name}: nonlinear", int(1000 * share), 1000))
+    if request.solid:
+        progress(f"{name}: plane bodies", 0, 1)
+        solid = solid_check(results)
+    return replace(results, nonlinear=nonlinear, solid=solid)
 
 
 def _checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
@@ -316,5 +360,5 @@ def _drawings(
 
 def _differs(figures: Mapping[str, Any]) -> bool:
     """Whether the check failed or a limit of the scene is not kept."""
-    check, limits = figures.get("check"), figures.get("acceptance", {})
-    return (check is not None and check["passed"] is False) or limits.get("passed") is False
+    checks = (figures.get("check"), figures.get("nonlinear_check"), figures.get("acceptance"))
+    return any(one is not None and one["passed"] is False for one in checks)

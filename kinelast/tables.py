@@ -70,8 +70,9 @@ def _lines(table: Reals) -> bytes:
 class FieldFile:
     """All fields at equally spaced stations, in numpy's npz format, written as many positions at a time as there are.
 
-    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on, shape
-    (positions, stations). They grow in files of their own beside the one that they make in the end.
+    Arrays: `t` [s], shape (positions,); per beam `LABEL/x` [m], shape (stations,), and `LABEL/N` and so on by the
+    keys of the main fields, shape (positions, stations). They grow in files of their own beside the one that they make
+    in the end.
     """
 
     def __init__(self, path: Path, positions: int, stations: int) -> None:

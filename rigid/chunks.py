@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives
+from rigid.positions.rows import of_designs
 
 CELLS = 24576  # links times columns that stay in the cache
 COLUMNS = 1024  # below which what calls cost alone counts for more than that
@@ -76,27 +77,17 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
         yield slice(first, min(first + step, count))
 
 
-def of_designs(value: Any, rows: slice, designs: tuple[int, ...]) -> Any:
-    """The same mechanism, link, load or section for some of its designs: every array of their shape is cut."""
-    if not designs or rows == slice(0, designs[0]):
-        return value
-    if isinstance(value, np.ndarray):
-        return value[rows] if value.shape == designs else value
-    if isinstance(value, tuple):
-        parts: Any = tuple(of_designs(part, rows, designs) for part in value)
-        return value if all(one is other for one, other in zip(parts, value, strict=True)) else parts
-    if isinstance(value, Mapping):
-        parts = {key: of_designs(part, rows, designs) for key, part in value.items()}
-        return value if all(parts[key] is value[key] for key in parts) else parts
-    if not is_dataclass(value) or isinstance(value, type):
-        return value
-    owned = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
-    cut = {name: of_designs(part, rows, designs) for name, part in owned.items()}
-    return replace(value, **cut) if any(cut[name] is not owned[name] for name in owned) else value
-
-
 def _along(mechanism: Mechanism, given: tuple[Any, ...], columns: int) -> Iterator[Motion]:
-    """The positions in order, every chunk drawn anew where the last one ended."""
+    """The positions in order.
+
+    Of a single drive every place on its way is known from the drawing; of several the chunk before tells the way, and
+    every chunk is drawn anew where the last one ended.
+    """
+    if len(given[0]) == 1:
+        for first in range(0, given[0].shape[-1], columns):
+            drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
+            yield motion(mechanism, drive, rate, rate2, time, lead=given[0][:, :1])
+        return
     drawn = mechanism
     lead: Any = None
     for first in range(0, given[0].shape[-1], columns):

@@ -66,15 +66,15 @@ class Drawing:
         """Unit vector of a slider's line as drawn."""
         return self.direction(joint.owner) * _one(joint.line)
 
-    def side(self, distance: float, joints: Sequence[Joint]) -> float:
-        """Sign of a distance in the drawing [m], the branch of a dyad."""
-        size = sum(abs(self.at(joint.name) - self.at(joints[0].name)) for joint in joints) or 1.0
+    def side(self, distance: float, joints: Sequence[str]) -> float:
+        """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
+        size = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints) or 1.0
         if abs(distance) <= FLAT * size:
-            names = ", ".join(f'"{joint.name}"' for joint in joints)
+            names = ", ".join(f'"{joint}"' for joint in joints)
             raise MechanismError(
                 f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing",
                 kind="drawing",
-                joints=[joint.name for joint in joints],
+                joints=joints,
             )
         return 1.0 if distance > 0 else -1.0
 

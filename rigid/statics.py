@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import reduce
 from typing import Any
 
@@ -43,10 +44,17 @@ def _open_where(value: Columns, part: Columns) -> Columns:
     return result
 
 
-def balancing_forces(motion: Motion) -> JointForces:
-    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many."""
+def balancing_forces(motion: Motion, more: Iterable[tuple[int, Columns, Columns]] = ()) -> JointForces:
+    """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
+
+    `more` are loads besides the mechanism's: link's number, force in the ground's axes [N], complex, and moment about
+    the origin of the link's axes [N m].
+    """
     with np.errstate(invalid="ignore", over="ignore"):
-        return joint_forces(motion.closures, *link_loads(motion))
+        force, moment = link_loads(motion)
+        for at, pull, couple in more:
+            force[at], moment[at] = force[at] + pull, moment[at] + couple
+        return joint_forces(motion.closures, force, moment)
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:

@@ -307,7 +307,7 @@ damping = 0.1
 
 [run]
 positions = 5
-theory = "timoshenko"
+beams = "timoshenko"
 """
 
 # A swing that falls from rest under its own weight: an integration of some steps.

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from standard_beams import cantilever, still, supported
 
-from elastic import RIGID, Section, Taper, deflection, extremes, section_of, tube
+from elastic import RIGID, Section, Taper, deflection, extremes, sample, section_of, tube
 from elastic.assessment import introduction_share, shear_share
 from fem_check import compare_solid
-from rigid import LineLoad, PointLoad
+from rigid import Beam, LineLoad, Link, Mechanism, PointLoad, Slider, motion
 
 E = 210e9
 UNIFORM = supported({"A": 0, "B": 1.0}, loads=(LineLoad("beam", 0, -1j, -1j),))
@@ -54,3 +54,20 @@ def test_within_a_factor_of_two_of_plane_bodies(name, slender):
     solved = deflection(still(mechanism), [Section(EA=float(slender) ** 2, EI=1.0)])
     told = max(shear_share(solved)[0], introduction_share(solved)[0])
     assert 0.5 < told / compare_solid(solved).relative < 2.0
+
+
+@pytest.mark.parametrize(
+    ("lean", "share"), [(0.0, 0.0), (np.pi / 6, 2 * np.sin(np.pi / 12) / np.sqrt(2)), (np.pi / 2, 1.0)]
+)
+def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
+    """Half of the way along a bar that is bent there, and pinned at both ends: what is left of 0.28 M/kGA."""
+    points = {"A": 0.0, "C": 0.5, "B": 0.5 + 0.5 * np.exp(1j * lean)}
+    links = Link("ground", {"A": 0.0}), Link("bar", points, (Beam("A", "C"), Beam("C", "B"))), Link("block", {"B": 0.0})
+    guide = Slider("guide", "block", "ground", "B", points["B"], points["B"] / abs(points["B"]))
+    load = LineLoad("bar", 0, -1j, -1j)
+    held = motion(Mechanism(links, (), points, (guide,), loads=(load,)), np.zeros((0, 1)))
+    solved = deflection(held, [Section(EA=1200.0, EI=1.0, kGA=400.0)] * 2)
+    chord = np.abs(sample(solved, "chord", np.linspace(0.0, 1.0, 33))).max(axis=(1, 2))
+    moment = np.abs(sample(solved, "M", [1.0])[0, 0, 0])
+    assert moment > 0
+    np.testing.assert_allclose(introduction_share(solved), 0.28 * share * moment / 400.0 / chord, atol=1e-12)

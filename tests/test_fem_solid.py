@@ -241,6 +241,11 @@ class TestHousehold:
         largest = np.abs(solid.chord[1][1]).max()
         assert np.abs(moved[[start, end], 1]).max() < 0.02 * largest
         assert np.hypot(*moved[:, :2].T).max() > largest
+        station = np.abs(solid.chord[1][1]).argmax()
+        place = np.array(pins(solid, 1)) @ (1 - solid.xi[1][station], solid.xi[1][station])
+        node = np.abs(mesh.points[:, 0] + 1j * mesh.points[:, 1] - place).argmin()
+        across = (moved[node, :2] @ (1, 1j) * np.conj(solid.motion.direction[2, 1])).imag
+        assert across == pytest.approx(solid.chord[1][1, station], abs=0.02 * largest)
 
     def test_misuse_is_refused(self):
         case = steel_four_bar(3)

@@ -12,7 +12,7 @@ from mechanisms import ALL, elastic_guide, four_bar, pressed, ring, slider_crank
 from standard_beams import cantilever, propped, still, supported
 from test_gears import geared_four_bar
 
-import elastic
+import elastic.vibration
 from elastic import RIGID, JointCompliance, Section, Taper
 from fem_check import natural_frequencies
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
@@ -128,7 +128,7 @@ class TestMechanisms:
     def test_agree_with_closed_polynomials(self, name):
         case = ALL[name]()
         turning = moving(case)
-        other = elastic.natural_frequencies(turning, case.sections, 2, 3, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, settled=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position)
         known = np.isfinite(other.omega)
         np.testing.assert_array_equal(np.isfinite(found), known)
@@ -146,7 +146,7 @@ class TestMechanisms:
     def test_agree_where_joints_give_way(self, make, joints):
         case = make()
         turning = moving(case)
-        other = elastic.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position, joints)
         np.testing.assert_allclose(found, other.omega, rtol=5e-5)
         held = natural_frequencies(turning, case.sections, 12, 2, other.position)
@@ -161,14 +161,14 @@ class TestMechanisms:
             for k, s in enumerate(case.sections)
         ]
         turning = moving(case)
-        other = elastic.natural_frequencies(turning, shaped, 2, 2, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, shaped, 2, 2, settled=1e-8)
         found = natural_frequencies(turning, shaped, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=5e-6)
 
     def test_agree_where_wheels_mesh(self):
         turning = motion(geared_four_bar(), -3 * np.linspace(0.0, 6.0, 5), -300.0)
         sections = [Section(EA=12.6e6, EI=37.8)] * 3
-        other = elastic.natural_frequencies(turning, sections, 2, 3, settled=1e-8)
+        other = elastic.vibration.natural_frequencies(turning, sections, 2, 3, settled=1e-8)
         found = natural_frequencies(turning, sections, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=1e-5)
 
@@ -176,7 +176,7 @@ class TestMechanisms:
         """Else the kink under it would spoil the order: 1e-2 instead of 1e-4 at 8 elements."""
         case = elastic_guide()
         turning = moving(case)
-        other = elastic.natural_frequencies(turning, case.sections, 2, 24, settled=1e-9).omega
+        other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 24, settled=1e-9).omega
         errors = [np.abs(natural_frequencies(turning, case.sections, n, 2) / other - 1).max() for n in (4, 8, 16)]
         assert errors[1] < 1e-4
         assert errors[2] < errors[0] / 100

@@ -613,9 +613,9 @@ def test_a_check_without_beams_has_nothing_to_compare(tmp_path, capsys):
 def test_advice_for_slender_links():
     bar = {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}
     (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Slender links"]
-    assert 'theory = "timoshenko"' in text
+    assert 'beams = "timoshenko"' in text
     material = {"steel": {"E": 210e9, "density": 7850, "poisson": 0.3}}
-    softer = results_of(sections=bar, materials=material, run={**ARM["run"], "theory": "timoshenko"})
+    softer = results_of(sections=bar, materials=material, run={**ARM["run"], "beams": "timoshenko"})
     (text,) = [one.text for one in findings(softer) if one.heading == "Slender links"]
     assert "where moments come in at its ends (" in text
     assert "timoshenko" not in text

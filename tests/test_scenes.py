@@ -130,7 +130,7 @@ class TestShippedScenes:
         scene = read_scene(shipped_scenes()[name])
         assert (scene.name, bool(scene.title), bool(scene.source)) == (name, True, True)
         bent = deflection(scene_motion(scene, 24), scene.sections)
-        assert len(scene.labels) == len(bent.length)
+        assert len(scene.labels) == len(bent.sections) == len(bent.length)
         assert np.isfinite(bent.w).all()
 
     def test_there_are_the_promised_ones(self):

@@ -70,7 +70,7 @@ class TestSections:
     @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
     def test_shear_counts_in_timoshenkos_theory(self, given):
         # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
-        text = edited(ARM, ("positions = 2", 'positions = 2\ntheory = "timoshenko"'), ("poisson = 0.25", given))
+        text = edited(ARM, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'), ("poisson = 0.25", given))
         k = 10 * 1.25 / (12 + 11 * 0.25)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
 
@@ -83,8 +83,11 @@ class TestSections:
         plain = edited(ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
         if "rigidities" in shape:
             plain = edited(plain, ('material = "steel"', ""))
-        sheared = edited(plain, ("positions = 2", 'positions = 2\ntheory = "timoshenko"'))
+        sheared = edited(plain, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'))
         assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
+        (known,) = scene_from_text(plain).sections
+        assert np.isinf(known.kGA)
+        assert known.shear_rigidity == pytest.approx(kGA, rel=1e-12)  # what leaving it out changes can be told
 
     def test_two_sizes_taper(self):
         # A cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).

@@ -404,6 +404,32 @@ class TestForcing:
         mechanism = cantilever({"A": 0, "B": 1.0}, 2.0)
         lowest = natural_frequencies(still(mechanism), [SLENDER], 1, settled=SHARP).lowest
         course = motion(mechanism, [0.0, 0.1], lowest / 2, 3.0)
-        assert exceedances(deflection(course, [SLENDER]), kinds=["vibration"])[0].figure == pytest.approx(
-            1 / 3, rel=1e-3
-        )
+        found = exceedances(deflection(course, [SLENDER]), kinds=["vibration"])
+        assert found[0].figure == pytest.approx(1 / 3, rel=1e-3)
+
+
+class TestLargeStructures:
+    """Sparse matrices and subspace iteration against dense ones and all eigenvalues."""
+
+    @pytest.mark.parametrize(
+        "name", ["steel_four_bar", "quick_return", "flap_bars", "flap_plates", "simeon_slider_crank"]
+    )
+    def test_they_are_those_of_dense_matrices(self, name, monkeypatch):
+        import elastic.vibration.mechanism_matrices as matrices
+        from kinelast import read_scene, scene_motion, shipped_scenes
+
+        scene = read_scene(shipped_scenes()[name])
+        course = scene_motion(scene, 12)
+        found = []
+        for large in (10**9, 0):
+            monkeypatch.setattr(matrices, "LARGE", large)
+            found.append(natural_frequencies(course, scene.sections, positions=4, joints=scene.joints).omega)
+        np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+    def test_more_conditions_than_needed_and_more_modes_than_there_are(self):
+        """Two masses of 1 kg on springs of 1 and 4 N/m, a third coordinate held twice: 1 and 2 rad/s, no more."""
+        from elastic.vibration.large_structures import lowest_sparse
+
+        held = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+        found = lowest_sparse(np.diag([4.0, 1.0, 0.0]), np.diag([1.0, 1.0, 5.0]), held, 3)
+        np.testing.assert_allclose(found, [1.0, 2.0, np.inf], rtol=1e-9)

@@ -5,24 +5,26 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 export PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-tried() { # NAME PYTHON [CONSTRAINTS]: installs and tests
-    local place="build/versions/$1"
+tried() { # NAME PYTHON [OLDEST]: installs all but the linters, and tests
+    local place="build/versions/$1" wanted
     rm -rf "$place"
     "$2" -m venv "$place"
-    "$place/bin/pip" install --quiet ${3:+--constraint "$3"} --editable ".[test]"
-    echo "+ $1: $("$place/bin/python" --version), $("$place/bin/pip" list 2>/dev/null | grep -ciE '^[a-z]') packages"
-    "$place/bin/python" -m pytest -q -p no:cacheprovider
-}
-
-mkdir -p build/versions
-"${1:-python3.11}" - >build/versions/oldest.txt <<'PYTHON'
-import re
+    mapfile -t wanted < <("$2" - "${3:-}" <<'PYTHON'
+import sys
 import tomllib
 
 with open("pyproject.toml", "rb") as file:
     project = tomllib.load(file)["project"]
-for wanted in (*project["dependencies"], *project["optional-dependencies"]["test"]):
-    print(re.sub(r"\[.*?\]", "", wanted).replace(">=", "=="))
+tests = [each for each in project["optional-dependencies"]["test"] if each.startswith(("pytest", "hypothesis", "mpmath"))]
+for each in (*project["dependencies"], *tests):
+    print(each.replace(">=", "==") if sys.argv[1] else each)
 PYTHON
-tried oldest "${1:-python3.11}" build/versions/oldest.txt
+    )
+    "$place/bin/pip" install --quiet "${wanted[@]}"
+    "$place/bin/pip" install --quiet --editable .
+    echo "+ $1: $("$place/bin/python" --version), ${wanted[*]}"
+    "$place/bin/python" -m pytest -q -p no:cacheprovider
+}
+
+tried oldest "${1:-python3.11}" oldest
 tried newest "${2:-python3.13}"

@@ -75,7 +75,8 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
         return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
     xi = np.linspace(0.0, 1.0, STATIONS)
     without = sample(deflection, "chord", xi)
-    more = sample(solve(deflection.motion, sheared, joints=deflection.joints), "chord", xi) - without
+    softer = solve(deflection.motion, sheared, deflection.joints, deflection.added)
+    more = sample(softer, "chord", xi) - without
     return _over_largest(_greatest(more), _greatest(without))
 
 

@@ -15,11 +15,12 @@ import numpy as np
 
 from elastic.beams.blocks import Block, at
 from elastic.beams.compliance import compliance_of
-from elastic.beams.polynomials import evaluate
+from elastic.beams.polynomials import added, evaluate
 from elastic.beams.section import JointCompliance, Section
+from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import LinkResponse
 from elastic.links.configuration import LinkLoads, Problem, configuration_of
-from elastic.links.free_body import node_loads, with_joint_forces
+from elastic.links.free_body import node_loads, with_joint_forces, with_points
 from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
@@ -45,18 +46,25 @@ class JointGaps:
     rotation: list[Any]
 
 
-def problem_of(motion: Motion, sections: tuple[Section, ...], joints: Mapping[str, JointCompliance]) -> Problem:
-    """The problem that a motion sets its links: inertia, weight and loads of its own."""
+def problem_of(
+    motion: Motion,
+    sections: tuple[Section, ...],
+    joints: Mapping[str, JointCompliance],
+    more: AddedLoads | None = None,
+) -> Problem:
+    """The problem that a motion sets its links: inertia, weight and loads of its own, and others."""
     configuration = configuration_of(motion)
-    loads = LinkLoads(node_loads(motion, configuration.trees), beam_loads(motion))
-    compliance = compliance_of(sections, len(motion.columns), len(loads.q) + 2)
-    return Problem(motion, configuration, compliance, joints, loads)
+    nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
+    if more is not None:
+        nodes, q = with_points(nodes, configuration.trees, more.points), added(q, more.q)
+    compliance = compliance_of(sections, len(motion.columns), len(q) + 2)
+    return Problem(motion, configuration, compliance, joints, LinkLoads(nodes, q), more)
 
 
 def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
     """Links under the loads and given joint forces, each clamped at its root, and the gaps they leave at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
-    blocks = block_loads(motion, problem.configuration, forces)
+    blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
     loads = LinkLoads(nodes, problem.loads.q, blocks)
     response = link_response(problem.configuration, problem.compliance, loads)
@@ -74,6 +82,8 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
             own = problem.joints[joint.name]
             gap = gap - forces.force[number] * own.translation + own.gap
             turn = turn - forces.moment[number] * own.rotation + own.turn
+        if problem.added is not None:
+            gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
         along, turned = follower_displacement(place, response.nodes)
         displacement.append(gap + along)
         rotation.append(turn + turned)

@@ -12,6 +12,7 @@ import numpy as np
 from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance
 from elastic.beams.section import JointCompliance
+from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees, trees_of
 from rigid import Motion
 from rigid.constants import beam_table
@@ -113,6 +114,8 @@ class Problem:
         By name, the joints that give way or do not fit.
     loads
         All but the joint forces.
+    added
+        Loads besides the motion's: in `loads` are those of their parts that nodes and beams carry already.
     """
 
     motion: Motion
@@ -120,10 +123,12 @@ class Problem:
     compliance: Compliance
     joints: Mapping[str, JointCompliance]
     loads: LinkLoads
+    added: AddedLoads | None = None
 
     @property
     def unloaded(self) -> Problem:
         """The same without loads, free strain and gaps of joints: what joint forces alone do."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
-        return replace(self, compliance=self.compliance.unstrained, joints=fitting, loads=LinkLoads({}, nothing))
+        loads = LinkLoads({}, nothing)
+        return replace(self, compliance=self.compliance.unstrained, joints=fitting, loads=loads, added=None)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
+from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
 from elastic.links.gearing import driver_loads
@@ -36,6 +38,36 @@ def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces
         if (at, point) in trees.tips:
             add_load(nodes, (at, point), force, moment)
     return nodes
+
+
+def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, str, Any, Any]]) -> NodeLoads:
+    """The same with loads at points of links: link's number, point's name, force and moment."""
+    nodes = dict(nodes)
+    for at, point, force, moment in points:
+        if (at, point) in trees.tips:
+            add_load(nodes, (at, point), force, moment)
+    return nodes
+
+
+def resultants(added: AddedLoads, motion: Motion, configuration: Configuration) -> Iterator[tuple[int, Any, Any]]:
+    """Added loads reduced to the origins of the links' axes.
+
+    Yields
+    ------
+    Link's number, force in the ground's axes [N], complex, and moment [N m].
+    """
+    mechanism, loads = motion.mechanism, LinkLoads({}, added.q)
+    for k, (at, beam) in enumerate(mechanism.beams):
+        force, moment = _own_load(configuration, k, loads)
+        arm = configuration.link[at] * mechanism.links[at].points[beam.start]
+        yield at, force, cross(arm, force) + moment
+    for at, point, force, moment in added.points:
+        arm = configuration.link[at] * mechanism.links[at].points[point]
+        yield at, force, cross(arm, force) + moment
+    for number, force, moment in added.blocks:
+        place = motion.places[number]
+        owner = place.joint.owner
+        yield owner, force, cross(place.arm(owner), force) + moment
 
 
 def add_load(nodes: NodeLoads, where: tuple[int, str], force: Any, moment: Any) -> None:

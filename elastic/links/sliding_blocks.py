@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.blocks import Block
+from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
@@ -30,7 +31,9 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[Any]:
     return found
 
 
-def block_loads(motion: Motion, configuration: Configuration, forces: JointForces) -> tuple[Block, ...]:
+def block_loads(
+    motion: Motion, configuration: Configuration, forces: JointForces, added: AddedLoads | None = None
+) -> tuple[Block, ...]:
     """Loads of the sliders on the beams they move along, in the order of `BeamTrees.rails`."""
     rails = configuration.trees.rails
     found = []
@@ -39,5 +42,9 @@ def block_loads(motion: Motion, configuration: Configuration, forces: JointForce
     ):
         sense = motion.structure.joints[number].sense
         pull = configuration.back[beam] * forces.force[number]
-        found.append(Block(beam, xi, -sense * pull, -sense * forces.moment[number]))
+        load, moment = -sense * pull, -sense * forces.moment[number]
+        for joint, force, more in added.blocks if added is not None else ():
+            if joint == number:
+                load, moment = load + configuration.back[beam] * force, moment + more
+        found.append(Block(beam, xi, load, moment))
     return tuple(found)

@@ -9,12 +9,14 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
+from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
 from rigid import Motion
 from rigid.gears import gear_input
 from rigid.joints import Joint, JointPlace
 
 MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
+LARGE = 400  # coordinates from which sparse matrices take less time
 NEAREST = 1e-3  # to a beam's end, in units of its length, that a block is taken to be
 
 
@@ -63,6 +65,9 @@ class VibratingStructure:
         """[rad/s], rising, shape (modes, positions); infinite where nothing can vibrate."""
         omega = np.full((modes, len(self.mass)), np.inf)
         rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)
+        if self.mass.shape[-1] > LARGE:
+            parts = zip(self.stiffness, self.mass, rows, strict=True)
+            return np.array([lowest_sparse(*part, modes) for part in parts]).T
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in np.unique(ranks):

@@ -23,11 +23,15 @@ from elastic.assessment import (
     stress_range,
 )
 from elastic.vibration import Frequencies, natural_frequencies
+from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
 
 if TYPE_CHECKING:
     from fem_check import Comparison
+    from fem_check.solid.comparison import SolidComparison
+    from kinelast.figures.comparisons import NonlinearCheck
+    from kinelast.figures.theory import Answer
 
 EXTREME_FIELDS = tuple(key for key, field in FIELDS.items() if field.main and field.kind is not Kind.LOAD)
 FEW = 16  # positions that tell too little of a cycle
@@ -68,6 +72,10 @@ class Results:
         Number of the run's positions that the mechanism does not reach and that were left out on request.
     whole
         Where these are but the positions of a long run at which something is largest: what the whole comes to.
+    answer
+        The theory that was taken, and its errors; None where the quasi-static answer was asked for as it is.
+    nonlinear, solid
+        Further checks, where they were asked for.
     """
 
     scene: Scene
@@ -75,11 +83,24 @@ class Results:
     comparison: Comparison | None = None
     left_out: int = 0
     whole: Whole | None = None
+    answer: Answer | None = None
+    nonlinear: NonlinearCheck | None = None
+    solid: SolidComparison | None = None
 
     @property
     def shown(self) -> Results:
         """The run at even positions."""
         return self if self.whole is None else self.whole.shown
+
+    @property
+    def vibrates(self) -> bool:
+        """Whether the answer is that of vibrating links."""
+        return self.answer is not None and self.answer.theory == ELASTODYNAMIC
+
+    @property
+    def quasi_static(self) -> Deflection:
+        """The deflection of links that do not vibrate."""
+        return self.answer.quasi_static if self.answer else self.deflection
 
     @cached_property
     def counts(self) -> tuple[int, int, int]:
@@ -161,7 +182,8 @@ class Results:
         period = None if math.isnan(self.period) else self.period
         if self.whole is None:
             known = None if self.ill.any() else self.extremes
-            return exceedances(self.counted_deflection, self.frequencies, period, found=known)
+            kinds = [kind for kind in LIMITS if kind != "vibration" or self.answer is None]
+            return exceedances(self.counted_deflection, self.frequencies, period, kinds, known)
         found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
         shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
         return [*found, *(replace(one, position=None) for one in shown)]

@@ -29,7 +29,7 @@ def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[
     output
         The error, see `kinelast.figures.output_error.output_figure`.
     """
-    if output is None or not output["value"] or not results.mechanism.beams:
+    if output is None or not output["value"] or not results.mechanism.beams or results.vibrates:
         return []
     pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
     links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from kinelast.figures.acceptance import acceptance
+from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.figure import at_position, coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
@@ -19,7 +20,11 @@ from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.numbers import quantity
+from kinelast.scene.data import QUASI_STATIC
 from rigid import Beam
+
+if TYPE_CHECKING:
+    from elastic.elastodynamics import Elastodynamic
 
 
 def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
@@ -71,6 +76,9 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         },
         "vibration": vibration_figures(results),
         "check": check_summary(results),
+        "nonlinear_check": nonlinear_figures(results.nonlinear),
+        "solid_check": solid_figures(results.solid),
+        "theory": theory_figures(results),
         "cautions": exceedance_figures(results),
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": trust,
@@ -79,6 +87,33 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "not_computed": left_out(results),
     }
     return {**figures, "acceptance": acceptance(results, figures)}
+
+
+def theory_figures(results: Results) -> dict[str, Any]:
+    """The theory that was taken, and what its answer may be off by, as shares; what is not known is null."""
+    answer = results.answer
+    if answer is None:
+        return {"name": QUASI_STATIC, "error": None, "errors": {}, "without_vibration": None, "accuracy": None}
+
+    def known(share: float) -> float | None:
+        return share if math.isfinite(share) else None
+
+    return {
+        "name": answer.theory,
+        "error": known(answer.error),
+        "errors": {name: known(share) for name, share in answer.errors.items()},
+        "without_vibration": known(answer.missed),
+        "accuracy": answer.accuracy,
+        **({} if answer.vibrating is None else _vibrating(answer.vibrating)),
+    }
+
+
+def _vibrating(found: Elastodynamic) -> dict[str, Any]:
+    return {
+        "damping": [figure(beta, "s") for beta in np.ravel(found.damping.beams)],
+        "growth": found.growth,
+        "stable": found.stable,
+    }
 
 
 def _worst_condition(results: Results) -> dict[str, Any]:

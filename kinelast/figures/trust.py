@@ -16,9 +16,9 @@ from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
 from kinelast.figures.results import WELL, Results
 from kinelast.figures.strength import fastest_drive
-from kinelast.numbers import number, quantity
+from kinelast.numbers import number, percent, quantity
 
-INPUTS = "Inputs"
+INPUTS, THEORY = "Inputs", "Theory"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
@@ -42,7 +42,7 @@ WITHIN = {
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
     "vibration": "vibration would change the deflection by less than about {:.0f} %",
 }
-SHEARING = 'theory = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
+SHEARING = 'beams = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
 UNKNOWN = {
     "yield": "strength: no yield stress or dimensions of the sections are given",
     "vibration": "vibration: the motion is no cycle, and no drive turns",
@@ -60,7 +60,14 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [*_inputs(results), _positions(results), *_check(results), *_exceedances(results), *_within(results)]
+    found = [
+        *_inputs(results),
+        *_theory(results),
+        _positions(results),
+        *_check(results),
+        *_exceedances(results),
+        *_within(results),
+    ]
     return sorted(found, key=lambda finding: ORDER.index(finding.level))
 
 
@@ -130,6 +137,30 @@ def _sizes(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, INPUTS, f"{text}.")
 
 
+def _theory(results: Results) -> Iterator[Finding]:
+    """How far the answer of the theory that was taken is from the truth."""
+    answer = results.answer
+    if answer is None:
+        return
+    parts = ", ".join(f"{name} {percent(share)}" for name, share in answer.errors.items())
+    vibrating = answer.vibrating
+    if results.vibrates and vibrating and not vibrating.stable:
+        grown = number(vibrating.growth, 3)
+        text = f"Parametric resonance: free vibrations grow by {grown} every cycle, no steady state comes about."
+        yield Finding(POOR, THEORY, text)
+        return
+    how = "Quasi-static: vibration changes less than is asked for."
+    if results.vibrates:
+        how = "Elastodynamic: the links vibrate, and feel the axial forces of the motion. Without vibration the answer"
+        how += f" would be {percent(answer.missed)} off."
+    text = f"{how} About {percent(answer.error)} off the truth: {parts}."
+    if answer.accurate is False:
+        text += f" {percent(answer.accuracy or 0.0)} were asked for: --check nonlinear has an answer that comes nearer."
+    limit = LIMITS["vibration"]
+    level = POOR if limit.far_passed(answer.error) else CAUTION if limit.passed(answer.error) else GOOD
+    yield Finding(CAUTION if level == GOOD and answer.accurate is False else level, THEORY, text)
+
+
 def _check(results: Results) -> list[Finding]:
     heading = "Finite element check"
     comparison = results.comparison
@@ -189,7 +220,8 @@ def _within(results: Results) -> Iterator[Finding]:
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
-    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed]
+    told = {"vibration"} if results.answer else set()
+    unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | told]
     if unknown:
         yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
 
@@ -204,12 +236,13 @@ def _judged(results: Results) -> set[str]:
     cyclic = not math.isnan(results.period) and bool(results.counted.all())
     frequencies = results.frequencies
     known = frequencies is not None and math.isfinite(frequencies.lowest)
+    moving = bool(np.nan_to_num(results.motion.drive_rate).any())
     kinds = {
         "slenderness": any(slender),
         "deflection": True,
         "axial force": any(bends),
         "yield": any(stressed),
-        "vibration": known and (cyclic or bool(np.nan_to_num(results.motion.drive_rate).any())),
+        "vibration": results.answer is None and known and (cyclic or moving),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 
@@ -233,4 +266,10 @@ def left_out(results: Results) -> list[str]:
     """What the figures do not hold, in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
     others = ["large displacements", "the axial force's part in bending", "play and friction in the joints", "fatigue"]
-    return ["vibration of the links", *(["shear deformation"] if stiff else []), *others]
+    if results.vibrates:
+        others.remove("the axial force's part in bending")
+    return [
+        *([] if results.vibrates else ["vibration of the links"]),
+        *(["shear deformation"] if stiff else []),
+        *others,
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from elastic import JointCompliance, Section
@@ -37,6 +37,36 @@ class Run:
     turn: bool
     tolerance: float = 1e-10
     steps: int = 2000
+
+
+QUASI_STATIC, ELASTODYNAMIC = "quasi-static", "elastodynamic"
+
+
+@dataclass(frozen=True)
+class Theory:
+    """How the motion of the links' deflection is to be treated.
+
+    Attributes
+    ----------
+    name
+        "quasi-static" or "elastodynamic"; None where `accuracy` chooses, and quasi-static where there is none either.
+    accuracy
+        How far the answer may be off, as a share.
+    damping_ratio
+        Of the lowest natural frequency, for beams without a beta of their own.
+    damping
+        Kelvin and Voigt's beta of every beam [s]; nan where its material does not tell.
+    """
+
+    name: str | None = None
+    accuracy: float | None = None
+    damping_ratio: float = 0.01
+    damping: tuple[float, ...] = ()
+
+    @property
+    def plain(self) -> bool:
+        """Whether the quasi-static answer is what is asked for, however far it is off."""
+        return self.name == QUASI_STATIC or (self.name is None and self.accuracy is None)
 
 
 @dataclass(frozen=True)
@@ -89,6 +119,8 @@ class Scene:
         Section and material of every beam, in the order of `sections`.
     text
         The file as it was read; empty where the scene comes from tables.
+    theory
+        Of the deflection: without or with vibration.
     """
 
     name: str
@@ -106,7 +138,8 @@ class Scene:
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
     made_of: tuple[Making, ...] = ()
-    text: str = ""
+    text: str = field(default="", repr=False)
+    theory: Theory = Theory()
 
     @cached_property
     def course(self) -> IntegratedMotion | None:

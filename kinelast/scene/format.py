@@ -34,6 +34,7 @@ from kinelast.scene.quantities import (
     Mass,
     MassPerLength,
     SecondMoment,
+    Share,
     ShearRigidity,
     Size,
     Sizes,
@@ -54,6 +55,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     G: Stress | None = None
     yield_stress: Stress | None = field(default=None, name="yield")
     expansion: Expansion | None = None
+    damping: Duration | None = None
 
 
 class Rectangle(Table, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
@@ -127,12 +129,15 @@ class LinkTable(Table, frozen=True, kw_only=True):
 
 
 class RunTable(Table, frozen=True, kw_only=True):
-    """Which positions are computed, gravity, the theory of beams, and the output."""
+    """Which positions are computed, gravity, the theories of beams and of motion, and the output."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
-    theory: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
+    beams: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
+    theory: Literal["quasi-static", "elastodynamic"] | None = None
+    accuracy: Share | None = None
+    damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 2000
     output: str = ""

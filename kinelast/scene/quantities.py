@@ -57,6 +57,24 @@ class Abscissa(Quantity):
     units = ("s", "rad", "m")
 
 
+class Share(Quantity):
+    """Part of a whole, above 0 and below 1."""
+
+    expected = 'a share, as in "2 %" or 0.02'
+    above = 0.0
+    most = 1.0
+
+    @classmethod
+    def read(cls, value: object, per_length: float = 1.0) -> Self:
+        """From a number, or a string that ends in %."""
+        if isinstance(value, str) and value.endswith("%"):
+            with suppress(ValueError):
+                return super().read(float(value[:-1]) / 100)
+        if isinstance(value, str):
+            raise ValueError(f"expected {cls.expected}, got {shown(value)}")
+        return super().read(value)
+
+
 class Speed(Quantity):
     """Rate of a drive [rad/s or m/s]."""
 

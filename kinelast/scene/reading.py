@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import pi
+from math import nan, pi
 from pathlib import Path
 from typing import Any
 
-from kinelast.scene.data import Material, Run, Scene
+from kinelast.scene.data import Making, Material, Run, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
@@ -98,6 +98,7 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
     run = _run(table, parts.mechanism.drives, parts.laws)
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
+    made_of = tuple(making(table, body.link.name, k) for body, k in beams)
     scene = Scene(
         name=name,
         title=table.title or name.replace("_", " "),
@@ -113,10 +114,21 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
         limits=build_limits(table, mechanism),
         output=build_output(table, mechanism),
-        made_of=tuple(making(table, body.link.name, k) for body, k in beams),
+        made_of=made_of,
+        theory=_theory(table, made_of),
     )
     require_determined(scene)
     return scene
+
+
+def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:
+    run, stuff = table.run, table.materials
+    if run.theory and run.accuracy is not None:
+        raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
+    own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)
+    accuracy = None if run.accuracy is None else float(run.accuracy)
+    beta = tuple(nan if each is None else float(each) for each in own)
+    return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
 
 
 def _material(stuff: MaterialTable) -> Material:

@@ -46,7 +46,7 @@ def _quantity_schema(kind: Any) -> dict[str, Any]:
             number["exclusiveMinimum"] = 0
         if kind.least == 0:
             number["minimum"] = 0
-        text = f"{kind.expected}; a bare number is in {' or '.join(kind.units)}"
+        text = kind.expected + (f"; a bare number is in {' or '.join(kind.units)}" if any(kind.units) else "")
         return {"anyOf": [number, {"type": "string"}], "description": text}
     raise NotImplementedError(kind)
 

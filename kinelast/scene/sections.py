@@ -58,12 +58,12 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     """
     shape = _named(scene.sections, table, "section", section)
     material = beam.material or link.material
-    shear = scene.run.theory == "timoshenko" and not link.rigid
+    shear = scene.run.beams == "timoshenko" and not link.rigid
     if isinstance(shape, Rigidities):
         if material is not None:
             raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
         if shear and shape.kGA is None:
-            raise fault(f"sections.{section}", "kGA", 'the key is missing: theory = "timoshenko" asks for it')
+            raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" asks for it')
         kGA = float(shape.kGA) if shape.kGA else nan
         plain = Section(float(shape.EA), float(shape.EI), kGA if shear else inf, shear_rigidity=kGA)
         return CrossSection(_strained(plain, table, link, beam, None), float(shape.mass_per_length))
@@ -73,7 +73,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     stuff = _named(scene.materials, table, "material", material)
     poisson = _poisson(stuff, material)
     if shear and poisson is None:
-        raise fault(f"materials.{material}", "poisson", 'the key is missing: theory = "timoshenko" asks for it')
+        raise fault(f"materials.{material}", "poisson", 'the key is missing: beams = "timoshenko" asks for it')
     made, mass_taper = _made(shape, section, stuff, poisson, shear)
     return CrossSection(
         _strained(made, table, link, beam, stuff.expansion, material), float(stuff.density * made.area), mass_taper
@@ -96,7 +96,7 @@ def _made(
         found = Shape(float(shape.A), float(shape.I), nan if shape.c is None else float(shape.c))
         made = section_of(found, float(stuff.E), None, limit)
         if shear and shape.shear_area is None:
-            raise fault(f"sections.{name}", "shear_area", 'the key is missing: theory = "timoshenko" asks for it')
+            raise fault(f"sections.{name}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
         if poisson is not None and shape.shear_area is not None:
             known = float(stuff.E / (2 * (1 + poisson)) * shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)

@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 
+import numpy as np
+
 from rigid.joints import Coupling, Joint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive
+
+PARALLEL = 1e-9  # sine of the angle between lines that are parallel
+RIGID = 3  # constraints that hold a link
 
 
 class Net:
@@ -145,7 +150,9 @@ class Net:
                 joints = self.joints(links, known)
                 drives = sum(joint.moved for joint in joints)
                 drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-                if 2 * len(joints) + drives == 3 * size and drivers <= known and not _unsolvable(joints, links):
+                if 2 * len(joints) + drives != 3 * size or not drivers <= known or _unsolvable(joints, links):
+                    continue
+                if not self.doubled(links, known):
                     yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
@@ -153,8 +160,38 @@ class Net:
         for size in range(1, len(unknown) + 1):
             for links in self._connected(size, known, unknown):
                 joints = self.joints(links, known)
-                if 2 * len(joints) > 3 * size:
+                moved = sum(joint.moved for joint in joints)
+                if 2 * len(joints) > 3 * size and 2 * len(joints) + moved - self.doubled(links, known) >= 3 * size:
                     yield links
+
+    def doubled(self, links: Sequence[int], known: set[int]) -> int:
+        """Constraints that hold two links to one another once more: of twin rods, of a block in two parallel guides."""
+        group = {link: link for link in (*links, *known)}
+
+        def top(link: int) -> int:
+            while group[link] != link:
+                link = group[link]
+            return link
+
+        found = 0
+        pairs = sorted(
+            {(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(group)}
+        )
+        for one, other in pairs:
+            constraints, rank = self._between(one, other)
+            if constraints > rank and top(one) != top(other):
+                found += constraints - rank
+                if rank == RIGID:
+                    group[top(one)] = top(other)
+        return found
+
+    def _between(self, one: int, other: int) -> tuple[int, int]:
+        """Number of the constraints between two links, and their rank."""
+        pair = {one, other}
+        pins = sum(pair <= set(links) for links in self.pins.values())
+        lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
+        parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= PARALLEL for line in lines)
+        return 2 * (pins + len(lines)), 2 if parallel else RIGID
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Connected sets of unknown links of one size that touch a known one, each once."""

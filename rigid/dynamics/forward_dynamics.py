@@ -21,6 +21,7 @@ from rigid.names import counted
 from rigid.parts import Law, MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
+EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 
@@ -39,6 +40,10 @@ class ForwardError(MechanismError):
     def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
         super().__init__(message, **culprits)
         self.time = time
+
+
+class _EnoughError(Exception):
+    """The bound on evaluations is reached."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,7 @@ def forward(
     tolerance: float = 1e-10,
     most_steps: int | None = None,
     on_step: Callable[[float], None] | None = None,
+    evaluations: int = EVALUATIONS,
 ) -> IntegratedMotion:
     """Motion of a mechanism under given efforts from time 0.
 
@@ -111,6 +117,8 @@ def forward(
         After which it is given up, as a motion that cannot be continued.
     on_step
         Called with the time [s] that is reached after every step.
+    evaluations
+        Of the equation of motion, at most: the step size may fall without bound.
 
     Raises
     ------
@@ -134,7 +142,7 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     tracker = Tracker(mechanism, start)
-    system = _System(tracker, drives, free)
+    system = _System(tracker, drives, free, evaluations)
     unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
@@ -162,7 +170,12 @@ def _integrated(
     times, origins, directions = [0.0], [tracker.origin], [tracker.direction]
     pieces: list[Any] = []
     while solver.status == "running":
-        solver.step()
+        try:
+            solver.step()
+        except _EnoughError:
+            why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
+            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
+            break
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
             stuck = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
@@ -226,19 +239,38 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
 class _System:
     """Right-hand side of the equation of motion; its only memory is where the links were last."""
 
-    def __init__(self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int]) -> None:
+    def __init__(self, tracker: Tracker, drives: tuple[Effort | MotionLaw, ...], free: list[int], most: float) -> None:
         self.tracker, self.drives, self.free = tracker, drives, free
+        self.evaluations, self.most = 0, most
+
+    def effort(self, coasting: Motion) -> Reals:
+        """Efforts of all drives; 0 where a drive follows a law."""
+        found = np.zeros(len(self.drives))
+        for number in self.free:
+            found[number] = np.ravel(self.drives[number](coasting))[0]
+        return found
 
     def __call__(self, time: float, state: Any) -> Any:
         """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
-        if not self.tracker.go(drive):
-            return np.full(2 * half, np.nan)
-        inertia, balance, coasting = self.tracker.equation(time, rate)
-        for number in self.free:
-            balance[number] += np.ravel(self.drives[number](coasting))[0]
-        balance -= inertia @ rate2
+        self.evaluations += 1
+        if self.evaluations > self.most:
+            raise _EnoughError
+        reached = self.tracker.go(drive)
+        if reached and not self.tracker.narrow:
+            inertia, balance, coasting = self.tracker.equation(time, rate)
+            balance += self.effort(coasting)
+        else:
+            beside = self.tracker.equation_beside(time, rate, drive, self.effort)
+            if beside is not None:
+                inertia, balance = beside
+            elif reached:
+                inertia, balance, coasting = self.tracker.equation(time, rate)
+                balance += self.effort(coasting)
+            else:
+                return np.full(2 * half, np.nan)
+        balance = balance - inertia @ rate2
         try:
             found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
         except np.linalg.LinAlgError:

@@ -28,6 +28,10 @@ FAR = 0.25  # greatest step, over the size or [rad], that the linear forecast is
 PIECES = 1024  # such steps at most between two calls
 SLOW = 0.05  # share of the error that a step may leave before the matrix is renewed
 FITS = 1e-10  # opening of a surplus constraint, over the size or [rad], below which it fits
+TINY = np.finfo(float).tiny
+SMOOTH = 0.25  # of a way: how far it may be from what the rates at its ends tell
+NARROW = 0.05  # of the reciprocal condition at the start: nearer to singular, rates lose digits
+BESIDE = 0.05 * np.array([-2, -5 / 3, -4 / 3, -1, 1, 4 / 3, 5 / 3, 2])  # where rates are taken instead [rad or size]
 
 
 class Tracker:
@@ -73,14 +77,22 @@ class Tracker:
         self._here: Constraints = here
         self._factors: Any = None
         self._influence: Any = None
+        self._firm = self._narrow = self._sign = 0.0
         self._meshed = np.zeros(len(self._table.shares) - len(drive))
         self.restart()
         self._meshed = self._residual(drive)[2 * self._table.count + len(drive) :]
         self._sign = self._factor(here)
+        self._firm = NARROW * self._narrow
+        self.mark()
 
     def turns(self, number: int) -> bool:
         """Whether a drive is a pin's."""
         return not self._table.slides[self._table.moved[number]].any()
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the mechanism is so near to singular that its rates lose digits."""
+        return self._narrow < self._firm
 
     @property
     def steepness(self) -> float:
@@ -92,7 +104,7 @@ class Tracker:
         """Go back to the start."""
         self.drive, self.origin, self._angle = self._begin
         self._place()
-        self._factor(self._here)
+        self._sign = self._factor(self._here)
         self.mark()
 
     def go(self, drive: Reals) -> bool:
@@ -107,19 +119,23 @@ class Tracker:
         return False
 
     def mark(self) -> None:
-        """Let this be the place to fall back to."""
-        self._mark = self._state
+        """Let this be the place to fall back to, if it is firm ground."""
+        if not self.narrow:
+            self._mark = self._state
 
     @property
     def _state(self) -> tuple[Any, ...]:
-        return self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence
+        here = self.drive, self.origin, self._angle, self.direction, self._here
+        return *here, self._factors, self._influence, self._sign, self._narrow
 
     @_state.setter
     def _state(self, state: tuple[Any, ...]) -> None:
-        self.drive, self.origin, self._angle, self.direction, self._here, self._factors, self._influence = state
+        self.drive, self.origin, self._angle, self.direction, self._here = state[:5]
+        self._factors, self._influence, self._sign, self._narrow = state[5:]
 
     def _advance(self, drive: Reals) -> bool:
         begin, change = self.drive, drive - self.drive
+        origin, angle, ahead = self.origin, self._angle, self._influence @ change
         with np.errstate(all="ignore"):
             far = float(np.abs(self._weights * (self._influence @ change)).max(initial=0.0))
             if not far < FAR * PIECES:
@@ -127,7 +143,42 @@ class Tracker:
             pieces = int(far / FAR) + 1
             if not all(self._approach(begin + change * ((piece + 1) / pieces)) for piece in range(pieces)):
                 return False
-            return self._factor(self._here) == self._sign
+            sign = self._factor(self._here)
+            if sign == self._sign:
+                return True
+            # Through a change point the determinant changes its sign, on another branch the links come from elsewhere.
+            passed = np.stack([(self.origin - origin)[1:, 0].real, (self.origin - origin)[1:, 0].imag], 1)
+            passed = np.concatenate([passed, (self._angle - angle)[1:]], axis=1).ravel()
+            off = self._weights * (passed - 0.5 * (ahead + self._influence @ change))
+            smooth = float(np.abs(off).max()) <= SMOOTH * float(np.abs(self._weights * passed).max())
+            self._sign = sign
+            return smooth and sign != 0.0
+
+    def equation_beside(self, time: float, rate: Reals, drive: Reals, effort: Any) -> tuple[Reals, Reals] | None:
+        """`equation` at a change point, from both sides of it; None where there is none.
+
+        There the rates lose all digits, though they go on smoothly: they are taken where they do not, on the line along
+        which the drives go, and the polynomial through them is.
+        """
+        here = self._state
+        unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
+        along = rate / max(float(np.abs(rate / unit).max()), TINY)
+        found, narrow = [], self._narrow
+        firm = []
+        for ahead in BESIDE:
+            if not self.go(drive + ahead * along):
+                self._state = here
+                return None
+            inertia, balance, coasting = self.equation(time, rate)
+            found.append(np.concatenate([inertia.ravel(), balance + effort(coasting)]))
+            firm.append(self._narrow)
+        self._state = here
+        if narrow > 0.5 * min(firm[0], firm[-1]):
+            return None
+        weights = [np.prod([b / (b - a) for b in BESIDE if b != a]) for a in BESIDE]
+        value = np.einsum("k,kn->n", weights, np.array(found))
+        count = len(drive)
+        return value[: count**2].reshape(count, count), value[count**2 :]
 
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
         """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
@@ -219,6 +270,7 @@ class Tracker:
         matrix = constraint_matrix(here, self._links)[0, self._rows]
         upper, pivots, singular = self._lapack.dgetrf(matrix)
         self._factors = upper, pivots
+        self._narrow = float(self._lapack.dgecon(upper, np.abs(matrix).sum(axis=0).max())[0])
         diagonal = np.diagonal(upper)
         if singular or not np.isfinite(diagonal).all():
             return 0.0

@@ -1,4 +1,4 @@
-"""The way of the drives from the drawing through all positions, in steps along which a branch can be followed."""
+"""The way of the drives from the drawing through all positions asked, as a function of one coordinate."""
 
 from __future__ import annotations
 
@@ -13,81 +13,103 @@ from rigid.decomposition.order import structure
 from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
 
-STRIDE = 0.1  # of a pin's drive from the drawing to the first position [rad]
-BETWEEN = 0.35  # from one position to the next [rad]
-SLIDES = 20  # steps of a slider's drive from the drawing to the first position
+TURN = 64  # knots
+STRIDE = 2 * math.pi / TURN  # of a pin's drive from one knot to the next [rad]
+SLIDES = 50  # strides of a slider's drive in the size of the drawing
+BLOCK = 16  # knots by which a branch is known further
+ASIDE = 0.0618  # of a stride
 STILL = 1e-9  # the drawing is the first position [rad or m]
-MOST = 4  # times the positions asked, and at least FEW, that the way may have between them
-FEW = 2000
+FINEST = 2.0**-18  # of a stride: how near a change point is closed in on
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """Coordinates of the drives along the way, and which of them are asked.
+class Path:
+    """Coordinates of the drives along the way, by the place s on it.
+
+    For a single drive s is its coordinate, and the way a line both ways from the drawing; for several s counts the
+    positions passed.
 
     Attributes
     ----------
-    drive
-        Shape (drives, n).
+    begin
+        s of the drawing.
     asked
-        Places on the way of the positions asked, shape (positions,), or a slice; None where the way is just these.
-    approach
-        How many places lead to the first of them.
+        s of the positions asked, shape (positions,).
+    stride
+        Greatest step of s.
+    turn
+        s of a whole turn after which the drive is where it was; 0 where there is none.
+    vertices
+        Coordinates of the drives at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     """
 
-    drive: Any
-    asked: Any = None
-    approach: int = 0
+    begin: float
+    asked: Any
+    stride: float
+    turn: float
+    vertices: Any = None
+
+    def drives(self, places: Any) -> Any:
+        """Coordinates of the drives, shape (drives, ...)."""
+        if self.vertices is None:
+            return np.asarray(places)[None]
+        flat = np.ravel(places)
+        grid = np.arange(self.vertices.shape[1])
+        return np.array([np.interp(flat, grid, row) for row in self.vertices]).reshape(-1, *np.shape(places))
+
+    def grid(self, low: float, high: float) -> Any:
+        """Knots from `low` to `high` at least, the drawing among them."""
+        if self.vertices is None:
+            below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
+            number = np.arange(-max(below, 0), max(above, 0) + 1)
+            # Off the even places, at which mechanisms are often singular.
+            return self.begin + self.stride * (number + np.where(number % TURN, ASIDE, 0.0))
+        return np.arange(self.vertices.shape[1], dtype=float)
+
+    def onward(self, low: float, high: float) -> bool:
+        """Whether the drives go on from one place to the other, rather than turn back between them."""
+        if self.vertices is None:
+            return True
+        first, last = int(np.floor(low)), int(np.ceil(high))
+        steps = np.diff(self.vertices[:, max(first, 0) : last + 1], axis=1)
+        return bool(((steps[:, :-1] * steps[:, 1:]).sum(axis=0) >= 0).all())
 
 
-def way_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Way:
-    """The way from the drawing, by `lead` where it is given, through the positions asked.
-
-    Where positions are farther apart than a branch is followed, others are put between them.
-    """
+def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
+    """The way from the drawing, by `lead` where it is given, through the positions asked."""
     drawn, slides, wraps = drawn_drives(mechanism)
-    first = (drive if lead is None or not lead.shape[1] else lead)[:, 0].tolist()
+    given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
     ways = [
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
-        for at, to, slide in zip(drawn, first, slides, strict=True)
+        for at, to, slide in zip(drawn, given[:, 0].tolist(), slides, strict=True)
     ]
-    coarse = any(_coarse(row) for row, slide in zip(drive, slides, strict=True) if not slide)
-    parts = [np.array(first)[:, None] - np.array(ways)[:, None]] if any(abs(way) > STILL for way in ways) else []
-    if lead is None and not parts and not coarse:
-        return Way(drive)
-    given = np.concatenate([*parts, *([] if lead is None else [lead]), drive[:, :1]], axis=1)
-    pieces = _pieces(given, slides)
-    if parts:
-        step = np.abs(given[:, 1] - given[:, 0])
-        slid = step[slides].max(initial=0.0) > 0.0
-        pieces[0] = max(int(np.ceil(step[~slides].max(initial=0.0) / STRIDE)), SLIDES if slid else 3)
-    approach = _divided(given, pieces)[:, :-1]
-    begin = approach.shape[1]
-    pieces = _pieces(drive, slides) if coarse else np.ones(0, int)
-    if not coarse or pieces.sum() > max(MOST * drive.shape[1], FEW):
-        return Way(np.concatenate([approach, drive], axis=1), slice(begin, None), begin)
-    asked = begin + np.concatenate([[0], np.cumsum(pieces)])
-    return Way(np.concatenate([approach, _divided(drive, pieces)], axis=1), asked, begin)
-
-
-def _coarse(angle: Any) -> bool:
-    """Whether positions are farther apart than a branch is followed."""
-    return bool(np.abs(angle[1:] - angle[:-1]).max(initial=0.0) > BETWEEN)
-
-
-def _pieces(given: Any, slides: Any) -> Any:
-    """Into how many pieces every step is to be divided."""
-    turned = np.abs(np.diff(given, axis=1))[~slides].max(axis=0, initial=0.0)
-    return np.maximum(np.ceil(turned / BETWEEN), 1).astype(int)
-
-
-def _divided(given: Any, pieces: Any) -> Any:
-    """The way with the places that are missing on it."""
+    strides = drive_strides(mechanism)
+    if len(drive) == 1:
+        turn = 2 * np.pi if wraps and not slides[0] else 0.0
+        return Path(float(given[0, 0]) - ways[0], drive[0], strides[0], turn)
+    if not len(drive):
+        return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
+    given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
+    steps = np.abs(np.diff(given, axis=1)) / strides[:, None]
+    pieces = np.maximum(np.ceil(steps.max(axis=0)), 1).astype(int)
     at = np.concatenate([[0], np.cumsum(pieces)])
     places = np.interp(np.arange(at[-1] + 1), at, np.arange(len(at)))
-    drive = np.array([np.interp(places, np.arange(len(at)), row) for row in given])
-    drive[:, at] = given
-    return drive
+    vertices = np.array([np.interp(places, np.arange(len(at)), row) for row in given])
+    vertices[:, at] = given
+    return Path(0.0, at[len(at) - drive.shape[1] :].astype(float), 1.0, 0.0, vertices)
+
+
+@lru_cache(maxsize=64)
+def drive_strides(mechanism: Mechanism) -> Any:
+    """How far apart knots are along every drive [rad or m]."""
+    _, slides, _ = drawn_drives(mechanism)
+    return np.where(slides, size_of(mechanism) / SLIDES, STRIDE)
+
+
+def size_of(mechanism: Mechanism) -> float:
+    """Greatest distance of drawn points [m]."""
+    places = np.array(list(mechanism.drawing.values()), complex)
+    return float(np.abs(places - places[0]).max(initial=0.0)) or 1.0 if len(places) else 1.0
 
 
 @lru_cache(maxsize=64)

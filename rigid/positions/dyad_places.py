@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,11 @@ from rigid.decomposition.groups import Group
 from rigid.drawing import Drawing
 from rigid.joints import Columns, Joint, along_of, carried, point_of
 from rigid.mechanism import Mechanism
-from rigid.plane import cross, dot
+from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
 from rigid.positions.placement import Placement
+
+AT_MOST = 1e-6  # slack behind a singular position
 
 
 def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
@@ -26,6 +28,17 @@ def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> 
     else:
         solve = _slide_between if outer[1].slider is None else _slide_on_slide
     return solve(placed, outer[0], outer[1], inner, drawing, flip)
+
+
+def place_dyad_with_slack(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
+    """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
+    sine = place_dyad(placed, group, drawing, flip)
+    if placed.sine and np.isnan(np.min(sine)):
+        worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
+        placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
+        sine = place_dyad(placed, group, drawing, flip)
+        placed.slack = ROUND_OFF
+    return sine
 
 
 def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> None:
@@ -42,7 +55,7 @@ def _carry(placed: Placement, outer: Joint) -> Columns:
 
 def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
-    side = flip * _drawn_side(drawing.mechanism, one, other, inner)
+    side = flip * _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
     arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
     _hold(placed, one, first, direction)
@@ -51,10 +64,10 @@ def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing
 
 
 @lru_cache(maxsize=1024)
-def _drawn_side(mechanism: Mechanism, one: Joint, other: Joint, inner: Joint) -> float:
+def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> float:
     """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
     drawing = Drawing(mechanism)
-    drawn = [drawing.at(joint.name) for joint in (one, other, inner)]
+    drawn = [drawing.at(name) for name in (one, other, inner)]
     base = drawn[1] - drawn[0]
     return drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
 
@@ -64,7 +77,9 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
     along = _carry(placed, slide)
     start = point_of(placed, slide.child, inner.at(slide.child))
     ahead = drawing.along(slide) * slide.sense
-    side = flip * drawing.side(dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin, slide, inner))
+    side = flip * drawing.side(
+        dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin.name, slide.name, inner.name)
+    )
     direction, way, sine = dyads.circle_line(
         center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
     )
@@ -89,7 +104,9 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     pins = [point_of(placed, joint.parent, joint.at_parent) for joint in (owner, block)]
     foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
     ahead = drawing.along(inner)
-    side = flip * drawing.side(dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner, block, inner))
+    side = flip * drawing.side(
+        dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner.name, block.name, inner.name)
+    )
     direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
     _hold(placed, owner, pins[0], direction)
     _hold(placed, block, pins[1], direction * slider.turn)

@@ -1,57 +1,28 @@
-"""Positions of a group that no closed form covers: walked from the drawing, then polished all at once."""
+"""Positions of a group that no closed form covers, from places near by: Newton's method on all at once."""
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from rigid.closure import Closure, closure, columns, equations
+from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
-from rigid.drawing import Drawing
 from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place, point_of
-from rigid.plane import ROUND_OFF
+from rigid.plane import ROUND_OFF, number
 from rigid.positions.placement import Placement
 from rigid.postures import Posture
 
 STEPS = 40
 TOLERANCE = 1e-14
-COARSE = 72
-NEAR = 0.1
 FITS = 1e-10
-
-
-def follow(placed: Placement, group: Group, drawing: Drawing) -> Columns:
-    """Place the links of any group, and the sine that stands for its condition.
-
-    All positions that lead there from the drawing, and a coarse selection of the others, are walked one after the
-    other, every one corrected by Newton's method over all designs at once. All positions then start between their
-    coarse neighbours and are corrected in one batch. Where that does not converge, strays from its start, or folds the
-    other way than both neighbours, every position is walked. Positions that cannot be reached are nan.
-    """
-    free = [group.tree[number] for number in group.free]
-    shape = _shape(placed)
-    start = np.stack([np.full((*shape[:-1], 1), drawing.coordinate(joint)) for joint in free])
-    count = shape[-1]
-    asked = count - placed.approach
-    coarse = placed.approach + np.unique(np.linspace(0, asked - 1, min(COARSE, asked)).round().astype(int))
-    coarse = np.concatenate([np.arange(placed.approach), coarse])
-    walked = _walk(placed, group, start, coarse, shape)
-    if len(coarse) < count:
-        between = _interpolate(coarse, walked, count)
-        found = _newton(placed, group, between)
-        with np.errstate(invalid="ignore"):
-            near = (np.abs(found - between) < NEAR * (1 + np.abs(between))).all()
-        if near:
-            closed = _hung(placed, group, found)
-            if not _refolded(_fold(closed, shape), coarse).any():
-                return _sine(closed)
-        walked = _walk(placed, group, start, np.arange(count), shape)
-    return _sine(_hung(placed, group, walked))
 
 
 def _shape(placed: Placement) -> tuple[int, ...]:
     """Shape of the columns."""
+    if placed.shape:
+        return placed.shape
     known = (np.shape(value) for value in (*placed.origin, *placed.direction))
     return np.broadcast_shapes(*known, placed.drive.shape[1:], placed.mechanism.designs)
 
@@ -61,63 +32,7 @@ def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
     start = np.stack([np.broadcast_to(coordinate_of(near, joint), shape) for joint in free])
-    return _sine(_hung(placed, group, _newton(placed, group, start)))
-
-
-def _walk(placed: Placement, group: Group, start: Any, positions: Any, shape: tuple[int, ...]) -> Any:
-    """Coordinates at some positions, one after the other, each begun on the line through the two before it."""
-    found = np.full((len(start), *shape[:-1], len(positions)), np.nan)
-    last, guess = start, start
-    ahead = _strides(placed.drive[:, positions])
-    for number, position in enumerate(positions):
-        here = _newton(_at(placed, slice(position, position + 1), shape), group, guess)
-        reached = np.isfinite(here)
-        guess = np.where(reached, here + ahead[number] * (here - last), guess)
-        last = np.where(reached, here, last)
-        found[..., number : number + 1] = here
-    return found
-
-
-def _strides(drive: Any) -> Any:
-    """How far the drives go on from every position, by how far they came: 0 where they come from nowhere or stop."""
-    steps = np.diff(drive, axis=1)
-    before, after = steps[:, :-1], steps[:, 1:]
-    square = (before**2).sum(axis=0)
-    ahead = np.divide((before * after).sum(axis=0), square, out=np.zeros_like(square), where=square > 0)
-    return np.concatenate([[0.0], ahead, [0.0]])
-
-
-def _fold(closed: Closure, shape: tuple[int, ...]) -> Any:
-    """Which way a group is folded, as the sign of the determinant of its equations; 0 where it has surplus ones."""
-    if closed.tensions:
-        return np.zeros(shape)
-    matrix = equations(columns(closed.group, closed.tree, closed.cut))
-    return np.broadcast_to(np.linalg.slogdet(matrix)[0], shape)
-
-
-def _refolded(sign: Any, coarse: Any) -> Any:
-    """Whether positions between two others that are folded alike are folded the other way."""
-    below = np.minimum(np.searchsorted(coarse, np.arange(sign.shape[-1]), side="right") - 1, len(coarse) - 2)
-    low, high = sign[..., coarse[below]], sign[..., coarse[below + 1]]
-    return (low == high) & (sign * low < 0)
-
-
-def _interpolate(coarse: Any, walked: Any, count: int) -> Any:
-    """Linear between the coarse positions."""
-    place = np.interp(np.arange(count), coarse, np.arange(len(coarse)))
-    below = np.minimum(place.astype(int), len(coarse) - 2)
-    part = place - below
-    return walked[..., below] * (1 - part) + walked[..., below + 1] * part
-
-
-def _at(placed: Placement, positions: slice, shape: tuple[int, ...]) -> Placement:
-    """The same placement at a few positions."""
-
-    def cut(value: Columns) -> Columns:
-        return np.broadcast_to(value, shape)[..., positions] if np.ndim(value) else value
-
-    origin, direction = ([cut(value) for value in values] for values in (placed.origin, placed.direction))
-    return Placement(placed.mechanism, placed.drive[..., positions], origin, direction)
+    return sine_of(hung(placed, group, newton(placed, group, start)))
 
 
 def require_closed(placed: Placement, group: Group) -> None:
@@ -133,7 +48,7 @@ def require_closed(placed: Placement, group: Group) -> None:
         placed.origin[joint.child] = placed.origin[joint.child] + lost
 
 
-def _hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
+def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
     """The group with its links placed by the coordinates of the free joints."""
     free = iter(coordinates)
     for joint in group.tree:
@@ -149,14 +64,14 @@ def _round_off(placed: Placement, joint: Joint) -> Columns:
     return ROUND_OFF * (size if joint.slider is None else size + 1.0)
 
 
-def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
+def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
     """Coordinates of the free joints that close the group; nan where none are found."""
     sense = np.array([group.tree[number].sense for number in group.free]).reshape(-1, *[1] * (coordinates.ndim - 1))
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
-            closed = _hung(placed, group, coordinates)
+            closed = hung(placed, group, coordinates)
             gaps = [gap_of(placed, place.joint) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
@@ -167,15 +82,15 @@ def _newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             settled |= np.all(shut, axis=0) & (length > before / 4)
             before = length
             if closed.tensions:
-                size = np.abs([np.abs(entry) for column in columns(group, closed.tree, closed.cut) for entry in column])
-                settled &= np.abs(gaps).max(axis=0) <= FITS * size.max(axis=0)
+                sizes = (abs(number(e)) for column in columns(group, closed.tree, closed.cut) for e in column)
+                settled &= reduce(np.maximum, (np.abs(gap) for gap in gaps)) <= FITS * reduce(np.maximum, sizes)
             done = done | settled
             if np.all(done | ~np.isfinite(coordinates).all(axis=0)):
                 break
     return np.where(done, coordinates, np.nan)
 
 
-def _sine(closed: Closure) -> Columns:
+def sine_of(closed: Closure) -> Columns:
     """Smallest singular value of the loop equations, every free joint scaled to unit effect.
 
     For a dyad that closes at a pin it lies between |s| and |s|/sqrt(2), s the sine at which the links meet. Rotations

@@ -26,18 +26,10 @@ class Placement:
     direction: list[Columns]
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
     slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
-    approach: int = 0  # leading positions that only lead there from the drawing
     near: Posture | None = None  # as for `motion`
-
-    def at(self, places: Any) -> Placement:
-        """The same at some of the positions; all of them for None."""
-        if places is None:
-            return self
-        origin, direction, sine = (
-            [value[..., places] if np.ndim(value) else value for value in values]
-            for values in (self.origin, self.direction, self.sine)
-        )
-        return Placement(self.mechanism, self.drive[:, places], origin, direction, sine)
+    shape: tuple[int, ...] = ()  # of the columns
+    led: dict[Any, Any] = field(default_factory=dict)  # about where the joints are that drive gears [rad]
+    seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
 
     def coordinate(self, joint: Joint) -> Columns:
         """Coordinate of a joint that a drive or a gear moves [rad or m]."""
@@ -66,6 +58,11 @@ class Placement:
         found = coordinate_of(self, joint)
         if joint.slider is not None:
             return found
+        key = (joint.name, joint.parent, joint.child)
+        expected = self.led.get(key)
+        if expected is not None and np.isfinite(expected).any():
+            self.seen[key] = found + 2 * np.pi * np.round((expected - found) / (2 * np.pi))
+            return self.seen[key]
         whole = np.unwrap(np.atleast_1d(found), axis=-1)
         return whole + 2 * np.pi * np.round((near - whole[..., :1]) / (2 * np.pi))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -12,15 +11,20 @@ from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joints import joint_place
 from rigid.mechanism import Mechanism
-from rigid.plane import ROUND_OFF
-from rigid.positions import change_points
-from rigid.positions.drive_path import Way, way_through
-from rigid.positions.dyad_places import place_dyad
-from rigid.positions.newton import correct, follow, require_closed
+from rigid.positions.branch import Branch, measured_drivers
+from rigid.positions.drive_path import FINEST, STILL, Path, path_through
+from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
+from rigid.positions.knots import located
+from rigid.positions.newton import correct, hung, newton, require_closed, sine_of
 from rigid.positions.placement import Placement
+from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
-AT_MOST = 1e-6  # slack behind a singular position
+FIRM = 0.5  # sine of dyads above which, at near positions, they pass no change point
+NEAR = 0.1  # steps of a drive [rad], and of such a sine, that are near
+DEEP = 2.0**-46  # of a stride: how near the end of a reach is closed in on where positions are asked there
+CLOSE = 1e-6  # beyond the box that is certain
+ASIDE = 2  # knots beside a change point between which it is passed
 
 
 def place(
@@ -37,12 +41,13 @@ def place(
     lead
         Coordinates of the drives that are passed between the drawing and the first position, shape (drives, n).
     """
-    follows = near is None and any(group.free for group in structure.groups)
-    way = way_through(mechanism, drive, lead) if follows else Way(drive)
-    walk = Walk(mechanism, structure, way, near)
-    for number in range(len(structure.groups)):
-        walk.step(number)
-    placed = walk.placed.at(way.asked)
+    if near is None:
+        placed = _followed(mechanism, structure, path_through(mechanism, drive, lead), drive)
+    else:
+        links = len(mechanism.links)
+        placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
+        for group in structure.groups:
+            _place_near(placed, group, near)
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
@@ -56,97 +61,158 @@ def _closed_form(group: Group) -> bool:
     return not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
 
 
-class Walk:
-    """Placing of the groups one after the other, with the change points met on the way."""
+def _drive(placed: Placement, group: Group) -> None:
+    """Place a group of driven links."""
+    for joint in group.tree:
+        placed.hang(joint, placed.coordinate(joint))
+    require_closed(placed, group)
 
-    def __init__(self, mechanism: Mechanism, structure: Structure, way: Way, near: Posture | None) -> None:
-        links = len(mechanism.links)
-        self.placed = Placement(mechanism, way.drive, [0.0] * links, [1.0] * links, near=near, approach=way.approach)
-        self.structure, self.near = structure, near
-        self.drawing = Drawing(mechanism)
-        self.changes: dict[int, list[list[float]]] = {}
-        self.places: Any = None
 
-    def step(self, number: int) -> None:
-        """Place the links of one group, those before it being placed."""
-        group, placed = self.structure.groups[number], self.placed
-        if not group.free:
-            for joint in group.tree:
-                placed.hang(joint, placed.coordinate(joint))
-            require_closed(placed, group)
-        elif _closed_form(group):
-            self._dyad(number)
-        elif self.near is not None:
-            placed.sine.append(correct(placed, group, self.near))
-        else:
-            placed.sine.append(follow(placed, group, self.drawing))
-
-    def _dyad(self, number: int) -> None:
-        """Place a dyad, on its smooth branch."""
-        group, placed = self.structure.groups[number], self.placed
-        if self.near is not None:
-            placed.sine.append(place_dyad(placed, group, self.drawing, self._near_side(group, self.near)))
-            return
-        if number in self.changes:
-            shape = np.shape(self.changes[number])[:-1] if len(self.changes[number]) > 1 else ()
-            signs = change_points.flips(self.changes[number], self.places, shape)
-            placed.sine.append(place_dyad(placed, group, self.drawing, signs))
-            return
-        sine = self._with_slack(group, 1.0)
-        shallow = np.ndim(sine) and not np.abs(sine).min() >= change_points.SHALLOW  # else nothing is suspect
-        if shallow and self.places is None and change_points.suspects(sine).any():
-            self._find_changes(number, sine)
-        if self.changes.get(number):
-            places = np.arange(placed.drive.shape[-1], dtype=float)
-            signs = change_points.flips(self.changes[number], places, np.shape(sine)[:-1])
-            sine = self._with_slack(group, signs)
-        placed.sine.append(sine)
-
-    def _with_slack(self, group: Group, flip: Any) -> Any:
-        """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
-        placed = self.placed
-        sine = place_dyad(placed, group, self.drawing, flip)
-        if placed.sine and np.isnan(np.min(sine)):
-            worst = reduce(np.minimum, (np.square(before) for before in placed.sine))
-            placed.slack = np.minimum(ROUND_OFF / np.maximum(worst, ROUND_OFF), AT_MOST)
-            sine = place_dyad(placed, group, self.drawing, flip)
-            placed.slack = ROUND_OFF
-        return sine
-
-    def _near_side(self, group: Group, near: Posture) -> Any:
-        """-1 where the links of a dyad are nearer to a posture when folded the other way than drawn."""
-        links = list(group.links)
+def _place_near(placed: Placement, group: Group, near: Posture) -> None:
+    """Place a group where it is nearest to a posture."""
+    if not group.free:
+        _drive(placed, group)
+    elif not _closed_form(group):
+        placed.sine.append(correct(placed, group, near))
+    else:
         away = []
+        drawing = Drawing(placed.mechanism)
         for flip in (1.0, -1.0):
-            place_dyad(self.placed, group, self.drawing, flip)
-            away.append(sum(np.abs(self.placed.direction[link] - near.direction[link]) for link in links))
-        return np.where(away[1] < away[0], -1.0, 1.0)
+            place_dyad(placed, group, drawing, flip)
+            away.append(sum(np.abs(placed.direction[link] - near.direction[link]) for link in group.links))
+        placed.sine.append(place_dyad(placed, group, drawing, np.where(away[1] < away[0], -1.0, 1.0)))
 
-    def _find_changes(self, number: int, sine: Any) -> None:
-        """Touches of a dyad's sine with zero all along the way."""
-        rows = change_points.suspects(sine).reshape(-1, sine.shape[-1] - 2)
-        found = [
-            change_points.touches(lambda places: self._sine_at(places, number), np.flatnonzero(row) + 1, at)
-            for at, row in enumerate(rows)
-        ]
-        if any(found):
-            self.changes[number] = [[touch for touch in touched if self._onward(touch)] for touched in found]
 
-    def _onward(self, touch: float) -> bool:
-        """Whether the drives go on at a place, rather than turn back there."""
-        place = round(touch)
-        drive = self.placed.drive
-        if abs(touch - place) > change_points.SAME or not 0 < place < drive.shape[1] - 1:
-            return touch > change_points.SAME
-        return bool(np.dot(drive[:, place] - drive[:, place - 1], drive[:, place + 1] - drive[:, place]) > 0)
+def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> Placement:
+    """All links, every dyad folded as drawn, any other group as near to the drawing as it gets."""
+    links, drawing = len(mechanism.links), Drawing(mechanism)
+    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
+    for group in structure.groups:
+        if not group.free:
+            _drive(placed, group)
+        elif _closed_form(group):
+            placed.sine.append(place_dyad_with_slack(placed, group, drawing, 1.0))
+        else:
+            shape = np.broadcast_shapes(placed.drive.shape[1:], placed.mechanism.designs)
+            start = [np.full(shape, drawing.coordinate(group.tree[at])) for at in group.free]
+            placed.sine.append(sine_of(hung(placed, group, newton(placed, group, np.stack(start)))))
+    return placed
 
-    def _sine_at(self, places: Any, number: int) -> Any:
-        """s of a dyad anywhere on the way."""
-        grid = np.arange(self.placed.drive.shape[1])
-        drive = np.array([np.interp(places, grid, row) for row in self.placed.drive])
-        other = Walk(self.placed.mechanism, self.structure, Way(drive), self.near)
-        other.places, other.changes = places, {k: v for k, v in self.changes.items() if k < number}
-        for k in range(number + 1):
-            other.step(k)
-        sine = other.placed.sine[-1]
-        return np.broadcast_to(sine, np.broadcast_shapes(np.shape(sine), (len(places),)))
+
+def _dense(path: Path) -> bool:
+    """Whether positions asked are near one another, and the drawing is among them."""
+    if path.vertices is not None:
+        return False
+    places = path.asked
+    covered = places.min() - NEAR <= path.begin <= places.max() + NEAR
+    covered |= bool(path.turn) and np.ptp(places) >= path.turn - NEAR
+    return bool(covered and np.abs(places[1:] - places[:-1]).max(initial=0.0) <= min(NEAR, path.stride))
+
+
+def _firm(sines: Any) -> bool:
+    """Whether dyads meet nowhere near a change point."""
+    for sine in sines:
+        if np.ndim(sine):
+            size = np.abs(sine)
+            if not size.min() >= FIRM or not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
+                return False
+    return all(np.ndim(sine) or abs(sine) >= FIRM for sine in sines)
+
+
+def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> Placement:
+    """Place all links on the branch that is followed from the drawing."""
+    drawn = path.vertices is None and np.abs(path.asked - path.begin).max(initial=0.0) <= STILL
+    dyads = all(_closed_form(group) for group in structure.groups) and not measured_drivers(structure)
+    plain = _as_drawn(mechanism, structure, drive) if drawn or dyads else None
+    forms = tuple(_closed_form(group) for group in structure.groups)
+    if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
+        return plain
+    for edge in (FINEST, DEEP):
+        branch, places = branch_through(mechanism, structure, path, forms, edge)
+        if plain is not None and (branch.table["sign"] > 0).all():
+            return plain
+        at = located(branch.table, places, branch.rows)
+        if all(branch.forms) or not _at_an_end(branch, places, at):
+            break
+    return _on(branch, places, at, drive)
+
+
+def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
+    """Place all links at places of a branch, `at` the knots before them."""
+    mechanism, structure = branch.mechanism, branch.structure
+    at = at if branch.designs else at[0]
+    places = places if branch.designs else np.ravel(places)
+    shape = (*branch.designs[:1], drive.shape[1]) if branch.designs else drive.shape[1:]
+
+    def wide(values: Any) -> Any:
+        return values.reshape(shape)
+
+    table = branch.table
+    low, high = table["place"][at], table["place"][at + 1]
+    part = wide((places - low) / (high - low))
+    links = len(mechanism.links)
+    led = {}
+    for k, key in enumerate(branch.drivers):
+        low_led, high_led = (wide(table["led"][which, k]) for which in (at, at + 1))
+        led[key] = low_led + part * (high_led - low_led)
+    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, led=led)
+    for number, group in enumerate(structure.groups):
+        if not group.free:
+            _drive(placed, group)
+            continue
+        finite = np.isfinite(table["sine"][at, number] + table["sine"][at + 1, number])
+        changing = ~table[f"sure{number}"][at] & finite & (high - low <= branch.reach_of_change)
+        if branch.forms[number]:
+            signs = [wide(table["sign"][which, number]) for which in (at, at + 1)]
+            sign = np.where(part < 0.5, *signs) if (table["sign"][:, number] < 0).any() else 1.0
+            placed.sine.append(place_dyad_with_slack(placed, group, branch.drawing, sign))
+        else:
+            placed.sine.append(_between(placed, branch, number, at, part, wide))
+        if changing.any():
+            _through(placed, branch, number, at, places, wide, wide(changing))
+    return placed
+
+
+def _through(placed: Placement, branch: Branch, number: int, at: Any, places: Any, wide: Any, where: Any) -> None:
+    """Place a group at a change point, which it passes smoothly, where round-off leaves nothing of its equations."""
+    table, shape = branch.table, np.shape(placed.sine[-1])
+    row = table["row"][at]
+    ends = [np.clip(at + ahead, 0, len(table["row"]) - 1) for ahead in (-ASIDE, ASIDE + 1)]
+    low, high = (np.where(table["row"][end] == row, end, at + k) for k, end in enumerate(ends))
+    part = wide((places - table["place"][low]) / (table["place"][high] - table["place"][low]))
+    for link in branch.structure.groups[number].links:
+        (here, there), (before, after) = (
+            [wide(table[name][which, link]) for which in (low, high)] for name in ("direction", "origin")
+        )
+        turned = here * np.exp(1j * part * np.angle(there * np.conj(here)))
+        direction = np.broadcast_to(placed.direction[link], shape)
+        lost = where & ~(np.abs(direction - turned) <= CLOSE)
+        placed.direction[link] = np.where(lost, turned, direction)
+        origin = np.broadcast_to(placed.origin[link], shape)
+        placed.origin[link] = np.where(lost, before + part * (after - before), origin)
+        placed.sine[-1] = np.where(lost, 0.0, placed.sine[-1])
+
+
+def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
+    """Whether a position is asked so near the end of the reach that it may still be within."""
+    place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
+    near = [np.abs(places - place[one]) <= branch.reach_of_change for one in (at, at + 1)]
+    return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
+
+
+def _between(placed: Placement, branch: Branch, number: int, at: Any, part: Any, wide: Any) -> Any:
+    """Place a group between knots of its branch."""
+    group, table = branch.structure.groups[number], branch.table
+    low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
+    way = branch.ways(number, low, high)
+    free = range(len(group.free))
+    start = np.stack([wide(low[f"free{number}"][:, k]) + part * wide(way[:, k]) for k in free])
+    start = np.broadcast_to(start, (len(group.free), *np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)))
+    found = newton(placed, group, start)
+    box = table[f"box{number}"][at.ravel()]
+    box = np.where(np.isfinite(box), box, np.abs(way) + branch.reach_of_change)
+    limit = np.stack([wide(box[:, k]) for k in free]) * (1 + CLOSE) + CLOSE
+    with np.errstate(invalid="ignore"):
+        astray = ~(np.abs(found - start) <= limit).all(axis=0)
+    found = np.where(astray, np.nan, found)
+    return sine_of(hung(placed, group, found))

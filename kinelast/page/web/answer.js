@@ -60,8 +60,10 @@ function placeWords(label, figure) {
   return way < 1e-6 ? `at ${link.from}` : way > 1 - 1e-6 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
+const share = (part) => `${number(100 * part, 2)} %`;
+
 function tiles() {
-  const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check } = summary;
+  const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check, theory, nonlinear_check: nonlinear } = summary;
   const where = (figure) => [figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
   const shown = [];
   if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
@@ -77,6 +79,11 @@ function tiles() {
     const ratio = vibration.drive_to_lowest.value;
     shown.push(tile("Lowest natural frequency", `${number(lowest.value / (2 * Math.PI))} Hz`, [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "), { at: lowest }));
   }
+  if (theory.error !== null) {
+    const besides = theory.name === "quasi-static" || theory.without_vibration === null ? "" : `without vibration ${share(theory.without_vibration)} off`;
+    shown.push(tile("How far off", `about ${share(theory.error)}`, [theory.name, besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > summary.limits.vibration.watch ? "caution" : "good", means: "what the theory leaves out, as a share of the largest deflection of the worst link" }));
+  }
+  if (nonlinear) shown.push(tile("Nonlinear check", nonlinear.passed === false ? "differs" : `${share(nonlinear.largest)} apart`, nonlinear.passed === false ? `${share(nonlinear.largest)} apart, more than twice what was said` : `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, { level: nonlinear.passed === false ? "poor" : "good", means: "the whole mechanism solved once more from its geometry and masses alone" }));
   const nothing = check && check.passed === null;
   shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : `largest difference ${number(check.largest, 2)} of the maximum`, { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
   return shown;

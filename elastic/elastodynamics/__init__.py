@@ -1,0 +1,26 @@
+"""Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
+
+from elastic.elastodynamics.solution import Elastodynamic
+from elastic.elastodynamics.speed_map import SpeedMap, speed_map
+from elastic.elastodynamics.steady_state import elastodynamic
+from elastic.elastodynamics.strains import Damping
+from elastic.elastodynamics.structural_buckling import buckling_factor
+from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
+from elastic.elastodynamics.transient import transient
+
+__all__ = [
+    "Damping",
+    "Elastodynamic",
+    "SpeedMap",
+    "TheoryError",
+    "buckling_factor",
+    "elastodynamic",
+    "large_displacement_error",
+    "speed_map",
+    "theory_error",
+    "transient",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,62 @@
+"""One link clamped at the root of its beams: elastic coordinates, and what they do along its beams and at its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import Section
+from elastic.vibration.beam_matrices import beam_shapes, stiffness_of
+from elastic.vibration.link_matrices import link_coordinates, null_space, of_design
+from rigid import Link
+
+SCALES = {"u": 0, "w": 0, "phi": 1, "stretch": 1, "slope": 1, "curvature": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class ClampedLink:
+    """A link of n elastic coordinates [m].
+
+    Attributes
+    ----------
+    fields
+        "u", "w", "phi" and their derivatives "stretch", "slope", "curvature" in the axes of every beam, shape
+        (beams, points, n).
+    nodes
+        Per point with a beam: displacement in the link's axes, complex, and rotation, shape (n,).
+    stiffness
+        Shape (n, n).
+    """
+
+    fields: Mapping[str, Any]
+    nodes: Mapping[str, tuple[Any, Any]]
+    stiffness: Any
+
+
+def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int, points: int) -> ClampedLink:
+    """Elastic coordinates of a link of one design, with `inner` polynomials along every beam, at so many Gauss points.
+
+    The link may turn neither nor move at `root`.
+    """
+    scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
+    own, parts = of_design(link, sections, scale, 0)
+    lengths = [abs(complex(own.points[beam.end]) - complex(own.points[beam.start])) for beam in own.beams]
+    shapes = [beam_shapes(length, part, inner, points) for length, part in zip(lengths, parts, strict=True)]
+    whole = link_coordinates(own, parts, [shape.u.shape[1] for shape in shapes])
+    clamped = null_space(whole.place(root))
+    rows = [coordinates @ whole.free @ clamped for coordinates in whole.beams]
+    stiffness = np.zeros((clamped.shape[1],) * 2)
+    for shape, length, part, row in zip(shapes, lengths, parts, rows, strict=True):
+        stiffness += row.T @ stiffness_of(shape, length, part) @ row
+    fields = {
+        name: np.array([getattr(shape, name) @ row for shape, row in zip(shapes, rows, strict=True)]) / scale**power
+        for name, power in SCALES.items()
+    }
+    nodes = {}
+    for name in whole.names:
+        x, y, turned = whole.place(name) @ clamped
+        nodes[name] = (x + 1j * y, turned / scale)
+    return ClampedLink(fields, nodes, stiffness)

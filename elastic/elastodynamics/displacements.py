@@ -1,0 +1,221 @@
+"""Displacements of a whole mechanism at the positions of a motion, per unit of its elastic coordinates.
+
+Clamped links are carried so that the joints close with the drives held: the same linear problem that the quasi-static
+answer solves. All displacements are from the rigid places in the ground's axes, so that their second derivatives in
+time are accelerations and no Coriolis terms are ever written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
+from elastic.elastodynamics.time_elements import interpolation
+from elastic.links.beam_trees import trees_of
+from elastic.links.gearing import follower_displacement
+from elastic.links.sliding_blocks import block_places
+from rigid import Motion
+from rigid.displacements import displacements
+from rigid.forces import self_stresses
+from rigid.kinematics import stacked
+from rigid.loads import beam_directions
+from rigid.plane import ZERO, dot, number
+
+Points = Sequence[tuple[int, str]]
+
+
+UNDER = "under joint "
+
+
+def under(number: int) -> str:
+    """Name of the place on a beam under the block of a joint."""
+    return f"{UNDER}{number}"
+
+
+@dataclass(frozen=True, eq=False)
+class Displacements:
+    """Displacements of c kinds at every position.
+
+    Attributes
+    ----------
+    beams
+        Of the Gauss points along the beams in the ground's axes [m], complex, shape (positions, beams, points, c).
+    slope, phi
+        dw/dx and rotation of the section there [rad], same shape.
+    angle
+        Of the links' axes [rad], shape (positions, links, c).
+    moves, turns
+        Of chosen points: in the ground's axes [m], complex, and rotation [rad], shape (positions, chosen, c).
+    """
+
+    beams: Any
+    slope: Any
+    phi: Any
+    angle: Any
+    moves: Any
+    turns: Any
+
+    def __matmul__(self, amounts: Any) -> Displacements:
+        """Sums of the kinds; `amounts` of shape (c, k) or (positions, c, k)."""
+        wide = np.asarray(amounts)
+        if wide.ndim == 2:
+            return Displacements(*(part @ wide for part in vars(self).values()))
+        return Displacements(
+            *(part @ wide.reshape(len(wide), *(1,) * (part.ndim - 3), *wide.shape[1:]) for part in vars(self).values())
+        )
+
+    def __getitem__(self, positions: Any) -> Displacements:
+        """At some of the positions."""
+        return Displacements(*(part[positions] for part in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Carriage:
+    """How the links must be carried per unit of the elastic coordinates so that the joints close.
+
+    Attributes
+    ----------
+    shift, angle
+        Of the links' axes [m], complex, and [rad], shape (links, n, positions).
+    work
+        Work of the self-stresses on what the coordinates open, shape (positions, self-stresses, n): zero where the
+        mechanism, which has more joints than it needs, fits together.
+    """
+
+    shift: Any
+    angle: Any
+    work: Any
+
+
+def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
+    """Solve the joints for unit elastic coordinates."""
+    size, count = len(structure.stiffness), motion.columns[-1]
+    bent = {
+        (at, name): (motion.direction[at] * move[:, None], np.broadcast_to(turn[:, None], (size, count)))
+        for (at, name), (move, turn) in structure.nodes.items()
+    }
+    gaps, turns = _openings(structure, motion, bent)
+    shifts, turning, _ = displacements(motion.closures, gaps, turns, [ZERO] * len(motion.mechanism.links))
+    shape = (size, count)
+    work = [
+        sum(
+            number(dot(force, gap)) + number(moment * turn)
+            for force, moment, gap, turn in zip(state.force, state.moment, gaps, turns, strict=True)
+        )
+        for state in self_stresses(motion.closures)
+    ]
+    open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
+    angle = stacked([value.imag for value in turning], shape, float)
+    return Carriage(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
+
+
+def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[list[Any], list[Any]]:
+    """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
+    beams = trees_of(motion.mechanism)
+    blocks = dict(zip(beams.rails, block_places(motion, beams) if beams.rails else (), strict=True))
+    still = (ZERO, ZERO)
+    gaps, turns = [], []
+    for place_number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
+        child = bent.get((joint.child, joint.child_point or ""), still)
+        parent = bent.get((joint.parent, joint.parent_point or ""), still)
+        if place_number in blocks:
+            on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
+            child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
+        along, turned = follower_displacement(place, bent)
+        gaps.append(parent[0] - child[0] + along)
+        turns.append(parent[1] - child[1] + turned)
+    shape = (len(structure.stiffness), motion.columns[-1])
+    for row, freedom in enumerate(structure.soft, len(structure.stiffness) - len(structure.soft)):
+        opened = np.zeros(shape, complex)
+        opened[row] = 1.0 if freedom.kind == "turn" else way_of(freedom, motion)
+        if freedom.kind == "turn":
+            turns[freedom.joint] = turns[freedom.joint] + opened.real
+        else:
+            gaps[freedom.joint] = gaps[freedom.joint] + opened
+    return gaps, turns
+
+
+def _under_block(structure: ElasticStructure, motion: Motion, beam: int, xi: Any, bent: Any) -> tuple[Any, Any]:
+    """Displacement and rotation of a beam under a block, its link clamped at its root, shape (n, positions)."""
+    there = interpolation(structure.xi, xi)
+    u, w, phi = (structure.fields[name][beam].T @ there.T for name in ("u", "w", "phi"))
+    return beam_directions(motion)[beam] * (u + 1j * w), phi
+
+
+def own_basis(structure: ElasticStructure, carried: Carriage, basis: Any) -> Any:
+    """A basis of the elastic coordinates, at every position that with the least strain to which the joints fit.
+
+    Returns
+    -------
+    Shape (n, r), or (positions, n, r) where the mechanism has more joints than it needs.
+    """
+    work = carried.work
+    if not work.shape[1]:
+        return basis
+    soft = np.linalg.solve(structure.stiffness, work.swapaxes(-1, -2))
+    return basis - soft @ np.linalg.solve(work @ soft, work @ basis)
+
+
+def unit_displacements(
+    structure: ElasticStructure, motion: Motion, carried: Carriage, basis: Any, chosen: Points
+) -> Displacements:
+    """Displacements per unit of every vector of a basis, shape (n, r) or (positions, n, r)."""
+    wide = np.ndim(basis) == 3
+    shift, angle = (
+        np.moveaxis(np.einsum("lnp,pnr->lpr", part, basis), 0, 1)
+        if wide
+        else np.moveaxis(np.tensordot(part, basis, (1, 0)), 0, 1)
+        for part in (carried.shift, carried.angle)
+    )
+    per = basis[:, None] if wide else basis
+    own = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
+    links = [at for at, _ in motion.mechanism.beams]
+    starts = _starts(structure)
+    directions = beam_directions(motion).T
+    arms = (motion.direction[links].T * starts)[:, :, None] + directions[:, :, None] * (
+        structure.length[:, None] * structure.xi
+    )
+    turned = angle[:, links, None]
+    local = directions[:, :, None, None] * (own["u"] + 1j * own["w"])
+    beams = shift[:, links, None] + 1j * turned * arms[..., None] + local
+    moves, turns = [], []
+    for at, name in chosen:
+        if name.startswith(UNDER):
+            found = _below(structure, motion, name, beams, turned + own["slope"])
+            moves.append(found[0])
+            turns.append(found[1])
+            continue
+        arm = motion.direction[at] * np.ravel(motion.mechanism.links[at].points[name])[0]
+        move, turn = shift[:, at] + 1j * angle[:, at] * arm[:, None], angle[:, at]
+        if (at, name) in structure.nodes:
+            bent, more = (part @ basis for part in structure.nodes[at, name])
+            move, turn = move + motion.direction[at][:, None] * bent, turn + more
+        moves.append(move)
+        turns.append(turn)
+    shape = (len(chosen), len(angle), angle.shape[-1])
+    return Displacements(
+        beams,
+        turned + own["slope"],
+        turned + own["phi"],
+        angle,
+        np.moveaxis(np.array(moves, complex).reshape(shape), 0, 1),
+        np.moveaxis(np.array(turns, float).reshape(shape), 0, 1),
+    )
+
+
+def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
+    """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
+    links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
+    xi = block_places(motion, links)[list(links.rails).index(number)]
+    there, beam = interpolation(structure.xi, xi)[:, None], links.rails[number]
+    return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
+
+
+def _starts(structure: ElasticStructure) -> Any:
+    """Where the beams start in their links' axes [m], complex, shape (beams,)."""
+    links = structure.mechanism.links
+    return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)

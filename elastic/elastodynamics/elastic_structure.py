@@ -1,0 +1,152 @@
+"""A mechanism's elastic coordinates: every link clamped at the root of its beams, every soft joint open by so much.
+
+They are free of one another, and their stiffness does not change with the position. How the clamped links are carried
+so that the joints close is the position's: `displacements.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
+from elastic.links.beam_trees import root_of, trees_of
+from elastic.vibration.beam_matrices import rotary_inertia
+from rigid import Mechanism, Motion, structure
+
+
+@dataclass(frozen=True, eq=False)
+class SoftFreedom:
+    """A way in which a soft joint opens: `kind` is "x" or "y" of a pin, "across" or "along" a slider, or "turn"."""
+
+    joint: int
+    kind: str
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticStructure:
+    """One design's elastic coordinates, n in number; beams in the order of `Mechanism.beams`.
+
+    Attributes
+    ----------
+    xi
+        Gauss points along every beam, shape (points,).
+    length
+        [m], shape (beams,).
+    weights
+        What turns a sum over the points into an integral over a beam [m], shape (beams, points).
+    mass, rotary
+        Mass and moment of inertia that the points stand for [kg, kg m^2], shape (beams, points).
+    fields
+        "u", "w", "phi", "stretch", "slope", "curvature" per coordinate, of links clamped at their roots, in the beams'
+        axes, shape (beams, points, n).
+    nodes
+        Per link's number and point's name: displacement in the link's axes, complex, and rotation, shape (n,).
+    soft
+        What the last coordinates are.
+    stiffness
+        Shape (n, n).
+    """
+
+    mechanism: Mechanism
+    sections: tuple[Section, ...]
+    xi: Any
+    length: Any
+    weights: Any
+    mass: Any
+    rotary: Any
+    fields: Mapping[str, Any]
+    nodes: Mapping[tuple[int, str], tuple[Any, Any]]
+    soft: tuple[SoftFreedom, ...]
+    stiffness: Any
+
+
+def elastic_structure(
+    mechanism: Mechanism, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
+) -> ElasticStructure:
+    """Elastic coordinates of a mechanism of one design with `inner` polynomials along every beam."""
+    points = inner + 4 + (_tapers(mechanism, sections) + 1) // 2
+    trees = trees_of(mechanism).trees
+    links, beam = {}, 0
+    for at, tree in trees.items():
+        link = mechanism.links[at]
+        own = sections[beam : beam + len(link.beams)]
+        links[at] = clamped_link(link, own, root_of(tree), inner, points)
+        beam += len(link.beams)
+    soft, softness = _soft_freedoms(mechanism, joints)
+    sizes = [len(link.stiffness) for link in links.values()]
+    size = sum(sizes) + len(soft)
+    stiffness = np.zeros((size, size))
+    stiffness[range(sum(sizes), size), range(sum(sizes), size)] = 1.0 / np.array(softness)
+    fields = {name: np.zeros((len(sections), points, size)) for name in SCALES}
+    nodes, first, beam = {}, 0, 0
+    for at, clamped in links.items():
+        columns = slice(first, first + len(clamped.stiffness))
+        rows = slice(beam, beam + len(clamped.fields["u"]))
+        first, beam = columns.stop, rows.stop
+        stiffness[columns, columns] = clamped.stiffness
+        for name, values in clamped.fields.items():
+            fields[name][rows, :, columns] = values
+        for name, (move, turn) in clamped.nodes.items():
+            nodes[at, name] = np.zeros(size, complex), np.zeros(size)
+            nodes[at, name][0][columns], nodes[at, name][1][columns] = move, turn
+    xi, length, weights, mass, rotary = _masses(mechanism, sections, points)
+    return ElasticStructure(
+        mechanism, tuple(sections), xi, length, weights, mass, rotary, fields, nodes, soft, stiffness
+    )
+
+
+def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
+    """Highest degree of what multiplies masses and rigidities along the beams."""
+    degrees = [len(beam.mass_taper) - 1 for _, beam in mechanism.beams]
+    degrees += [max(len(part.taper.EI), len(part.taper.EA), len(part.taper.kGA)) - 1 for part in sections if part.taper]
+    return max(degrees, default=0)
+
+
+def _masses(mechanism: Mechanism, sections: Sequence[Section], points: int) -> tuple[Any, Any, Any, Any, Any]:
+    """Gauss points, lengths, weights, masses and moments of inertia of all beams."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    xi = (nodes + 1) / 2
+    lengths, masses, rotary = (
+        np.zeros(len(sections)),
+        np.zeros((len(sections), points)),
+        np.zeros((len(sections), points)),
+    )
+    for number, ((at, beam), section) in enumerate(zip(mechanism.beams, sections, strict=True)):
+        ends = mechanism.links[at].points
+        lengths[number] = np.ravel(np.abs(ends[beam.end] - ends[beam.start]))[0]
+        masses[number] = np.ravel(beam.mass_per_length)[0] * np.polynomial.polynomial.polyval(xi, beam.mass_taper)
+        rotary[number] = rotary_inertia(section, masses[number], xi)
+    integral = lengths[:, None] * (weights / 2)
+    return xi, lengths, integral, masses * integral, rotary * integral
+
+
+def _soft_freedoms(
+    mechanism: Mechanism, joints: Mapping[str, JointCompliance]
+) -> tuple[tuple[SoftFreedom, ...], list[float]]:
+    """The ways in which soft joints open, and their compliances."""
+    found, softness = [], []
+    for number, joint in enumerate(structure(mechanism).joints):
+        own = joints.get(joint.name)
+        if own is None:
+            continue
+        kinds = ["x", "y"] if joint.slider is None else ["across", "along"] if joint.moved else ["across"]
+        for kind in kinds if own.translation else ():
+            found.append(SoftFreedom(number, kind))
+            softness.append(own.translation)
+        if own.rotation and (joint.slider is not None or joint.moved):
+            found.append(SoftFreedom(number, "turn"))
+            softness.append(own.rotation)
+    return tuple(found), softness
+
+
+def way_of(freedom: SoftFreedom, motion: Motion) -> Any:
+    """Unit vector along which a soft joint opens, complex."""
+    if freedom.kind in ("x", "y"):
+        return 1.0 if freedom.kind == "x" else 1j
+    along = motion.places[freedom.joint].along
+    return along if freedom.kind == "along" else 1j * along

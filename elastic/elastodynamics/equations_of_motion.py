@@ -1,0 +1,184 @@
+"""Equations of motion of the elastic coordinates about the rigid motion, at the points of a grid of time.
+
+M x'' + C x' + K x = g, x the amplitudes of a basis of the elastic coordinates: by d'Alembert's principle in the
+ground's axes, where masses do not move and there are no Coriolis terms. The load is the work of the section forces of
+the quasi-static answer on the basis' strains, whatever loads these forces balance. Derivation: docs/elastodynamics.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import (
+    Displacements,
+    Points,
+    carriage,
+    own_basis,
+    unit_displacements,
+)
+from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.point_effects import PointEffect, lumps_of, point_effects
+from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
+from elastic.elastodynamics.time_elements import Equations, Grid
+from elastic.solution import Deflection
+from rigid import LineLoad, Motion
+from rigid.loads import beam_directions
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics:
+    """Displacements at the nodes of a grid per unit of a basis: a matter of the positions alone.
+
+    Attributes
+    ----------
+    basis
+        Of the elastic coordinates, shape (n, r), or (nodes, n, r).
+    unit
+        Its displacements at all nodes.
+    rows
+        Displacements of all masses, shape (nodes, masses, r), complex.
+    """
+
+    structure: ElasticStructure
+    chosen: Points
+    basis: Any
+    unit: Displacements
+    rows: Any
+
+
+def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: Points) -> Kinematics:
+    """Displacements per unit of a basis at all positions of a motion."""
+    carried = carriage(structure, motion)
+    own = own_basis(structure, carried, basis)
+    unit = unit_displacements(structure, motion, carried, own, chosen)
+    return Kinematics(structure, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
+
+
+def masses(structure: ElasticStructure) -> Any:
+    """What every row of `mass_rows` weighs, shape (masses,)."""
+    lumps = lumps_of(structure.mechanism)
+    parts = [structure.mass.ravel()]
+    if structure.rotary.any():
+        parts.append(structure.rotary.ravel())
+    parts += [np.array([np.ravel(value)[0] for _, lump in lumps for value in (lump.mass, lump.inertia)])]
+    return np.concatenate(parts)
+
+
+def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Any:
+    """Displacements of all masses, and rotations of all moments of inertia, shape (positions, masses, c), complex."""
+    count, kinds = len(moved.angle), moved.angle.shape[-1]
+    rows = [moved.beams.reshape(count, -1, kinds)]
+    if structure.rotary.any():
+        rows.append(moved.phi.reshape(count, -1, kinds).astype(complex))
+    for at, lump in lumps_of(structure.mechanism):
+        number = chosen.index((at, lump.point))
+        arm = motion.direction[at] * np.ravel(lump.offset)[0]
+        turned = moved.turns[:, number]
+        rows += [(moved.moves[:, number] + 1j * arm[:, None] * turned)[:, None], turned[:, None].astype(complex)]
+    return np.concatenate(rows, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """What displaced links feel of the forces of the rigid motion, at some positions.
+
+    Attributes
+    ----------
+    pull
+        Axial force along the beams times the points' weights [N m], shape (positions, beams, points).
+    turning
+        Line load that turns with its beam, times the weights, in the ground's axes [N], complex, same shape.
+    effects
+        Of points.
+    """
+
+    pull: Any
+    turning: Any
+    effects: list[PointEffect]
+
+    def stiffness(self, felt: Displacements, cause: Displacements) -> Any:
+        """Forces on the kinds of one displacement per unit of another's, shape (positions, c felt, c cause)."""
+        count = len(felt.angle)
+        slopes, turned = (part.slope.reshape(count, -1, part.slope.shape[-1]) for part in (felt, cause))
+        pull = self.pull.reshape(count, -1, 1)
+        total = slopes.swapaxes(-1, -2) @ (pull * turned)
+        if self.turning is not None:
+            across = np.conj(1j * self.turning)[..., None] * felt.beams
+            total = total - across.real.reshape(count, slopes.shape[1], -1).swapaxes(-1, -2) @ turned
+        for effect in self.effects:
+            total = total + effect.form(felt, cause)
+        return total
+
+
+def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Felt:
+    """What displaced links feel of the forces of a quasi-static answer."""
+    motion = bent.motion
+    pull = along_beams(bent, "N", structure.xi) * structure.weights
+    turning = None
+    for load in motion.mechanism.loads:
+        if isinstance(load, LineLoad) and load.turning:
+            turning = np.zeros(pull.shape, complex) if turning is None else turning
+            k = motion.mechanism.beam_number(load.link, load.beam)
+            factor = np.broadcast_to(1.0 if load.law is None else load.law(motion), motion.columns)
+            along = np.ravel(load.start)[0] + (np.ravel(load.end)[0] - np.ravel(load.start)[0]) * structure.xi
+            turning[:, k] += (beam_directions(motion)[k] * factor)[:, None] * along * structure.weights[k]
+    return Felt(pull, turning, point_effects(bent, chosen))
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Equations of motion on a grid, and what turns their solution into loads.
+
+    Attributes
+    ----------
+    equations
+        Of the amplitudes, at the grid's points.
+    rate, acceleration
+        Derivatives in time of the masses' displacements per amplitude, at the points, shape (points, masses, r).
+    felt
+        At all nodes.
+    strains, strain_rate
+        Per amplitude, shape (rows, r) or (points, rows, r), and how these change; 0.0 where they do not.
+    """
+
+    kinematics: Kinematics
+    grid: Grid
+    damping: Damping
+    equations: Equations
+    rate: Any
+    acceleration: Any
+    felt: Felt
+    strains: Any
+    strain_rate: Any
+
+
+def problem(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping) -> Problem:
+    """Equations of motion about the motion of a deflection at the nodes of a grid."""
+    structure, unit, basis = kinds.structure, kinds.unit, kinds.basis
+    rate, acceleration = grid.rates(kinds.rows)
+    rows = kinds.rows[1:]
+    heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
+    mass, viscous = (heavy @ rows).real, 2 * (heavy @ rate).real
+    felt = felt_forces(structure, bent, kinds.chosen)
+    stiffness = (heavy @ acceleration).real + felt.stiffness(unit, unit)[1:]
+    for effect in felt.effects:
+        if np.any(effect.damping):
+            row, cause = effect.felt(unit)[1:, :, None] * effect.damping, effect.cause(unit)
+            viscous = viscous + row * cause[1:, None]
+            stiffness = stiffness + row * grid.rates(cause)[0][:, None]
+    strains, strain_rate = strain_rows(structure, basis), 0.0
+    if basis.ndim == 3:
+        strains, strain_rate = strains[1:], strain_rows(structure, grid.rates(basis)[0])
+    across = strains.swapaxes(-1, -2)
+    weak = across * (damping.per_row(structure) * rigidities(structure))
+    viscous = viscous + weak @ strains
+    stiffness = stiffness + (across * rigidities(structure)) @ strains
+    if basis.ndim == 3:
+        stiffness = stiffness + weak @ strain_rate
+    load = (across @ given_forces(structure, bent)[1:, :, None])[..., 0]
+    equations = Equations(mass, viscous, stiffness, load)
+    return Problem(kinds, grid, damping, equations, rate, acceleration, felt, strains, strain_rate)

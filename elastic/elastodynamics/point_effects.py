@@ -1,0 +1,237 @@
+"""Forces that displaced points feel: springs and dampers, forces that turn with their link, levers of rigid parts.
+
+Each is a row times a stiffness or damping times another row: a force along the first for what the second measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import Displacements, Points, under
+from elastic.links.beam_trees import trees_of
+from elastic.solution import Deflection
+from rigid import (
+    GROUND,
+    Lump,
+    Mechanism,
+    Motion,
+    PointLoad,
+    Spring,
+    TorsionSpring,
+    position_of,
+    structure,
+    velocity_of,
+)
+from rigid.plane import dot
+from rigid.plane import number as plain
+
+
+@dataclass(frozen=True, eq=False)
+class PointRow:
+    """A component of the displacements of points: sum of dot(way, displacement) and of share times rotation.
+
+    Attributes
+    ----------
+    ways
+        Per chosen point a vector in the ground's axes, complex, shape (positions,).
+    shares
+        Per chosen point what its rotation counts, shape (positions,) or scalar.
+    """
+
+    ways: Mapping[int, Any] = field(default_factory=dict)
+    shares: Mapping[int, Any] = field(default_factory=dict)
+
+    def __call__(self, moved: Displacements) -> Any:
+        """Of every kind of displacement, shape (positions, c)."""
+        total: Any = 0.0
+        for point, way in self.ways.items():
+            total = total + dot(way[:, None], moved.moves[:, point])
+        for point, share in self.shares.items():
+            total = total + np.reshape(share, (-1, 1)) * moved.turns[:, point]
+        return total
+
+    def __getitem__(self, positions: Any) -> PointRow:
+        """At some of the positions."""
+        ways, shares = (
+            {point: value[positions] if np.ndim(value) else value for point, value in part.items()}
+            for part in (self.ways, self.shares)
+        )
+        return PointRow(ways, shares)
+
+
+@dataclass(frozen=True, eq=False)
+class PointEffect:
+    """The force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
+
+    `elastic` where it is a spring's own stiffness, and not that of forces that displaced points carry along.
+    """
+
+    felt: PointRow
+    cause: PointRow
+    stiffness: Any
+    damping: Any = 0.0
+    elastic: bool = False
+
+    def __getitem__(self, positions: Any) -> PointEffect:
+        """At some of the positions."""
+        return replace(
+            self, felt=self.felt[positions], cause=self.cause[positions], stiffness=self.stiffness[positions]
+        )
+
+    def form(self, felt: Displacements, cause: Displacements) -> Any:
+        """Stiffness of the kinds of one displacement for those of another, shape (positions, c felt, c cause)."""
+        return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
+
+    def loads(self, amount: Any) -> Iterator[tuple[int, Any, Any]]:
+        """A force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
+        for point, way in self.felt.ways.items():
+            yield point, amount * way, 0.0
+        for point, share in self.felt.shares.items():
+            yield point, 0.0, amount * share
+
+
+def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
+    """The points that anything but beams depends on: of lumps, loads, springs, and one of every rigid link."""
+    found = [(at, lump.point) for at, lump in lumps_of(mechanism)]
+    for load in mechanism.loads:
+        if isinstance(load, Spring):
+            found += [(mechanism.index[load.link], load.point), (mechanism.index[load.on], load.anchor)]
+        if isinstance(load, TorsionSpring):
+            found += [(mechanism.index[link], load.at) for link in (load.link, load.on)]
+        if isinstance(load, PointLoad):
+            found.append((mechanism.index[load.link], load.point))
+    for at, link in enumerate(mechanism.links):
+        if at and not link.beams:
+            found.append((at, next(iter(link.points))))
+    rails = trees_of(mechanism).rails
+    for number, joint in enumerate(structure(mechanism).joints):
+        if joint.slider is not None:
+            found.append((mechanism.index[joint.slider.link], joint.slider.point))
+            if number in rails:
+                found.append((mechanism.index[joint.slider.on], under(number)))
+    return tuple(dict.fromkeys(found))
+
+
+def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:
+    """Lumps of the moving links with their links' numbers."""
+    return [(at, lump) for at, link in enumerate(mechanism.links) if at for lump in link.lumps]
+
+
+def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
+    """What displaced points feel, from the forces of the quasi-static answer."""
+    motion = bent.motion
+    numbers = {where: number for number, where in enumerate(chosen)}
+    found = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
+    for load in motion.mechanism.loads:
+        if isinstance(load, Spring):
+            found += _spring(motion, load, numbers)
+        if isinstance(load, TorsionSpring):
+            found.append(_torsion_spring(motion, load, numbers))
+        if isinstance(load, PointLoad) and load.turning:
+            found += _turning_load(motion, load, numbers)
+    return found
+
+
+Numbers = Mapping[tuple[int, str], int]
+
+
+def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
+    """A mass held beside its point: its force has a lever when the point turns."""
+    for at, lump in lumps_of(motion.mechanism):
+        offset = np.ravel(lump.offset)[0]
+        if offset and motion.mechanism.links[at].beams:
+            row = PointRow(shares={numbers[at, lump.point]: 1.0})
+            arm = motion.direction[at] * offset
+            yield PointEffect(row, row, dot(_lump_force(motion, at, lump), arm))
+
+
+def _lump_force(motion: Motion, at: int, lump: Lump) -> Any:
+    """Inertia and weight of a lump [N], complex."""
+    arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
+    felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
+    return -np.ravel(lump.mass)[0] * felt
+
+
+def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
+    """A link without beams that turns: all its forces along its arms."""
+    motion = bent.motion
+    mechanism = motion.mechanism
+    for at, link in enumerate(mechanism.links):
+        if not at or link.beams:
+            continue
+        total: Any = np.zeros(motion.columns)
+        for place, force in zip(motion.places, bent.forces.force, strict=True):
+            if at in (place.joint.child, place.joint.parent):
+                sign = 1.0 if place.joint.child == at else -1.0
+                total = total + plain(dot(sign * force, place.arm(at)))
+        for lump in link.lumps:
+            arm = motion.direction[at] * (link.points[lump.point] + lump.offset)
+            total = total + dot(_lump_force(motion, at, lump), arm)
+        for load in mechanism.loads:
+            for name, point, force, _ in load.forces(motion) if hasattr(load, "forces") else ():
+                if mechanism.index[name] == at:
+                    total = total + dot(force, motion.direction[at] * link.points[point])
+        row = PointRow(shares={numbers[at, next(iter(link.points))]: 1.0})
+        yield PointEffect(row, row, total)
+
+
+def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
+    """A block on a link that turns: the force across the line turns with it, and moves along it with the block."""
+    motion = bent.motion
+    for number, (place, force) in enumerate(zip(motion.places, bent.forces.force, strict=True)):
+        slider = place.joint.slider
+        if slider is None or slider.on == GROUND:
+            continue
+        owner = motion.mechanism.index[slider.on]
+        link = motion.mechanism.links[owner]
+        point = under(number) if link.beams else next(iter(link.points))
+        on_block = force * place.joint.sense
+        block, held = numbers[motion.mechanism.index[slider.link], slider.point], numbers[owner, point]
+        arm = 0.0 if link.beams else place.arm(owner) - motion.direction[owner] * link.points[point]
+        along = np.broadcast_to(place.along, motion.columns)
+        slide = PointRow({block: along, held: -along}, {held: -dot(along, 1j * arm)})
+        turn = PointRow(shares={held: 1.0})
+        across = dot(1j * along, on_block)
+        yield PointEffect(slide, turn, across)
+        yield PointEffect(turn, slide, across)
+
+
+def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointEffect]:
+    """Along the spring its stiffness and damping, across it its tension over its length."""
+    index = motion.mechanism.index
+    ends = (index[spring.link], spring.point), (index[spring.on], spring.anchor)
+    way = position_of(motion, *ends[0]) - position_of(motion, *ends[1])
+    opening = velocity_of(motion, *ends[0]) - velocity_of(motion, *ends[1])
+    reach = np.abs(way)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unit = np.where(reach > 0, way / reach, 1.0)
+        rate = dot(unit, opening)
+        tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * rate
+        if not (np.any(spring.preload) or np.any(spring.length)):
+            across = spring.stiffness + np.where(reach > 0, spring.damping * rate / reach, 0.0)
+        else:
+            across = tension / reach
+    for direction, stiffness, damping in ((unit, spring.stiffness, spring.damping), (1j * unit, across, 0.0)):
+        row = PointRow({numbers[ends[0]]: direction, numbers[ends[1]]: -direction})
+        yield PointEffect(row, row, np.broadcast_to(stiffness, motion.columns), damping, elastic=direction is unit)
+
+
+def _torsion_spring(motion: Motion, spring: TorsionSpring, numbers: Numbers) -> PointEffect:
+    link, on = (numbers[motion.mechanism.index[name], spring.at] for name in (spring.link, spring.on))
+    row = PointRow(shares={link: 1.0, on: -1.0})
+    return PointEffect(row, row, np.broadcast_to(spring.stiffness, motion.columns), spring.damping, elastic=True)
+
+
+def _turning_load(motion: Motion, load: PointLoad, numbers: Numbers) -> Iterator[PointEffect]:
+    """A force that turns with its link turns with the section at its point."""
+    point = numbers[motion.mechanism.index[load.link], load.point]
+    for _, _, force, _ in load.forces(motion):
+        yield PointEffect(
+            PointRow({point: 1j * np.broadcast_to(force, motion.columns)}),
+            PointRow(shares={point: 1.0}),
+            -np.ones(motion.columns),
+        )

@@ -1,0 +1,109 @@
+"""The few combinations of a mechanism's elastic coordinates in which it is let vibrate.
+
+The lowest modes with the mass averaged over the cycle, and how their inertia at single positions bends the links
+besides (Ritz vectors: Wilson, Yuan and Dickens, Dynamic analysis by direct superposition of Ritz vectors, Earthquake
+Engineering and Structural Dynamics 10 (1982) 813-821).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.equations_of_motion import mass_rows, masses
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.strains import given_forces, strain_rows
+from elastic.solution import Deflection
+from rigid import Motion
+
+NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
+LEAST = 3
+LOADED = 10.0  # times as closely as modes are loads' own shapes followed
+MASSLESS = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """The elastic coordinates over a cycle, none left out.
+
+    Attributes
+    ----------
+    unstrained
+        From coordinates in which the stiffness is the unit matrix to the elastic coordinates, shape (n, n).
+    masses
+        In those, shape (positions, n, n).
+    omega
+        Lowest natural frequency at every position [rad/s], the drives held; infinite where nothing vibrates.
+    values, modes
+        Of the mean of the masses: 1/omega^2, falling, and vectors, shape (n, n).
+    bent
+        By loads, quasi-statically, shape (n, columns): a column's length squared is twice its energy.
+    """
+
+    unstrained: Any
+    masses: Any
+    omega: Any
+    values: Any
+    modes: Any
+    bent: Any
+
+
+def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> Cycle:
+    """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
+    stiffness = structure.stiffness
+    scale = 1.0 / np.sqrt(np.diagonal(stiffness))
+    unstrained = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
+    carried, chosen = carriage(structure, motion), chosen_points(structure.mechanism)
+    basis = own_basis(structure, carried, unstrained)
+    moved = unit_displacements(structure, motion, carried, basis, chosen)
+    rows = np.sqrt(masses(structure))[:, None] * mass_rows(structure, motion, chosen, moved)
+    own = (np.conj(rows).swapaxes(-1, -2) @ rows).real
+    values, modes = np.linalg.eigh(own.mean(axis=0))
+    values = values[::-1]
+    greatest = np.linalg.eigvalsh(own)[:, -1]
+    with np.errstate(divide="ignore"):
+        omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
+    strains = strain_rows(structure, basis).swapaxes(-1, -2)
+    bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
+    return Cycle(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
+
+
+def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
+    """So many modes and what their inertia bends besides, shape (n, r); the mean mass is the unit matrix.
+
+    Parameters
+    ----------
+    besides
+        From what share of a mode's bending, as a root of energy, another combination counts.
+    """
+    values, chosen = cycle.values[:modes], cycle.modes[:, :modes]
+    bent = cycle.masses @ (chosen / values)
+    wide = np.concatenate(list(bent), axis=1) / np.sqrt(len(bent))
+    basis = _with_more(chosen, wide, besides)
+    loaded = np.linalg.norm(cycle.bent, axis=0)
+    if loaded.any():
+        basis = _with_more(basis, cycle.bent / loaded.max(), besides / LOADED)
+    scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
+    size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
+    basis = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
+    return basis
+
+
+def _with_more(basis: Any, others: Any, least: float) -> Any:
+    """Orthonormal columns with the directions of others that these have a greater part in than `least`."""
+    beyond = others - basis @ (basis.T @ others)
+    ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)
+    more = ways[:, sizes > least]
+    return np.concatenate((basis, more - basis @ (basis.T @ more)), axis=1)
+
+
+def near_modes(cycle: Cycle) -> int:
+    """How many modes are near the lowest one."""
+    moving = cycle.values > MASSLESS * cycle.values[0]
+    near = int((cycle.values > cycle.values[0] / NEAR**2).sum())
+    return min(max(near, LEAST), int(moving.sum()))

@@ -1,0 +1,39 @@
+"""Fields of a deflection at Gauss points, so that they change smoothly with the position."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from elastic.beams.polynomials import evaluate
+from elastic.sampling import sample
+from elastic.solution import Deflection
+
+
+def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
+    """A field at Gauss points, shape (positions, beams, points).
+
+    Under a block a field has a kink or a step, which would pass the points one by one: there the values are those of
+    the polynomial that is nearest the field in the mean, with the same integrals against all shapes of the beam.
+    """
+    values = np.moveaxis(sample(bent, field, xi), 0, 1)
+    division = bent.division
+    for beam in {block.beam for block in bent.blocks}:
+        rows = division.of_beam(beam)
+        parts = getattr(bent, field)[:, rows]
+        values[:, beam] = _nearest(parts, division.start[rows], division.width[rows], xi)
+    return values
+
+
+def _nearest(parts: Any, start: Any, width: Any, xi: Any) -> Any:
+    """Values at xi of the polynomial nearest to pieces of polynomials, shape (positions, points)."""
+    order = len(xi) - 1
+    nodes, weights = legendre.leggauss((len(parts) + order) // 2 + 1)
+    nodes, weights = ((nodes + 1) / 2)[:, None, None], (weights / 2)[:, None, None]
+    places = start + width * nodes
+    heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
+    basis = legendre.legvander(2 * places - 1, order)
+    series = np.einsum("grp,grpk->pk", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
+    return series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T

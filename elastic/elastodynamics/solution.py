@@ -1,0 +1,279 @@
+"""From a motion to its vibration: coordinates and elements of time refined until the answer has settled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.compliance import designs_of
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
+from elastic.elastodynamics.equations_of_motion import Kinematics, Problem, kinematics, problem
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.strains import Damping, rigidities
+from elastic.elastodynamics.time_elements import Grid, Propagation, propagation
+from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.links.added_loads import AddedLoads
+from elastic.links.beam_trees import trees_of
+from elastic.links.sliding_blocks import block_places
+from elastic.solution import Deflection, deflection
+from rigid import SINGULAR, MechanismError, Motion, with_rates
+from rigid.loads import beam_directions
+
+MotionAt = Callable[[Any], Motion]
+Start = Callable[[Propagation, "Problem", Deflection], Any]
+
+INNER = 4
+LOOKED_AT = 16  # positions whose modes are looked at
+MOST_ELEMENTS = 2048
+ORDER = 4  # with which the error in time falls at worst, for the next guess
+SHORTEST = 1e-4  # element, as a share of the whole stretch of time
+MOST_PARTS = 4  # into which an element is divided at once
+ROUNDS = 6
+FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
+BESIDES = 0.1  # of the root of the tolerance: how little a combination may bend to count
+NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
+
+
+@dataclass(frozen=True, eq=False)
+class Elastodynamic:
+    """A vibrating mechanism at some positions.
+
+    Attributes
+    ----------
+    deflection
+        Of the vibrating mechanism: all fields, joint forces and drive efforts; nan where it is not `stable`. N, V and M
+        are what the strains make; damping adds beta times their rates.
+    quasi_static
+        The answer without vibration at the same positions.
+    damping
+        That was taken.
+    lowest
+        Lowest natural frequency over the cycle, the drives held [rad/s]; infinite where nothing vibrates.
+    multipliers
+        Floquet's, complex, shape (2 coordinates,): by what free vibrations grow over a cycle; none of a transient.
+    coordinates, elements
+        How many amplitudes were let vibrate, and in how many elements of time.
+    time_error, reduction_error
+        How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
+    """
+
+    deflection: Deflection
+    quasi_static: Deflection
+    damping: Damping
+    lowest: float
+    multipliers: Any
+    coordinates: int
+    elements: int
+    time_error: float
+    reduction_error: float
+
+    def __repr__(self) -> str:
+        return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
+
+    @property
+    def growth(self) -> float:
+        """Of the least stable free vibration over a cycle: below 1 it dies out."""
+        return float(np.abs(self.multipliers).max(initial=0.0))
+
+    @property
+    def stable(self) -> bool:
+        """Whether all free vibrations die out, so that the steady state is what comes about."""
+        return self.growth <= 1 + NEUTRAL
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A mechanism that is to vibrate, with the positions whose modes are looked at."""
+
+    motion_at: MotionAt
+    sections: Sequence[Section]
+    joints: Mapping[str, JointCompliance]
+    damping: Damping
+    looked_at: Motion
+    structure: ElasticStructure
+    cycle: Cycle | None
+    inner: int
+
+
+def vibrating_model(
+    motion_at: MotionAt,
+    start: float,
+    duration: float,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance],
+    damping: Damping | float | None,
+) -> Model:
+    """Elastic coordinates, modes and damping of a mechanism over a stretch of time."""
+    if designs_of(tuple(sections)):
+        raise ValueError(f"sections of {designs_of(tuple(sections))[0]} designs: expected one design")
+    looked_at = checked(motion_at(start + duration * np.arange(LOOKED_AT) / LOOKED_AT))
+    structure, cycle = _coordinates(looked_at, sections, joints, INNER)
+    if not isinstance(damping, Damping):
+        beta = math.nan if damping is None else float(damping)
+        damping = Damping(np.full(len(sections), beta), beta)
+    damping = damping.settled(float(cycle.omega.min()) if cycle else math.inf)
+    return Model(motion_at, sections, joints, damping, looked_at, structure, cycle, INNER)
+
+
+def _coordinates(
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
+) -> tuple[ElasticStructure, Cycle | None]:
+    structure = elastic_structure(motion.mechanism, sections, joints, inner)
+    if not len(structure.stiffness):
+        return structure, None
+    slow = with_rates(motion, 0.0)
+    loaded = [deflection(course, sections, joints) for course in (motion, slow)]
+    return structure, cycle_of(structure, motion, loaded)
+
+
+def checked(motion: Motion) -> Motion:
+    """A motion of one design none of whose positions is singular.
+
+    Raises
+    ------
+    MechanismError
+        A position is singular or cannot be reached.
+    ValueError
+        There are several designs.
+    """
+    if len(motion.columns) != 1:
+        raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    bad = ~(motion.condition <= SINGULAR)
+    if bad.any():
+        raise MechanismError(
+            f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
+        )
+    links = trees_of(motion.mechanism)
+    for number, xi in zip(links.rails, block_places(motion, links) if links.rails else (), strict=True):
+        off = ~np.isfinite(np.broadcast_to(xi, motion.columns))
+        if off.any():
+            name = motion.structure.joints[number].name
+            raise MechanismError(f'the block of "{name}" leaves its beam at {motion.time[off][0]:.6g} s')
+    return motion
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """The amplitudes at the points of a grid, their rates and accelerations, shape (points, r), with their problem."""
+
+    motion: Motion
+    problem: Problem
+    propagation: Propagation
+    course: tuple[Any, Any, Any]
+
+    @property
+    def displacements(self) -> Any:
+        """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
+        return self._places(self.course[0])
+
+    @property
+    def unresolved(self) -> Any:
+        """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
+        found, (_, _, x2) = self.problem, self.course
+        strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
+        bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
+        moved = self.displacements
+        by_inertia = self._places(bent)
+        return np.maximum(*(found.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
+
+    def _places(self, amounts: Any) -> Any:
+        """Displacements of given amounts of all kinds."""
+        moved = self.problem.kinematics.unit
+        if not moved.beams.size:
+            return amounts
+        along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
+        return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
+
+
+def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping, start: Start) -> Vibration:
+    """Solve the equations of motion about the motion of a deflection at the nodes of a grid."""
+    found = problem(kinds, bent, grid, damping)
+    steps = propagation(grid, found.equations)
+    return Vibration(bent.motion, found, steps, steps.course(start(steps, found, bent)))
+
+
+def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start, cyclic: bool) -> Elastodynamic:
+    """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled."""
+    plain = deflection(checked(motion), model.sections, model.joints)
+    if model.cycle is None:
+        none = np.zeros(0, complex)
+        return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
+    lowest = float(model.cycle.omega.min())
+    modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
+    for _ in range(ROUNDS):
+        found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
+        times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
+        sampled = grid.sampler(times)
+        multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
+        loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
+        bent = deflection(motion, model.sections, model.joints, loads)
+        reduction_error = _difference(model.structure, bent, sampled(found.displacements))
+        if reduction_error <= tolerance or model.cycle is None:
+            break
+        in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
+        if in_time:
+            resolved /= FINER
+        else:
+            modes = min(2 * modes, len(model.cycle.values))
+            model = refined(model)
+        before = reduction_error
+    size = found.course[0].shape[1]
+    answer = Elastodynamic(
+        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error
+    )
+    return answer if answer.stable else unanswered(answer)
+
+
+def _in_time(
+    model: Model, modes: int, besides: float, grid: Grid, tolerance: float, start: Start
+) -> tuple[Vibration, Grid, float]:
+    """The vibration in so many modes, in elements of time as short as it takes, and what they leave unresolved."""
+    assert model.cycle is not None
+    basis, chosen = reduced_basis(model.cycle, modes, besides), chosen_points(model.structure.mechanism)
+    while True:
+        motion = checked(model.motion_at(grid.nodes))
+        bent = deflection(motion, model.sections, model.joints)
+        found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
+        error = found.unresolved
+        # a step of the loads stays one however short its element
+        error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), error, 0.0)
+        if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
+            return found, grid, float(error.max())
+        parts = np.ceil((error / tolerance) ** (1 / ORDER))
+        grid = grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
+
+
+def _difference(structure: ElasticStructure, bent: Deflection, reduced: Any) -> float:
+    """Between displacements along the beams of a deflection and in reduced coordinates, of the largest."""
+    if not len(structure.sections):
+        return 0.0
+    u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
+    own = (u + 1j * w).reshape(len(u), -1)
+    greatest = float(np.abs(own).max())
+    return float(np.abs(own - reduced).max()) / greatest if greatest else 0.0
+
+
+def refined(model: Model) -> Model:
+    """The same with more polynomials along every beam."""
+    inner = model.inner + 2
+    structure, cycle = _coordinates(model.looked_at, model.sections, model.joints, inner)
+    return replace(model, structure=structure, cycle=cycle, inner=inner)
+
+
+def unanswered(found: Elastodynamic) -> Elastodynamic:
+    """With nan in place of fields that will not come about."""
+    nothing = AddedLoads(np.full((1, *found.deflection.q.shape[1:]), np.nan, complex), (), (), *_still(found))
+    own = found.quasi_static
+    return replace(found, deflection=deflection(own.motion, own.sections, own.joints, nothing))
+
+
+def _still(found: Elastodynamic) -> tuple[Any, Any]:
+    zeros = (0.0,) * len(found.deflection.motion.structure.joints)
+    return zeros, zeros

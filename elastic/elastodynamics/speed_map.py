@@ -1,0 +1,163 @@
+"""How the vibrating mechanism answers to the speed of its drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduction import near_modes, reduced_basis
+from elastic.elastodynamics.solution import (
+    BESIDES,
+    NEUTRAL,
+    Model,
+    MotionAt,
+    Vibration,
+    checked,
+    vibrating_model,
+    vibration,
+)
+from elastic.elastodynamics.strains import Damping
+from elastic.elastodynamics.time_elements import Grid, Propagation
+from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.solution import Deflection, deflection
+from rigid import Motion, with_rates
+
+ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
+TOLERANCE = 1e-3
+COARSER = 30.0
+MORE_MODES = 2  # besides those near the lowest
+
+Measure = Callable[[Deflection], Any]
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedMap:
+    """Answers at several speeds, each so many times that of the motion given.
+
+    Attributes
+    ----------
+    ratio
+        Speeds, shape (speeds,).
+    values, quasi_static
+        What was measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable.
+    growth
+        Of the least stable free vibration over a cycle, shape (speeds,).
+    unresolved
+        What the elements of time leave open, as a share of the largest displacement, shape (speeds,).
+    damping
+        That was taken.
+    omega
+        Natural frequencies at some positions of the cycle, the drives held: the lowest [rad/s], shape (positions,).
+    """
+
+    ratio: Any
+    values: Any
+    quasi_static: Any
+    growth: Any
+    unresolved: Any
+    damping: Damping
+    omega: Any
+
+    @property
+    def stable(self) -> Any:
+        """Where all free vibrations die out, bool, shape (speeds,)."""
+        return self.growth <= 1 + NEUTRAL
+
+
+def speed_map(
+    motion_at: MotionAt,
+    period: float,
+    ratios: Sequence[float],
+    sections: Sequence[Section],
+    measure: Measure,
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: Damping | float | None = None,
+    tolerance: float = TOLERANCE,
+) -> SpeedMap:
+    """Steady states at many speeds of the drives; positions, and what only they tell, are found once.
+
+    Parameters
+    ----------
+    motion_at, period, sections, joints, damping
+        As for `elastodynamic`, at the speed of ratio 1; the cycle begins at time 0.
+    ratios
+        Speeds, above 0.
+    measure
+        What is asked of a deflection at positions all over the cycle.
+    tolerance
+        Of the resolution in time, as a share of the largest displacement.
+
+    Raises
+    ------
+    MechanismError, ValueError
+        As for `elastodynamic`; nothing that vibrates; a speed that is not above 0.
+    """
+    speeds = np.asarray(ratios, float)
+    if not (speeds > 0).all():
+        raise ValueError(f"speeds from {speeds.min():g}, expected above 0")
+    model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
+    if model.cycle is None:
+        raise ValueError("nothing vibrates: all beams and joints are rigid")
+    modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
+    cases = _Cases(model, reduced_basis(model.cycle, modes, BESIDES * np.sqrt(tolerance)), period)
+    rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
+    values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
+    return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
+
+
+class _Cases:
+    """Positions and displacements at the nodes of grids, found when first asked for."""
+
+    def __init__(self, model: Model, basis: Any, period: float) -> None:
+        self.model, self.basis, self.period = model, basis, period
+        self.known: dict[int, tuple[Motion, Kinematics]] = {}
+        self.level = 0
+
+    def grid(self) -> Grid:
+        return Grid(np.linspace(0.0, self.period, ELEMENTS[self.level] + 1))
+
+    def here(self) -> tuple[Motion, Kinematics]:
+        if self.level not in self.known:
+            motion = checked(self.model.motion_at(self.grid().nodes))
+            chosen = chosen_points(self.model.structure.mechanism)
+            self.known[self.level] = motion, kinematics(self.model.structure, motion, self.basis, chosen)
+        return self.known[self.level]
+
+
+def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -> tuple[Any, Any, float, float]:
+    """What is measured with and without vibration, growth, and what is unresolved."""
+    model = cases.model
+    while True:
+        base, kinds = cases.here()
+        motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
+        motion = replace(motion, time=base.time / ratio)
+        plain = deflection(motion, model.sections, model.joints)
+        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, _periodic)
+        unresolved = float(found.unresolved.max())
+        if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
+            break
+        cases.level += 1
+    if unresolved < tolerance / COARSER:  # the next speed may do with less
+        cases.level = max(cases.level - 1, 0)
+    growth = float(np.abs(found.propagation.multipliers).max())
+    without = measure(plain)
+    if growth > 1 + NEUTRAL:
+        return np.full(np.shape(without), np.nan), without, growth, unresolved
+    return measure(_vibrating(model, found)), without, growth, unresolved
+
+
+def _vibrating(model: Model, found: Vibration) -> Deflection:
+    """The deflection at the nodes of the grid, whose first is its last a cycle before."""
+    loads = vibration_loads(found.problem, found.motion, found.course)
+    loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
+    return deflection(found.motion, model.sections, model.joints, loads)
+
+
+def _periodic(found: Propagation, *_: Any) -> Any:
+    return found.periodic_start()

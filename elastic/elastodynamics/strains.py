@@ -1,0 +1,90 @@
+"""Strains of the beams and openings of the soft joints, what resists them, and Kelvin and Voigt's damping.
+
+One row for every strain at every Gauss point, then one for every way in which a joint gives way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
+from elastic.elastodynamics.samples import along_beams
+from elastic.solution import Deflection
+from elastic.vibration.beam_matrices import rigidity
+from rigid.plane import dot
+
+RATIO = 0.01  # of steel links with their joints, about
+
+
+@dataclass(frozen=True, eq=False)
+class Damping:
+    """Kelvin and Voigt's: a force is that of the strain plus `beta` times that of its rate [s].
+
+    Attributes
+    ----------
+    beams
+        Per beam, shape (beams,).
+    joints
+        Of all soft joints.
+    ratio
+        Where beta is nan: damping ratio of the lowest natural frequency over the cycle, proportional to the stiffness.
+    """
+
+    beams: Any
+    joints: float = math.nan
+    ratio: float = RATIO
+
+    def settled(self, lowest: float) -> Damping:
+        """With beta of all beams and joints, for a lowest natural frequency [rad/s]."""
+        own = 2 * self.ratio / lowest
+        beams = np.where(np.isnan(self.beams), own, self.beams)
+        return replace(self, beams=beams, joints=own if math.isnan(self.joints) else self.joints)
+
+    def per_row(self, structure: ElasticStructure) -> Any:
+        """beta of every row, shape (rows,)."""
+        own = np.broadcast_to(np.asarray(self.beams, float)[:, None], structure.weights.shape).ravel()
+        return np.concatenate((own, own, own, np.full(len(structure.soft), self.joints)))
+
+
+def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
+    """Strains per vector of a basis: stretch, curvature, slide, openings; shape (rows, r) or (positions, rows, r)."""
+    fields = structure.fields
+    own = (fields["stretch"], fields["curvature"], fields["slope"] - fields["phi"])
+    size = len(structure.stiffness)
+    rows = np.concatenate([part.reshape(-1, size) for part in own])
+    soft = np.eye(size)[size - len(structure.soft) :]
+    return np.concatenate((rows, soft)) @ basis
+
+
+@lru_cache(maxsize=8)
+def rigidities(structure: ElasticStructure) -> Any:
+    """Force of every row per strain, times what the row stands for, shape (rows,); 0 for what is rigid."""
+    parts = []
+    for name in ("EA", "EI", "kGA"):
+        for weights, section in zip(structure.weights, structure.sections, strict=True):
+            values = rigidity(section, name, structure.xi)
+            parts.append(np.where(np.isfinite(values), values, 0.0) * weights)
+    size = len(structure.stiffness)
+    soft = np.diagonal(structure.stiffness)[size - len(structure.soft) :]
+    return np.concatenate((*parts, soft))
+
+
+def given_forces(structure: ElasticStructure, bent: Deflection) -> Any:
+    """The same forces of a deflection, with those that would undo free strains, shape (positions, rows)."""
+    N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
+    free = [np.ravel(section.strain)[0] for section in structure.sections]
+    stiff = rigidities(structure)[: structure.weights.size].reshape(structure.weights.shape)
+    N = N + stiff * np.reshape(free, (-1, 1))
+    sheared = np.array([np.isfinite(np.ravel(section.kGA)[0]) for section in structure.sections])
+    count = len(N)
+    rows = [part.reshape(count, -1) for part in (N, M, -V * sheared.reshape(-1, 1))]
+    for freedom in structure.soft:
+        force, moment = bent.forces.force[freedom.joint], bent.forces.moment[freedom.joint]
+        pushed = moment if freedom.kind == "turn" else dot(way_of(freedom, bent.motion), force)
+        rows.append(-np.broadcast_to(pushed, count)[:, None])
+    return np.concatenate(rows, axis=1)

@@ -1,0 +1,74 @@
+"""How near the whole mechanism is to buckling, however its rods are divided into beams."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.elastic_structure import elastic_structure
+from elastic.elastodynamics.equations_of_motion import felt_forces
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.solution import Deflection
+from rigid import Reals
+
+INNER = 4
+REAL = 1e-9
+
+
+def buckling_factor(deflection: Deflection) -> Reals:
+    """By what all forces may be multiplied before the mechanism buckles at a position, shape (positions,).
+
+    The smallest root of K + factor K_G, the drives held: K_G is what displaced links feel of the axial forces of the
+    quasi-static answer, and of the other forces that they carry along. Infinite where no forces press, nan at singular
+    positions.
+
+    Parameters
+    ----------
+    deflection
+        Of one design.
+
+    Raises
+    ------
+    ValueError
+        Several designs.
+
+    References
+    ----------
+    Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
+    """
+    motion = deflection.motion
+    if len(motion.columns) != 1:
+        raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    structure = elastic_structure(motion.mechanism, deflection.sections, deflection.joints, INNER)
+    factor = np.full(motion.columns, np.inf)
+    if not len(structure.stiffness):
+        return factor
+    chosen = chosen_points(motion.mechanism)
+    carried = carriage(structure, motion)
+    basis = own_basis(structure, carried, np.eye(len(structure.stiffness)))
+    moved = unit_displacements(structure, motion, carried, basis, chosen)
+    felt = felt_forces(structure, deflection, chosen)
+    pressed = felt.stiffness(moved, moved)
+    stiffness = np.broadcast_to(structure.stiffness, pressed.shape)
+    for effect in felt.effects:
+        if effect.elastic:
+            own = effect.form(moved, moved)
+            pressed, stiffness = pressed - own, stiffness + own
+    good = np.isfinite(pressed).all(axis=(-2, -1))
+    factor[~good] = np.nan
+    factor[good] = _least_factor(stiffness[good], pressed[good])
+    return factor
+
+
+def _least_factor(stiffness: Any, pressed: Any) -> Any:
+    """Smallest positive factor at which stiffness + factor pressed is singular; forces that turn unbalance it."""
+    scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
+    both = scale[:, :, None] * scale[:, None, :]
+    inverse = np.linalg.inv(np.linalg.cholesky(stiffness * both))
+    roots = np.linalg.eigvals(inverse @ (pressed * both) @ inverse.swapaxes(-1, -2))
+    size = np.abs(roots).max(axis=-1, keepdims=True)
+    pressing = np.where(np.abs(roots.imag) <= REAL * size, -roots.real, 0.0).max(axis=-1)
+    with np.errstate(divide="ignore"):
+        return np.where(pressing > 0, 1.0 / np.maximum(pressing, 0.0), np.inf)

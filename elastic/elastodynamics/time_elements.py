@@ -1,0 +1,258 @@
+"""Linear differential equations of second order with coefficients that change with time, by elements of time.
+
+Within an element the acceleration is a polynomial through Radau's points: the collocation method Radau IIA of STAGES
+stages, of order 2 STAGES - 1, which damps what it cannot resolve (Hairer and Wanner, Solving Ordinary Differential
+Equations II, section IV.5). All elements are solved at once for any state that they may begin with; what is left is a
+product of small matrices, which gives the periodic solution, Floquet's multipliers or the solution from a given start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+STAGES = 8
+TOGETHER = 256  # elements solved at once, for the sake of memory
+
+
+@dataclass(frozen=True, eq=False)
+class Scheme:
+    """Collocation on [0, 1]: points, integrals up to them, derivatives at them.
+
+    Attributes
+    ----------
+    points
+        Shape (s,), the last at 1.
+    once, twice
+        Integrals of what has given values at the points, from 0 to each of them, shape (s, s).
+    first, second
+        Derivatives at the points of what has given values at 0 and at the points, shape (s, s + 1).
+    """
+
+    points: Any
+    once: Any
+    twice: Any
+    first: Any
+    second: Any
+
+
+@lru_cache(maxsize=8)
+def scheme(stages: int = STAGES) -> Scheme:
+    """Radau's points, the zeros of P_s - P_(s-1), and what follows from them."""
+    zeros = legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
+    points = np.append((np.sort(zeros.real)[:-1] + 1) / 2, 1.0)
+    series = np.eye(stages)
+    integrals = np.array([legendre.legint(row, lbnd=-1) for row in series]) / 2
+    once = _values(points, integrals) @ np.linalg.inv(_values(points, series))
+    nodes, series = np.append(0.0, points), np.eye(stages + 1)
+    back = np.linalg.inv(_values(nodes, series))
+    first, second = (
+        _values(points, np.array([legendre.legder(row, order) for row in series])) * 2.0**order @ back
+        for order in (1, 2)
+    )
+    return Scheme(points, once, once @ once, first, second)
+
+
+def _values(places: Any, series: Any) -> Any:
+    """Legendre series on [0, 1], one per row, at some places, shape (places, series)."""
+    return legendre.legvander(2 * np.asarray(places) - 1, series.shape[-1] - 1) @ series.T
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A stretch of time in elements.
+
+    Attributes
+    ----------
+    edges
+        Where elements begin and end [s], shape (elements + 1,).
+    stages
+        Points in each.
+    """
+
+    edges: Any
+    stages: int = STAGES
+
+    @property
+    def steps(self) -> Any:
+        """Duration of every element [s], shape (elements,)."""
+        return np.diff(self.edges)
+
+    @cached_property
+    def nodes(self) -> Any:
+        """The start and all points [s], shape (1 + elements stages,)."""
+        points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
+        return np.append(self.edges[0], points.ravel())
+
+    def rates(self, values: Any) -> tuple[Any, Any]:
+        """First and second derivative in time at all points but the start of what is given at the nodes.
+
+        Parameters
+        ----------
+        values
+            Shape (nodes, ...).
+        """
+        own = scheme(self.stages)
+        count = len(self.steps)
+        flat = values.reshape(len(values), -1)
+        first_node = np.arange(count)[:, None] * self.stages
+        elements = flat[first_node + np.arange(self.stages + 1)]
+        per = 1.0 / self.steps[:, None, None]
+        found = (own.first @ elements) * per, (own.second @ elements) * per**2
+        one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
+        return one, two
+
+    def sampler(self, times: Any) -> Callable[[Any], Any]:
+        """What turns values at all points but the start, shape (points, ...), into those at instants in between."""
+        element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
+        weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
+
+        def sampled(values: Any) -> Any:
+            own = values.reshape(len(self.steps), self.stages, -1)[element]
+            return (weights[:, None] @ own)[:, 0].reshape(len(element), *values.shape[1:])
+
+        return sampled
+
+    def tail(self, values: Any, greatest: float) -> Any:
+        """How much the points of every element leave unresolved of what is given at all points, shape (elements,).
+
+        As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
+        than the two before them, which is what the next two would be.
+        """
+        elements = values.reshape(len(self.steps), self.stages, -1)
+        if not greatest:
+            return np.zeros(len(self.steps))
+        orders = np.square(np.abs(_spectrum(self.stages) @ elements)).max(axis=-1)
+        before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
+        return last * fall / greatest
+
+    def divided(self, parts: Any) -> Grid:
+        """With every element in so many equal parts, shape (elements,)."""
+        pieces = [
+            start + step * np.arange(count) / count
+            for start, step, count in zip(self.edges[:-1], self.steps, parts, strict=True)
+        ]
+        return Grid(np.append(np.concatenate(pieces), self.edges[-1]), self.stages)
+
+
+def interpolation(nodes: Any, places: Any) -> Any:
+    """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
+    series = np.eye(len(nodes))
+    return _values(places, series) @ np.linalg.inv(_values(nodes, series))
+
+
+@lru_cache(maxsize=8)
+def _spectrum(stages: int) -> Any:
+    return np.linalg.inv(_values(scheme(stages).points, np.eye(stages)))
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """M x'' + C x' + K x = g at all points of a grid but the start.
+
+    Attributes
+    ----------
+    mass, damping, stiffness
+        Shape (points, r, r).
+    load
+        Shape (points, r).
+    """
+
+    mass: Any
+    damping: Any
+    stiffness: Any
+    load: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Propagation:
+    """What every element makes of the state x, x' that it begins with.
+
+    Attributes
+    ----------
+    states
+        From the state at an element's start, and 1, to that at its end, shape (elements, 2 r, 2 r + 1).
+    accelerations
+        From the same to x'' at its points, shape (elements, s, r, 2 r + 1).
+    """
+
+    grid: Grid
+    states: Any
+    accelerations: Any
+
+    @cached_property
+    def whole(self) -> tuple[Any, Any]:
+        """Over all elements: matrix, shape (2 r, 2 r), and what is added, shape (2 r,)."""
+        size = self.states.shape[1]
+        matrix, added = np.eye(size), np.zeros(size)
+        for step in self.states:
+            matrix, added = step[:, :-1] @ matrix, step[:, :-1] @ added + step[:, -1]
+        return matrix, added
+
+    @cached_property
+    def multipliers(self) -> Any:
+        """Floquet's: by what free vibrations grow from one start of the grid to the next, complex, shape (2 r,)."""
+        return np.linalg.eigvals(self.whole[0])
+
+    def periodic_start(self) -> Any:
+        """The state x, x' that comes back at the end of the grid, shape (2 r,)."""
+        matrix, added = self.whole
+        return np.linalg.solve(np.eye(len(added)) - matrix, added)
+
+    def course(self, start: Any) -> tuple[Any, Any, Any]:
+        """x, x', x'' at all points but the start, shape (points, r), from the state at the start."""
+        own, r = scheme(self.grid.stages), len(start) // 2
+        states = [start]
+        for step in self.states[:-1]:
+            states.append(step[:, :-1] @ states[-1] + step[:, -1])
+        begin = np.append(np.array(states), np.ones((len(states), 1)), axis=1)
+        x2 = (self.accelerations @ begin[:, None, :, None])[..., 0]
+        h = self.grid.steps[:, None, None]
+        at_start, rate = begin[:, None, :r], begin[:, None, r : 2 * r]
+        x1 = rate + h * (own.once @ x2)
+        x = at_start + h * own.points[:, None] * rate + h**2 * (own.twice @ x2)
+        return x.reshape(-1, r), x1.reshape(-1, r), x2.reshape(-1, r)
+
+
+def propagation(grid: Grid, equations: Equations) -> Propagation:
+    """Solve all elements at once, for unit states at their starts and for the load."""
+    count, r = len(grid.steps), equations.load.shape[-1]
+    states, found = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
+    for first in range(0, count, TOGETHER):
+        part = slice(first, first + TOGETHER)
+        points = slice(first * grid.stages, (first + TOGETHER) * grid.stages)
+        own = Equations(*(values[points] for values in vars(equations).values()))
+        states[part], found[part] = _elements(grid.steps[part], grid.stages, own)
+    return Propagation(grid, states, found)
+
+
+def _elements(steps: Any, s: int, equations: Equations) -> tuple[Any, Any]:
+    """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
+    own, count, r = scheme(s), len(steps), equations.load.shape[-1]
+    mass, damping, stiffness = (
+        part.reshape(count, s, r, r) for part in (equations.mass, equations.damping, equations.stiffness)
+    )
+    h = steps[:, None, None, None]
+    matrix = np.zeros((count, s, r, s, r))
+    for column in range(s):
+        matrix[:, :, :, column] = damping * (h * own.once[:, column, None, None])
+        matrix[:, :, :, column] += stiffness * (h**2 * own.twice[:, column, None, None])
+        matrix[:, column, :, column] += mass[:, column]
+    rate = -(stiffness * (h * own.points[:, None, None]) + damping)
+    right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
+    found = np.linalg.solve(matrix.reshape(count, s * r, s * r), right.reshape(count, s * r, -1))
+    found = found.reshape(count, s, r, -1)
+    h = h[..., 0]
+    x1, x = h * np.tensordot(own.once[-1], found, (0, 1)), h**2 * np.tensordot(own.twice[-1], found, (0, 1))
+    unit = np.eye(r)
+    x[:, :, :r] += unit
+    x[:, :, r : 2 * r] += h * unit
+    x1[:, :, r : 2 * r] += unit
+    return np.concatenate((x, x1), axis=1), found

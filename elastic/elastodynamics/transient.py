@@ -1,0 +1,73 @@
+"""The vibrating mechanism through a motion that does not repeat."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.equations_of_motion import Problem
+from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
+from elastic.elastodynamics.strains import Damping, given_forces, rigidities
+from elastic.elastodynamics.time_elements import Grid, Propagation, interpolation, scheme
+from elastic.solution import Deflection
+from rigid import Motion
+
+ELEMENTS = 12
+TOLERANCE = 1e-4
+
+
+def transient(
+    motion: Motion,
+    motion_at: MotionAt,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: Damping | float | None = None,
+    tolerance: float = TOLERANCE,
+    undeformed: bool = False,
+) -> Elastodynamic:
+    """Vibration of the links from the first position of a motion to its last.
+
+    It starts with the deflection of the quasi-static answer and its rate, which is at rest where the drives are, and in
+    equilibrium where they also do not begin with a jerk.
+
+    Parameters
+    ----------
+    motion
+        The positions asked for, of one design, in the order of their instants.
+    motion_at, sections, joints, damping, tolerance
+        As for `elastodynamic`.
+    undeformed
+        Start with straight links that move as rigid ones do.
+
+    Raises
+    ------
+    MechanismError
+        A singular position, or a block that leaves its beam.
+    ValueError
+        Several designs at once, or instants that do not grow.
+    """
+    if not (np.diff(motion.time) > 0).all() or len(motion.time) < 2:
+        raise ValueError(f"{len(motion.time)} instants that do not all grow, expected at least 2 that do")
+    start, duration = float(motion.time[0]), float(np.ptp(motion.time))
+    model = vibrating_model(motion_at, start, duration, sections, joints or {}, damping)
+    grid = Grid(start + np.linspace(0.0, duration, ELEMENTS + 1))
+    return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static, cyclic=False)
+
+
+def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Any:
+    return np.zeros(2 * found.equations.load.shape[-1])
+
+
+def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Any:
+    """Amplitudes of the quasi-static answer at the start, and their rates."""
+    structure = found.kinematics.structure
+    strains = found.strains[0] if found.strains.ndim == 3 else found.strains
+    forces = given_forces(structure, bent)
+    at_start = interpolation(scheme(found.grid.stages).points, np.zeros(1))
+    rate = (at_start @ found.grid.rates(forces)[0][: found.grid.stages])[0]
+    across = strains.T
+    stiffness = (across * rigidities(structure)) @ strains
+    return np.concatenate([np.linalg.solve(stiffness, across @ part) for part in (forces[0], rate)])

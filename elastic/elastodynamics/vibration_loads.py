@@ -1,0 +1,184 @@
+"""What vibrating links feel besides the rigid motion's loads, as loads along beams, at points and in soft joints.
+
+Given to the exact quasi-static solution they make its answer that of the vibrating mechanism: all displacements that
+the reduced coordinates cannot follow are found statically, and forces and fields agree to round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from elastic.elastodynamics.displacements import UNDER, Displacements
+from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
+from elastic.elastodynamics.equations_of_motion import Problem, masses
+from elastic.elastodynamics.point_effects import lumps_of
+from elastic.elastodynamics.strains import rigidities
+from elastic.links.added_loads import AddedLoads
+from rigid import Motion
+from rigid import structure as joints_of
+from rigid.loads import beam_directions
+from rigid.plane import cross
+
+
+@lru_cache(maxsize=32)
+def _to_powers(points: int) -> Any:
+    """From values at Gauss points to coefficients in powers of xi, shape (points, points)."""
+    nodes, _ = legendre.leggauss(points)
+    series = np.linalg.inv(legendre.legvander(nodes, points - 1))
+    in_xi = np.zeros((points, points))
+    for order in range(points):
+        one = legendre.Legendre.basis(order, domain=[0.0, 1.0])
+        in_xi[: order + 1, order] = one.convert(kind=np.polynomial.Polynomial, domain=[-1.0, 1.0]).coef
+    return in_xi @ series
+
+
+class _Gathered:
+    """Loads on the way to `AddedLoads`, arrays with the positions first."""
+
+    def __init__(self, structure: ElasticStructure, count: int) -> None:
+        self.structure = structure
+        beams, points = structure.weights.shape
+        self.q = np.zeros((count, beams, points), complex)
+        self.points: list[tuple[int, str, Any, Any]] = []
+        self.blocks: list[tuple[int, Any, Any]] = []
+
+    def along_beams(self, force: Any) -> None:
+        """A force per length at Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
+        self.q += force @ _to_powers(force.shape[-1]).T
+
+    def at_ends(self, directions: Any, start: Any, end: Any, moments: bool = False) -> None:
+        """Forces in the beams' axes, complex, or moments on the starts and ends of the beams, (positions, beams)."""
+        for k, (at, beam) in enumerate(self.structure.mechanism.beams):
+            for name, value in ((beam.start, start[:, k]), (beam.end, end[:, k])):
+                pair = (0.0, value) if moments else (directions[:, k] * value, 0.0)
+                self.points.append((at, name, *pair))
+
+
+def vibration_loads(found: Problem, motion: Motion, course: tuple[Any, Any, Any]) -> AddedLoads:
+    """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
+
+    `motion` is that at the grid's nodes.
+    """
+    x, x1, x2 = course
+    structure = found.kinematics.structure
+    directions = beam_directions(motion).T[1:]
+    moved = found.kinematics.unit[1:] @ x[..., None]
+    acceleration = found.acceleration @ x[..., None] + 2 * found.rate @ x1[..., None]
+    inertia = -masses(structure) * (acceleration + found.kinematics.rows[1:] @ x2[..., None])[..., 0]
+    gathered = _Gathered(structure, len(x))
+    flux = _of_beams(gathered, found, directions, moved, inertia)
+    viscous = _strain_rates(found, x, x1)
+    _of_strain_rates(gathered, directions, viscous, flux)
+    _of_lumps(gathered, motion, inertia)
+    _of_effects(gathered, found, moved, x, x1)
+    gaps, turns = _openings(gathered, motion, viscous)
+    return AddedLoads(
+        np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns
+    )
+
+
+def _of_beams(gathered: _Gathered, found: Problem, directions: Any, moved: Displacements, inertia: Any) -> Any:
+    """Inertia along the beams; returns what works on slopes [N], shape (positions, beams, points)."""
+    structure, felt = gathered.structure, found.felt
+    shape = (len(inertia), *structure.weights.shape)
+    size = structure.weights.size
+    slope = moved.slope[..., 0]
+    force = inertia[:, :size].reshape(shape)
+    if felt.turning is not None:
+        force = force + 1j * felt.turning[1:] * slope
+    gathered.along_beams(np.conj(directions)[..., None] * force / structure.weights)
+    flux = -felt.pull[1:] * slope
+    if structure.rotary.any():
+        flux = flux + inertia[:, size : 2 * size].real.reshape(shape)
+    return flux / structure.weights
+
+
+def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
+    """Rates of the forces that strains make, times beta, shape (positions, rows)."""
+    structure = found.kinematics.structure
+    rates = (found.strains @ x1[..., None])[..., 0]
+    if np.ndim(found.strain_rate):
+        rates = rates + (found.strain_rate @ x[..., None])[..., 0]
+    return rates * rigidities(structure) * found.damping.per_row(structure)
+
+
+def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: Any) -> None:
+    """Forces of the strains' rates, and what works on slopes, as loads along the beams and on their ends."""
+    structure = gathered.structure
+    shape = (len(viscous), *structure.weights.shape)
+    size = structure.weights.size
+    to_powers = _to_powers(shape[-1]).T
+    power = np.arange(1, shape[-1]) / structure.length[:, None]
+    stretching, bending = (
+        (viscous[:, k * size : (k + 1) * size].reshape(shape) / structure.weights) @ to_powers for k in (0, 1)
+    )
+    across = flux @ to_powers
+    across[..., :-1] += bending[..., 1:] * power
+    gathered.q[..., :-1] += stretching[..., 1:] * power - 1j * across[..., 1:] * power
+    pull = 1j * across - stretching
+    gathered.at_ends(directions, -pull[..., 0], pull.sum(-1))
+    gathered.at_ends(directions, bending[..., 0], -bending.sum(-1), moments=True)
+
+
+def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
+    """Inertia of the lumps at their points."""
+    lumps = lumps_of(gathered.structure.mechanism)
+    first = inertia.shape[1] - 2 * len(lumps)
+    for number, (at, lump) in enumerate(lumps):
+        force, moment = inertia[:, first + 2 * number], inertia[:, first + 2 * number + 1].real
+        arm = motion.direction[at][1:] * np.ravel(lump.offset)[0]
+        gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
+
+
+def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, x: Any, x1: Any) -> None:
+    """Forces that displaced points feel."""
+    chosen = found.kinematics.chosen
+    for effect in found.felt.effects:
+        own = effect[1:]
+        amount = own.stiffness * own.cause(moved)[:, 0]
+        if np.any(own.damping):
+            cause = effect.cause(found.kinematics.unit)
+            rate = (found.grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
+            amount = amount + own.damping * rate
+        for point, force, moment in own.loads(-amount):
+            at, name = chosen[point]
+            if name.startswith(UNDER):
+                gathered.blocks.append((int(name.removeprefix(UNDER)), force, moment))
+            else:
+                gathered.points.append((at, name, force, moment))
+
+
+def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, Any]:
+    """What dampers in soft joints keep these from opening, per joint."""
+    structure = gathered.structure
+    joints = joints_of(structure.mechanism).joints
+    gaps: list[Any] = [0.0] * len(joints)
+    turns: list[Any] = [0.0] * len(joints)
+    first = len(structure.stiffness) - len(structure.soft)
+    for number, freedom in enumerate(structure.soft):
+        closed = -viscous[:, 3 * structure.weights.size + number] / structure.stiffness[first + number, first + number]
+        if freedom.kind == "turn":
+            turns[freedom.joint] = turns[freedom.joint] + closed
+            continue
+        way = way_of(freedom, motion)
+        gaps[freedom.joint] = gaps[freedom.joint] + closed * np.broadcast_to(way, motion.columns)[1:]
+    return tuple(gaps), tuple(turns)
+
+
+def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
+    """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
+    columns = loads.q.shape[-1]
+    pairs = [item[-2:] for item in (*loads.points, *loads.blocks)] + list(zip(loads.gaps, loads.turns, strict=True))
+    parts = [loads.q.reshape(-1, columns), *(np.broadcast_to(value, (1, columns)) for pair in pairs for value in pair)]
+    whole = sampled(np.concatenate(parts).T).T
+    first = loads.q[..., 0].size
+    moved = iter(zip(whole[first::2], whole[first + 1 :: 2].real, strict=True))
+    points = tuple((*item[:2], *next(moved)) for item in loads.points)
+    blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
+    gaps, turns = zip(*moved, strict=True)
+    return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], whole.shape[-1]), points, blocks, gaps, turns)

@@ -1,0 +1,94 @@
+"""The answer beside two that rest on other theories: large displacements in time, and links as plane bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import Deflection, sample
+from kinelast.figures.comparisons import NonlinearCheck
+from kinelast.scene.drives import DriveEffort
+from kinelast.scene.error import SceneError
+
+if TYPE_CHECKING:
+    from fem_check.solid.comparison import SolidComparison
+    from kinelast.figures.results import Results
+
+ELEMENTS = 8  # to a beam
+FEWEST, ENOUGH = 16, 96  # positions of a cycle
+UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
+
+
+def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck:
+    """The mechanism solved once more, with nothing taken from the answer but the scene and its damping.
+
+    Raises
+    ------
+    SceneError
+        The motion is no cycle of drives that follow laws, or holds what this check does not know.
+    """
+    from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, estimated_errors, nonlinear_steady_state
+
+    scene, motion = results.scene, results.motion
+    laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
+    cyclic = scene.run.turn and len(laws) == len(scene.laws) and not results.left_out
+    strides = [n for n in range(1, len(motion.time)) if len(motion.time) % (2 * n) == 0]
+    if not cyclic or not strides or len(motion.time) < FEWEST:
+        problem = f"the nonlinear check takes a turn of drives that follow laws, {FEWEST} positions or more, even"
+        raise SceneError(scene.path, "run", "", problem)
+    stride = max((n for n in strides if len(motion.time) // n >= ENOUGH), default=1)
+
+    def solve(elements: int, positions: int) -> Any:
+        given = scene.mechanism, scene.sections, laws, scene.run.duration, positions, elements, scene.joints
+        return nonlinear_steady_state(*given, _damping(results), float(motion.time[0]), progress)
+
+    try:
+        found, errors = estimated_errors(solve, ELEMENTS, len(motion.time) // stride)
+    except (NotCheckedError, DoesNotCloseError) as error:
+        raise SceneError(scene.path, "", "", f"the nonlinear check: {error}") from None
+    largest = np.abs(found.chord).max(axis=(1, 2))
+    taken = np.maximum(largest, UNBENT * largest.max(initial=0.0))
+
+    def apart(bent: Deflection) -> dict[str, float]:
+        away = np.abs(sample(bent, "chord", found.xi)[:, ::stride] - found.chord).max(axis=(1, 2))
+        return dict(zip(scene.labels, (away / np.where(taken > 0, taken, 1.0)).tolist(), strict=True))
+
+    return NonlinearCheck(
+        ELEMENTS,
+        len(found.time),
+        apart(results.deflection),
+        apart(results.quasi_static),
+        dict(zip(scene.labels, largest.tolist(), strict=True)),
+        results.answer.error if results.answer else math.nan,
+        errors.mesh["w"],
+        errors.step["w"],
+    )
+
+
+def _damping(results: Results) -> Any:
+    """beta of every beam [s]: that of the answer, or of the lowest natural frequency."""
+    if results.answer and results.answer.vibrating:
+        return results.answer.vibrating.damping.beams
+    theory, frequencies = results.scene.theory, results.frequencies
+    lowest = frequencies.lowest if frequencies else math.inf
+    own = np.array(theory.damping or (math.nan,) * len(results.scene.labels))
+    return np.where(np.isnan(own), 2 * theory.damping_ratio / lowest, own)
+
+
+def solid_check(results: Results) -> SolidComparison:
+    """What beam theory leaves out of the quasi-static answer, by links as plane-stress bodies.
+
+    Raises
+    ------
+    SceneError
+        A link is no body that the check can make.
+    """
+    from fem_check.solid.comparison import compare_solid
+
+    try:
+        return compare_solid(results.quasi_static)
+    except ValueError as error:
+        raise SceneError(results.scene.path, "links", "", f"the solid check: {error}") from None

@@ -1,0 +1,167 @@
+"""How the answer goes with the speed of the drive: largest deflection and stress, critical speeds, limits that hold."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, extremes
+from elastic.elastodynamics import Damping, SpeedMap, speed_map
+from kinelast.scene.data import Scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.limits import Limit
+from kinelast.scene.motion import scene_motion_at
+from rigid import ConstantSpeed, MechanismError, Motion, PinDrive
+
+FIELDS = ("w", "chord", "mises")
+KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
+HARMONICS = 6  # of the drive's speed, that are marked where they meet a natural frequency
+
+
+@dataclass(frozen=True, eq=False)
+class Speeds:
+    """Largest values over the cycle at several speeds.
+
+    Attributes
+    ----------
+    speed
+        Of the drive [rad/s or m/s], shape (speeds,).
+    found
+        What the engine found: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
+    highest
+        Highest speed up to which every limit of the scene holds; None without limits, 0.0 where they fail at the first.
+    critical
+        Speeds at which a low multiple of the drive's runs through the lowest natural frequencies, by that multiple:
+        least and greatest over the cycle.
+    """
+
+    speed: Any
+    found: SpeedMap
+    highest: float | None
+    critical: Mapping[int, tuple[float, float]]
+
+
+def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
+    """The answer at speeds from one to another.
+
+    Raises
+    ------
+    SceneError
+        Not one drive at constant speed moves the scene, or vibration cannot be answered.
+    """
+    if len(scene.laws) != 1 or not isinstance(scene.laws[0], ConstantSpeed) or not scene.laws[0].speed:
+        raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
+    own = abs(scene.laws[0].speed)
+    speed = np.linspace(*asked)
+
+    def motion_at(time: Any) -> Motion:
+        return scene_motion_at(scene, time)
+
+    theory = scene.theory
+    damping = Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
+    try:
+        found = speed_map(
+            motion_at, 2 * math.pi / own, (speed / own).tolist(), scene.sections, _largest, scene.joints, damping
+        )
+    except (MechanismError, ValueError) as error:
+        raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
+    least, most = float(found.omega.min()), float(found.omega.max())
+    spans = {n: (least / n, most / n) for n in range(1, HARMONICS + 1)}
+    critical = {n: (low, high) for n, (low, high) in spans.items() if low <= asked[1] and high >= asked[0]}
+    return Speeds(speed, found, _highest(scene, speed, found.values), critical)
+
+
+def _largest(bent: Deflection) -> Any:
+    """Largest magnitudes of `FIELDS` over the cycle, shape (fields, beams)."""
+    found = extremes(bent, FIELDS)
+    return np.array([np.abs(found[field].value).max(axis=-1) for field in FIELDS])
+
+
+def _highest(scene: Scene, speed: Any, values: Any) -> float | None:
+    limits = [limit for limit in scene.limits if limit.kind in (*KINDS, "safety")]
+    if not limits:
+        return None
+    holds = np.all([_kept(scene, limit, values) for limit in limits], axis=0)
+    count = len(speed) if holds.all() else int(holds.argmin())
+    return float(speed[count - 1]) if count else 0.0
+
+
+def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
+    """Whether a limit holds, per speed; not where there is no steady state."""
+    owners = [scene.mechanism.links[at].name for at, _ in scene.mechanism.beams]
+    beams = [number for number, owner in enumerate(owners) if limit.link in ("", owner)]
+    if limit.kind == "safety":
+        bound = np.array([float(np.ravel(scene.sections[number].yield_stress)[0]) for number in beams]) / limit.value
+        return (values[:, FIELDS.index("mises"), beams] <= bound).all(axis=1)
+    return (values[:, FIELDS.index(KINDS[limit.kind])][:, beams] <= limit.value).all(axis=1)
+
+
+def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
+    """A row a speed: the largest values of every beam with and without vibration, and growth over a cycle."""
+    units = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
+    unit = "rad/s" if isinstance(scene.mechanism.drives[0], PinDrive) else "m/s"
+    names = [f"{label}.{field}{how} [{units[field]}]" for how in ("", " without vibration") for field in FIELDS
+             for label in scene.labels]  # fmt: skip
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow([f"speed [{unit}]", *names, "growth over a cycle [1]", "stable"])
+        map_ = found.found
+        for k, speed in enumerate(found.speed):
+            values = np.concatenate((map_.values[k].ravel(), map_.quasi_static[k].ravel()))
+            figures = ["" if math.isnan(value) else repr(float(value)) for value in values]
+            rows.writerow([repr(float(speed)), *figures, repr(float(map_.growth[k])), bool(map_.stable[k])])
+
+
+def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
+    """Largest chord deflection and stress against speed, with critical speeds and instability, as SVG."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    mpl.rcParams["svg.hashsalt"] = "kinelast"
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    map_ = found.found
+    shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
+    for axes, field, scale, words in shown:
+        with_, without = (scale * values[:, FIELDS.index(field)] for values in (map_.values, map_.quasi_static))
+        for beam, label in enumerate(scene.labels):
+            (line,) = axes.plot(found.speed, with_[:, beam], label=label)
+            axes.plot(found.speed, without[:, beam], ":", color=line.get_color(), lw=1)
+        for harmonic, (low, high) in found.critical.items():
+            axes.axvspan(low, high, color="0.5", alpha=0.12, lw=0)
+            axes.text(
+                max(low, found.speed[0]),
+                0.98,
+                f" {harmonic}x",
+                transform=axes.get_xaxis_transform(),
+                va="top",
+                fontsize=8,
+            )
+        for speed in found.speed[~map_.stable]:
+            axes.axvline(speed, color="crimson", lw=0.8)
+        axes.set_ylabel(f"largest {words}")
+        axes.set_ylim(bottom=0)
+        axes.set_xlim(found.speed[0], found.speed[-1])
+    if found.highest:
+        below.axvline(found.highest, color="black", ls="--", lw=1, label="limits hold up to here")
+    below.set_xlabel("speed of the drive [rad/s]; grey: a multiple of it in the range of the lowest natural frequency")
+    above.legend(title="dotted: without vibration", fontsize=8)
+    figure.savefig(path, metadata={"Date": None})
+
+
+def speed_figures(found: Speeds) -> dict[str, Any]:
+    """Speeds as plain data."""
+    return {
+        "from": float(found.speed[0]),
+        "to": float(found.speed[-1]),
+        "count": len(found.speed),
+        "highest_within_limits": found.highest,
+        "unstable": [float(speed) for speed in found.speed[~found.found.stable]],
+        "critical": {str(harmonic): list(span) for harmonic, span in found.critical.items()},
+    }

@@ -1,0 +1,288 @@
+"""The branch of a mechanism, followed with certainty from the drawing along the way of its drives.
+
+Knots are put on the way, as many as the mechanism asks for and whatever positions are asked: every step from one to the
+next has a certificate (`rigid.positions.enclosure`) that one branch runs through it and no other is near; where it has
+none it is halved. What is left uncertain after that is a change point, through which the smooth branch goes on, or an
+end of the reach, behind which nothing is answered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rigid.closure import closure, columns
+from rigid.decomposition.groups import Group, Structure
+from rigid.drawing import Drawing
+from rigid.joints import coordinate_of, joint_place
+from rigid.mechanism import Mechanism
+from rigid.plane import number as as_number
+from rigid.positions import knots as table_of
+from rigid.positions.drive_path import FINEST, Path
+from rigid.positions.dyad_places import place_dyad_with_slack
+from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
+from rigid.positions.knots import Table, located, merged, some, steps
+from rigid.positions.newton import hung, newton, sine_of
+from rigid.positions.placement import Placement
+from rigid.positions.rows import of_designs
+
+NARROW = 64  # times the finest step that a change point may be wide
+BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
+EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
+
+
+class Branch:
+    """Knots on the way of the drives of a mechanism; `table` holds them.
+
+    `edge`, of a stride, is how near the end of its reach is closed in on.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float
+    ) -> None:
+        self.mechanism, self.structure, self.path, self.forms, self.edge = mechanism, structure, path, forms, edge
+        self.low, self.high = low, high
+        self.drawing = Drawing(mechanism)
+        self.designs = lengths(mechanism)
+        self.rows = self.designs[0] if self.designs else 1
+        self.loops = [tuple(loop(group, cut) for cut in group.cut) for group in structure.groups]
+        self.drivers = measured_drivers(structure)
+        grid = path.grid(low, high)
+        counts = len(mechanism.links), len(structure.groups), len(self.drivers)
+        self.table: Table = table_of.knots(grid, self.rows, *counts)
+
+    def enter(self, number: int) -> None:
+        """Room for a group in the table."""
+        group, count = self.structure.groups[number], len(self.table["place"])
+        free, cuts = len(group.free), len(group.cut)
+        self.table[f"free{number}"] = np.full((count, free), np.nan)
+        for name in ("columns", "duals"):
+            self.table[f"{name}{number}"] = np.full((count, free, cuts), np.nan, complex)
+        self.table[f"box{number}"] = np.full((count, free), np.nan)
+        self.table[f"sure{number}"] = np.zeros(count, bool)
+
+    def measure(self, group: Group) -> None:
+        """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
+        place = self.table["place"]
+        for joint in group.tree:
+            if joint.gear is None or joint.gear.driver.moved or joint.gear.driver.slider is not None:
+                continue
+            driver = joint.gear.driver
+            k = self.drivers.index((driver.name, driver.parent, driver.child))
+            angle = np.angle(self.table["direction"][:, [driver.child, driver.parent]])
+            change = np.diff(angle, axis=0)
+            change -= 2 * np.pi * np.round(change / (2 * np.pi))
+            path = np.concatenate([[0.0], np.nancumsum(change[:, 0] - change[:, 1])])
+            path *= driver.sense
+            seen = driver.sense * (angle[:, 0] - angle[:, 1])
+            drawn = self.drawing.coordinate(driver)
+            for row in range(self.rows):
+                mine = np.flatnonzero(self.table["row"] == row)
+                begin = mine[np.abs(place[mine] - self.path.begin).argmin()]
+                start = seen[begin] + 2 * np.pi * np.round((drawn - seen[begin]) / (2 * np.pi))
+                self.table["led"][mine, k] = start + path[mine] - path[begin]
+
+    # Placing
+
+    def set(self, table: Table, number: int, guess: Any = None) -> None:
+        """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots)."""
+        count = len(table["place"])
+        shape = (count, 1) if self.designs else (count,)
+        group = of_designs(self.structure.groups[number], table["row"], self.designs)
+        drive = self.path.drives(table["place"]).reshape(-1, *shape)
+        origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
+        sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
+        led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
+        placed = Placement(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
+        if not group.free:
+            for joint in group.tree:
+                placed.hang(joint, placed.coordinate(joint))
+            found: Any = None
+        elif self.forms[number]:
+            found = place_dyad_with_slack(placed, group, self.drawing, table["sign"][:, number].reshape(shape))
+        else:
+            start = guess.reshape(len(group.free), *shape)
+            found = sine_of(hung(placed, group, newton(placed, group, start)))
+        self._note(table, number, placed, group, found)
+
+    def _note(self, table: Table, number: int, placed: Placement, group: Group, sine: Any) -> None:
+        """Enter a placed group into knots."""
+        count = len(table["place"])
+
+        def flat(value: Any) -> Any:
+            return np.broadcast_to(as_number(value), placed.shape).reshape(count)
+
+        for link in group.links:
+            table["origin"][:, link] = flat(placed.origin[link])
+            table["direction"][:, link] = flat(placed.direction[link])
+        for k, key in enumerate(self.drivers):
+            if key in placed.seen:
+                table["led"][:, k] = flat(placed.seen[key])
+        if not group.free:
+            table["sine"][:, number] = np.where(
+                np.isfinite(table["origin"][:, list(group.links)]).all(axis=1), 1.0, np.nan
+            )
+            return
+        tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
+        table["sine"][:, number] = flat(sine)
+        for k, at in enumerate(group.free):
+            table[f"free{number}"][:, k] = flat(coordinate_of(placed, group.tree[at]))
+        with np.errstate(all="ignore"):
+            duals = closure(group, tree, cut).duals
+        for k, column in enumerate(columns(group, tree, cut)):
+            for c, entry in enumerate(column):
+                table[f"columns{number}"][:, k, c] = flat(as_number(entry))
+                table[f"duals{number}"][:, k, c] = flat(duals[k, c])
+
+    def _between(self, low: Table, high: Table, number: int) -> Table:
+        """Knots half way between others, with all groups up to one placed."""
+        middle = some(low, np.arange(len(low["place"])))
+        middle["place"] = 0.5 * (low["place"] + high["place"])
+        middle["coarse"] = np.zeros(len(middle["place"]), bool)
+        middle["led"] = 0.5 * (low["led"] + high["led"])
+        for k in range(number + 1):
+            guess = None
+            if self.structure.groups[k].free and not self.forms[k]:
+                guess = (low[f"free{k}"] + 0.5 * self.ways(k, low, high)).T
+            self.set(middle, k, guess)
+            # What is certain of a step is of its halves; their straight lines may be off by as much again.
+            low[f"box{k}"] = 2 * low[f"box{k}"]
+            middle[f"box{k}"], middle[f"sure{k}"] = low[f"box{k}"].copy(), low[f"sure{k}"].copy()
+        return middle
+
+    def ways(self, number: int, low: Table, high: Table) -> Any:
+        """From the coordinates of a group at knots to those at others, by the shorter way, shape (knots, free)."""
+        group = self.structure.groups[number]
+        way = high[f"free{number}"] - low[f"free{number}"]
+        turns = np.array([group.tree[at].slider is None for at in group.free])
+        return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
+
+    # Certainty
+
+    def certify(self, low: Table, high: Table, number: int) -> tuple[Any, Any]:
+        """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are."""
+        count = len(low["place"])
+        links = len(self.mechanism.links)
+        before = np.ones(count, bool)
+        finest = high["place"] - low["place"] <= 2 * FINEST * self.path.stride
+        with np.errstate(all="ignore"):
+            turned = np.angle(high["direction"] * np.conj(low["direction"])).T
+            shift = (high["origin"] - low["origin"]).T
+            step = Step(low["row"], low["origin"].T, shift, turned, np.zeros((links, count)), np.zeros((links, count)))
+            for k, group in enumerate(self.structure.groups[: number + 1]):
+                ways = self.ways(k, low, high)
+                free = np.array([low[f"free{k}"], low[f"free{k}"] + ways]).transpose(0, 2, 1)
+                sides = (
+                    np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}")
+                )
+                certificate = Certificate(
+                    group, self.loops[k], step, Ends(free, *sides), NOISE if self.forms[k] else 0.0
+                )
+                box = certificate.box
+                if k == number:
+                    return box.T, before
+                passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
+                box = np.where(np.isnan(box) & passed, np.abs(ways.T) + NARROW * FINEST, box)
+                before &= np.isfinite(box).all(axis=0)
+                certificate.fill(box)
+        raise AssertionError
+
+    def refine(self, number: int, which: Any, finest: float = FINEST) -> None:
+        """Halve some steps of a group until they are certain, or as fine as `finest` of a stride."""
+        low, high = some(self.table, which), some(self.table, which + 1)
+        kept: list[Table] = []
+        outside = np.ones(len(self.table["place"]), bool)
+        outside[which] = False
+        kept.append(some(self.table, outside))
+        edge = (EDGE if all(self.forms) else self.edge if self.forms[number] else finest) * self.path.stride
+        while True:
+            box, before = self.certify(low, high, number)
+            sure = np.isfinite(box).all(axis=1)
+            low[f"box{number}"], low[f"sure{number}"] = box, sure
+            length = high["place"] - low["place"]
+            known = np.isfinite(np.array([end["sine"][:, number] for end in (low, high)]))
+            split = ~sure & (length > finest * self.path.stride) & before & known.any(axis=0)
+            split &= known.all(axis=0) | (length > edge)
+            kept.append(some(low, ~split))
+            if not split.any():
+                break
+            low, high = some(low, split), some(high, split)
+            middle = self._between(low, high, number)
+            low, high = (
+                {name: np.concatenate([a[name], b[name]]) for name in a} for a, b in ((low, middle), (middle, high))
+            )
+        self.table = merged(kept)
+
+    def doubtful(self, number: int) -> list[tuple[int, int]]:
+        """First and last knot of every run of steps that are not certain."""
+        at = steps(self.table)
+        open_ = at[~self.table[f"sure{number}"][at]]
+        runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
+        return [(int(run[0]), int(run[-1]) + 1) for run in runs]
+
+    @property
+    def reach_of_change(self) -> float:
+        """How wide what is not certain about a change point may be."""
+        return NARROW * FINEST * self.path.stride
+
+    def before(self, row: int, place: float) -> int:
+        """Number of the knot of a design before a place, never the last one."""
+        return int(located(self.table, np.array([place]), self.rows)[row, 0])
+
+    # Dyads
+
+    def fold(self, number: int) -> None:
+        """Follow a dyad: its sign changes where it passes a change point."""
+        self.set(self.table, number)
+        self.refine(number, steps(self.table))
+        place, row = self.table["place"], self.table["row"]
+        sign = np.ones(len(place))
+        for at in self._touches(number):
+            if self.path.onward(place[at - 1], place[at + 1]):
+                beyond = place > place[at] if place[at] >= self.path.begin else place < place[at]
+                sign[beyond & (row == row[at])] *= -1.0
+        if (sign < 0).any():
+            self.table["sign"][:, number] = sign
+            self.set(self.table, number)
+
+    def _touches(self, number: int) -> list[int]:
+        """Knots nearest to where the sine of a dyad comes to zero and goes on.
+
+        There it falls to a part of what it is a few of the finest steps aside; where it only comes near zero it turns
+        around gently.
+        """
+        place, row, sine = self.table["place"], self.table["row"], np.abs(self.table["sine"][:, number])
+        open_ = ~self.table[f"sure{number}"] & (np.diff(place, append=np.inf) <= 2 * FINEST * self.path.stride)
+        least = np.zeros(len(place), bool)
+        count = len(place) - 2 * BESIDE
+        if count > 0:
+            here = sine[BESIDE:-BESIDE]
+            before, after = (
+                np.array([sine[BESIDE + k * way :][:count] for k in range(1, BESIDE + 1)]) for way in (-1, 1)
+            )
+            inside = open_[BESIDE:-BESIDE] & open_[BESIDE - 1 :][:count] & (row[: -2 * BESIDE] == row[2 * BESIDE :])
+            with np.errstate(invalid="ignore"):
+                lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
+                least[BESIDE:-BESIDE] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
+        found: list[int] = []
+        for at in np.flatnonzero(least):
+            if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.reach_of_change:
+                continue
+            found.append(int(at))
+        return found
+
+
+def lengths(mechanism: Mechanism) -> tuple[int, ...]:
+    """Shape of the dimensions: () or (designs, 1)."""
+    values = [place for link in mechanism.links for place in link.points.values()]
+    values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
+    return np.broadcast_shapes(*(np.shape(value) for value in values))
+
+
+def measured_drivers(structure: Structure) -> tuple[Any, ...]:
+    """Names and links of the joints that drive a gear and are not themselves moved."""
+    gears: Sequence[Any] = [joint.gear for joint in structure.joints if joint.gear is not None]
+    found = {(gear.driver.name, gear.driver.parent, gear.driver.child) for gear in gears if not gear.driver.moved}
+    return tuple(sorted(found))

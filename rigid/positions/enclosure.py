@@ -1,0 +1,281 @@
+"""Where the links of a group are between two places on the way of the drives, with certainty.
+
+Derivation: docs/theory.md, "The branch".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from rigid.decomposition.groups import Group
+from rigid.joints import Joint
+from rigid.plane import ROUND_OFF
+
+ROUNDS = 6
+WIDER = 1.05  # by which a box is blown up, so that it is mapped into its inside
+NOISE = 4 * ROUND_OFF  # of a gap, over the sizes of its vectors
+LEAST = 1e-13  # half width of a box [rad or m] below which round-off counts
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Steps from one knot to the next, shape (steps,) in the last axis.
+
+    Attributes
+    ----------
+    row
+        Number of the design.
+    origin, shift
+        Of every link at the first knot [m] and from there to the second, complex, shape (links, steps).
+    turned
+        Angle of every link from the first knot to the second [rad], shape (links, steps).
+    bend, stray
+        How far the angle of a link [rad] and its origin [m] may be from the straight line between the knots, shape
+        (links, steps); filled group by group.
+    """
+
+    row: Any
+    origin: Any
+    shift: Any
+    turned: Any
+    bend: Any
+    stray: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """A group at the two ends of steps.
+
+    Attributes
+    ----------
+    free
+        Coordinates of the free joints, shape (2, free, steps).
+    columns, duals
+        As in `Closure`, complex, shape (2, free, cuts, steps).
+    """
+
+    free: Any
+    columns: Any
+    duals: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """The gap of a cut joint as a sum of vectors that turn with links.
+
+    Attributes
+    ----------
+    arms
+        Link to the vector in its axes [m].
+    slides
+        Number of a tree joint to +1 or -1: the slide's vector turns with the child.
+    roots
+        Placed link to the weight of its origin.
+    owner
+        The link in whose axes the gap is measured, None for a pin's.
+    """
+
+    arms: Mapping[int, Any]
+    slides: Mapping[int, int]
+    roots: Mapping[int, int]
+    owner: int | None
+
+
+def loop(group: Group, cut: Joint) -> Loop:
+    """The loop that a cut joint closes."""
+    arms: dict[int, Any] = {}
+    slides: dict[int, int] = {}
+    roots: dict[int, int] = {}
+    hinges = dict(zip(group.links, enumerate(group.tree), strict=True))
+    for end, at, sign in ((cut.child, cut.at_child, 1), (cut.parent, cut.at_parent, -1)):
+        link, point = end, at
+        while link in hinges:
+            number, hinge = hinges[link]
+            arms[link] = arms.get(link, 0.0) + sign * (point - hinge.at_child)
+            if hinge.slider is not None:
+                slides[number] = slides.get(number, 0) + sign
+            link, point = hinge.parent, hinge.at_parent
+        arms[link] = arms.get(link, 0.0) + sign * point
+        roots[link] = roots.get(link, 0) + sign
+    slides, roots = ({key: value for key, value in each.items() if value} for each in (slides, roots))
+    return Loop(arms, slides, roots, None if cut.slider is None else cut.owner)
+
+
+class Certificate:
+    """Whether one branch of a group, and no other, runs from one end of a step to the other near the straight line.
+
+    `box` is how far the free coordinates may be from it, shape (free, steps); nan where that is not certain.
+    """
+
+    def __init__(self, group: Group, loops: tuple[Loop, ...], step: Step, ends: Ends, noise: float = NOISE) -> None:
+        self.noise = noise
+        self.group, self.loops, self.step, self.ends = group, loops, step, ends
+        self.carried = [{link for link, _ in carried} for carried in group.carried]
+        self.base = self._base()
+
+    def _base(self) -> dict[int, Any]:
+        """Bend of every link that it has from the placed ones."""
+        base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
+        for hinge in self.group.tree:
+            base[hinge.child] = base[hinge.parent]
+            if hinge.gear is not None and hinge.slider is None:
+                base[hinge.child] = base[hinge.child] + self._led(hinge)
+        return base
+
+    def _led(self, hinge: Joint) -> Any:
+        """How far a gear's follower may be from the straight line."""
+        assert hinge.gear is not None
+        if hinge.gear.driver.moved:
+            return 0.0
+        sort = self.step.bend if hinge.gear.driver.slider is None else self.step.stray
+        return abs(hinge.gear.ratio) * sum(sort[link] for link in hinge.gear.ends)
+
+    def _size(self, arm: Any) -> Any:
+        size = np.abs(arm)
+        return np.ravel(size)[self.step.row] if np.ndim(size) else size
+
+    @cached_property
+    def _slide(self) -> dict[int, tuple[Any, Any]]:
+        """Greatest slide and its change, of every tree joint that slides."""
+        found = {}
+        for number, hinge in enumerate(self.group.tree):
+            if hinge.slider is None:
+                continue
+            if number in self.group.free:
+                low, high = self.ends.free[:, self.group.free.index(number)]
+                found[number] = np.maximum(np.abs(low), np.abs(high)), np.abs(high - low)
+                continue
+            moved = np.abs(self.step.shift[hinge.block] - self.step.shift[hinge.owner])
+            away = np.abs(self.step.origin[hinge.block] - self.step.origin[hinge.owner])
+            found[number] = away + moved + self._size(hinge.at_child) + self._size(hinge.at_parent), moved
+        return found
+
+    def _relative(self, link: int | None, owner: int | None) -> tuple[Any, Any]:
+        """Turn of a link in the axes of another, and the bend of both."""
+        if link == owner:
+            return 0.0, 0.0
+        turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
+        return turned, sum(self.base[each] for each in (link, owner) if each is not None)
+
+    def _stray(self, loop: Loop, links: set[int] | None) -> Any:
+        """How far the part of a loop on some links, all for None, may be from the straight line."""
+        total: Any = 0.0
+        for link, arm in loop.arms.items():
+            if links is None or link in links:
+                turned, bend = self._relative(link, loop.owner)
+                total = total + self._size(arm) * (turned**2 / 8 + bend)
+        for number in loop.slides:
+            child = self.group.tree[number].child
+            if links is None or child in links:
+                most, change = self._slide[number]
+                turned, bend = self._relative(child, loop.owner)
+                total = total + most * (turned**2 / 8 + bend) + change * np.abs(turned) / 4
+        if links is None and loop.roots:
+            here = sum(weight * self.step.origin[link] for link, weight in loop.roots.items())
+            change = np.abs(sum(weight * self.step.shift[link] for link, weight in loop.roots.items()))
+            turned, bend = self._relative(None, loop.owner)
+            total = total + (np.abs(here) + change) * (turned**2 / 8 + bend) + change * np.abs(turned) / 4
+            total = total + sum(abs(weight) * self.step.stray[link] for link, weight in loop.roots.items())
+        return total
+
+    def _extent(self, loop: Loop) -> Any:
+        """Sum of the sizes of a loop's vectors [m], which its round-off goes with."""
+        total = sum(self._size(arm) for arm in loop.arms.values())
+        total = total + sum(self._slide[number][0] for number in loop.slides)
+        return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
+
+    def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Any:
+        """How much the part of a loop on some links changes per change of a free coordinate."""
+        turns = self.group.tree[self.group.free[k]].slider is None
+        owned = turns and loop.owner is not None and loop.owner in self.carried[k]
+        total: Any = 0.0
+        for link, arm in loop.arms.items():
+            if links is None or link in links:
+                times = (turns and link in self.carried[k]) + owned if link != loop.owner else 0
+                total = total + times * self._size(arm)
+        for number in loop.slides:
+            child = self.group.tree[number].child
+            if links is None or child in links:
+                times = (turns and child in self.carried[k]) + owned if child != loop.owner else 0
+                total = total + times * self._slide[number][0] + (number == self.group.free[k])
+        return total
+
+    @cached_property
+    def box(self) -> Any:
+        """See the class."""
+        free, cuts, count = len(self.group.free), len(self.loops), len(self.step.row)
+        if not free:
+            return np.zeros((0, count))
+        gap, twist = np.zeros((2, cuts, count))
+        bent = np.zeros((free, cuts, count))
+        slope = np.zeros((free, free, cuts, count))
+        for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
+            gap[c] = self._stray(each, None) + self.noise * self._extent(each)
+            twist[c] = 0.0 if cut.slider is None else self.base[cut.parent] + self.base[cut.child]
+            for j, number in enumerate(self.group.free):
+                hinge = self.group.tree[number]
+                if hinge.slider is None:
+                    bent[j, c] = self._stray(each, self.carried[j])
+                    for k in range(free):
+                        slope[j, k, c] = self._slope(each, k, self.carried[j])
+                elif number in each.slides:
+                    turned, bend = self._relative(hinge.child, each.owner)
+                    bent[j, c] = turned**2 / 8 + bend
+                    for k in range(free):
+                        turns = self.group.tree[self.group.free[k]].slider is None
+                        held = (hinge.child in self.carried[k]) + (
+                            each.owner is not None and each.owner in self.carried[k]
+                        )
+                        slope[j, k, c] = turns * held * (hinge.child != each.owner)
+        with np.errstate(all="ignore"):
+            return self._boxed(gap, twist, bent, slope)
+
+    def _boxed(self, gap: Any, twist: Any, bent: Any, slope: Any) -> Any:
+        """Boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
+        lines = np.array([cut.slider is not None for cut in self.group.cut])[:, None]
+        found: Any = LEAST
+        maps = []
+        for duals, sign in zip(self.ends.duals, (0.5, -0.5), strict=True):
+            weight = np.where(lines, np.abs(duals.real), np.abs(duals))
+            change = sign * (self.ends.columns[1] - self.ends.columns[0])
+            start = np.einsum("kcf,cf->kf", weight, gap) + np.einsum("kcf,cf->kf", np.abs(duals.imag) * lines, twist)
+            first = np.abs(np.einsum("kcf,jcf->kjf", duals, change).imag) + np.einsum("kcf,jcf->kjf", weight, bent)
+            maps.append((start + LEAST, first, np.einsum("kcf,jlcf->kjlf", weight, slope)))
+            found = np.maximum(found, start)
+        sure = np.zeros(found.shape[1:], bool)
+        for _ in range(ROUNDS):
+            found = found * WIDER
+            again = np.max([self._mapped(each, found) for each in maps], axis=0)
+            sure = (again < found).all(axis=0)
+            if sure.all():
+                break
+            found = np.where(sure, found, np.maximum(again, found))
+        return np.where(sure, found, np.nan)
+
+    @staticmethod
+    def _mapped(each: tuple[Any, Any, Any], box: Any) -> Any:
+        start, first, second = each
+        return start + np.einsum("kjf,jf->kf", first + np.einsum("kjlf,lf->kjf", second, box), box)
+
+    def fill(self, box: Any) -> None:
+        """Fill in how far the links of the group may be from the straight line, its coordinates by `box`."""
+        step = self.step
+        for number, hinge in enumerate(self.group.tree):
+            parent, child = hinge.parent, hinge.child
+            free = self.group.free.index(number) if number in self.group.free else None
+            bend = step.bend[parent] + (box[free] if free is not None and hinge.slider is None else 0.0)
+            led = self._led(hinge) if hinge.gear is not None else 0.0
+            step.bend[child] = bend + (led if hinge.slider is None else 0.0)
+            stray = step.stray[parent]
+            for link, arm in ((parent, hinge.at_parent), (child, hinge.at_child)):
+                stray = stray + self._size(arm) * (step.turned[link] ** 2 / 8 + step.bend[link])
+            if hinge.slider is not None:
+                most, change = self._slide[number]
+                stray = stray + most * (step.turned[child] ** 2 / 8 + bend) + change * np.abs(step.turned[child]) / 4
+                stray = stray + (box[free] if free is not None else led)
+            step.stray[child] = stray

@@ -1,0 +1,207 @@
+"""The branch does not depend on the positions asked; mechanisms that are held twice, or flat on the way, are built."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkages import bar, linkage
+from test_change_points import parallelogram
+
+import rigid.positions.placing
+from elastic import Section, deflection
+from rigid import Beam, Link, Mechanism, PinDrive, Slider, motion
+from rigid.dynamics import Effort, ForwardError, forward, motion_during
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import branch_certainty
+
+PLATE = {
+    "A": 0.027919744804337017 + 0.3817358100484221j,
+    "B": 0.31547904485197353 + 0.43990729208932466j,
+    "C": 0.18704455043586918 + 0.522278262193203j,
+    "G": 0.20273991047319695 + 0.08173581004842212j,
+    "H": 0.20560565929570193 + 0.13990729208932468j,
+    "K": 0.013828309269791894 + 0.8745732926645884j,
+    "O": 0.053469760233059986 + 0.8436503391361801j,
+}
+START = float(np.angle(PLATE["K"] - PLATE["O"]))
+
+
+@pytest.fixture(scope="module")
+def plate_on_rods():
+    bars = (("r1", "G", "A"), ("r2", "H", "B"), ("r3", "K", "C"), ("crank", "O", "K"))
+    return linkage(PLATE, "GHO", bars, [("plate", "ABC")], [PinDrive("crank", "O")])
+
+
+@pytest.mark.parametrize(("turns", "count"), [(5, 181), (5, 31), (50, 60), (1000, 37), (-5, 181)])
+def test_a_plate_on_three_rods_over_several_turns(plate_on_rods, turns, count):
+    """Its loops allow several assemblies: the walk that tells takes steps of a thousandth of a turn."""
+    angle = START - np.linspace(0, turns * 2 * np.pi, count)
+    within = START + np.mod(angle - START, 2 * np.pi)
+    dense = motion(plate_on_rods, START + np.linspace(0, 2 * np.pi, 1001))
+    found = motion(plate_on_rods, angle)
+    for link in range(1, 6):
+        expected = np.exp(1j * np.interp(within, dense.drive[0], np.unwrap(np.angle(dense.direction[link]))))
+        np.testing.assert_allclose(found.direction[link], expected, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize(("turns", "count"), [(100, 360), (100, 61), (1000, 360), (-100, 360)])
+@pytest.mark.parametrize("general", [False, True])
+def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
+    if general:
+        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    angle = 0.3 + np.linspace(0, turns * 2 * np.pi, count)
+    found = motion(parallelogram(), angle)
+    np.testing.assert_allclose(found.direction[3], np.exp(1j * angle), rtol=0, atol=1e-6)
+
+
+def test_random_mechanisms_at_random_positions(monkeypatch):
+    """Seconds of `benchmarks/branch_certainty.py`, against walks and closed forms that share no code."""
+    monkeypatch.setattr(branch_certainty, "FINE", 2000)
+    for kinds, mechanisms in ((("dyads", "triads"), 2), (tuple(branch_certainty.CHANGING), 6)):
+        for kind, count in branch_certainty.run(mechanisms, 7, kinds).items():
+            assert count.wrong == count.missed == 0, f"{kind}: {count}"
+            assert count.right > 10, f"{kind}: {count}"
+
+
+def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
+    """As of a dyad, though other assemblies may be near."""
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.3}),
+        Link("crank", {"O": 0.0, "A": 0.25}),
+        Link("coupler", {"A": 0.0, "B": 0.2}),
+        Link("rocker", {"D": 0.0, "B": 0.2}),
+    )
+    tip = 0.25 * np.exp(0.5j)
+    middle, half = (tip + 0.3) / 2, (0.3 - tip) / 2
+    fold = middle + 1j * half / abs(half) * np.sqrt(0.2**2 - abs(half) ** 2)
+    drawing = {"O": 0.0, "D": 0.3, "A": tip, "B": fold}
+    stop = np.arccos((0.25**2 + 0.3**2 - 0.4**2) / (2 * 0.25 * 0.3))
+    angle = np.linspace(0, 6 * np.pi, 50)
+    reached = np.abs(np.remainder(angle + np.pi, 2 * np.pi) - np.pi) < stop
+    dyads = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), angle)
+    monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    found = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), angle)
+    np.testing.assert_array_equal(np.isfinite(found.direction[3]), reached)
+    np.testing.assert_allclose(found.direction[3, reached], dyads.direction[3, reached], rtol=0, atol=1e-9)
+
+
+STEEL = Section(2e6, 20.0)
+
+
+def rod(name, start, end, length):
+    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.5),))
+
+
+def test_a_crosshead_in_two_parallel_guides_moves_as_in_one():
+    tip = 0.1 * np.exp(1j)
+    block = tip.real + np.sqrt(0.3**2 - tip.imag**2)
+    links = (
+        Link("ground", {"O": 0.0}),
+        rod("crank", "O", "A", 0.1),
+        rod("rod", "A", "B", 0.3),
+        Link("cross", {"U": 0.05j, "B": 0.0, "L": -0.05j}, (Beam("U", "B", 0.5), Beam("B", "L", 0.5))),
+    )
+    guides = tuple(Slider(name, "cross", "ground", name, place, 1.0) for name, place in (("U", 0.05j), ("L", -0.05j)))
+    drawing = {"O": 0, "A": tip, "B": block, "U": block + 0.05j, "L": block - 0.05j}
+    two = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing, guides), 1 + np.linspace(0, 6, 9), 3.0)
+    angle = two.drive[0]
+    expected = 0.1 * np.cos(angle) + np.sqrt(0.09 - 0.01 * np.sin(angle) ** 2)
+    np.testing.assert_allclose(two.origin[3], expected, rtol=0, atol=1e-12)
+    assert np.isfinite(deflection(two, [STEEL] * 4).w).all()
+
+
+def test_twin_rods_between_the_same_pins_move_as_one_and_share_its_load():
+    four = {"O": 0, "D": 0.35, "A": 0.1j, "B": 0.22 + 0.21j}
+    lengths = abs(four["B"] - four["A"]), abs(four["B"] - four["D"])
+    ground, crank, one, rocker = (
+        Link("ground", {"O": 0.0, "D": 0.35}),
+        rod("crank", "O", "A", 0.1),
+        rod("one", "A", "B", lengths[0]),
+        rod("rocker", "D", "B", lengths[1]),
+    )
+    twin = rod("two", "A", "B", lengths[0])
+    angle = np.pi / 2 + np.linspace(0, 6, 9)
+    single = motion(Mechanism((ground, crank, one, rocker), (PinDrive("crank", "O"),), four), angle, 5.0)
+    both = motion(Mechanism((ground, crank, one, twin, rocker), (PinDrive("crank", "O"),), four), angle, 5.0)
+    for name in ("one", "two"):
+        found = both.direction[both.mechanism.index[name]]
+        np.testing.assert_allclose(found, single.direction[2], rtol=0, atol=1e-12)
+    assert np.isfinite(deflection(both, [STEEL] * 4).w).all()
+
+
+@pytest.mark.parametrize("angle", [0.0, 4e-18, -4e-18, 2 * np.pi, 4 * np.pi])
+def test_a_kite_passes_the_position_in_which_it_is_folded_up(angle):
+    """Its crank's tip is on the rocker's bearing there: the bisector of the crank's angle tells the rocker's."""
+    side, start = 0.3, 1.0
+
+    def fold(turned):
+        half = turned / 2
+        return np.exp(1j * half) * (0.1 * np.cos(half) + np.sqrt(side**2 - (0.1 * np.sin(half)) ** 2))
+
+    links = (
+        Link("ground", {"O": 0.0, "D": 0.1}),
+        bar("crank", "O", "A", {"O": 0, "A": 0.1}),
+        bar("coupler", "A", "B", {"A": 0, "B": side}),
+        bar("rocker", "D", "B", {"D": 0, "B": side}),
+    )
+    drawing = {"O": 0, "D": 0.1, "A": 0.1 * np.exp(1j * start), "B": fold(start)}
+    asked = np.array([start, angle, angle + 0.5])
+    found = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), asked)
+    np.testing.assert_allclose(found.direction[3], (fold(asked) - 0.1) / side, rtol=0, atol=1e-7)
+    assert not found.condition[1] <= 1e12
+
+
+def windows(count):
+    """IFToMM's A02: rods of 1 m and 1 kg side by side, joined by bars of the same kind."""
+    tip = np.exp(0.5j * np.pi)
+    ground = Link("ground", {f"O{k}": float(k) for k in range(count + 1)})
+    rods = [Link(f"rod{k}", {f"O{k}": 0.0, f"A{k}": 1.0}, (Beam(f"O{k}", f"A{k}", 1.0),)) for k in range(count + 1)]
+    bars = [Link(f"bar{k}", {f"A{k}": 0.0, f"A{k + 1}": 1.0}, (Beam(f"A{k}", f"A{k + 1}", 1.0),)) for k in range(count)]
+    drawing = {f"O{k}": complex(k) for k in range(count + 1)} | {f"A{k}": k + tip for k in range(count + 1)}
+    return Mechanism((ground, *rods, *bars), (PinDrive("rod0", "O0"),), drawing, gravity=-9.81j)
+
+
+class TestForwardDynamics:
+    @pytest.mark.parametrize("count", [1, 2])
+    def test_windows_fall_through_their_flat_positions(self, count):
+        """All rods turn alike: a physical pendulum."""
+        from scipy.integrate import solve_ivp
+
+        inertia, weight = (count + 1) / 3 + count, 9.81 * ((count + 1) / 2 + count)
+        course = forward(windows(count), [Effort()], np.pi / 2, -1.0, 1.5, 1e-9)
+        times = np.linspace(0, 1.5, 7)
+        found = motion_during(course, times)
+        pendulum = solve_ivp(
+            lambda _, y: [y[1], -weight / inertia * np.cos(y[0])],
+            (0, 1.5),
+            [np.pi / 2, -1.0],
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-12,
+            t_eval=times,
+        )
+        assert pendulum.y[0].min() < -1.0
+        np.testing.assert_allclose(found.drive[0], pendulum.y[0], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(found.direction[2], found.direction[1], rtol=0, atol=1e-9)
+
+    def test_a_bound_on_evaluations_keeps_what_was_reached(self):
+        with pytest.raises(ForwardError, match="it has taken 100 evaluations") as caught:
+            forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, evaluations=100)
+        reached = caught.value.course
+        assert 0 < reached.time[-1] == caught.value.time < 1.5
+        assert np.isfinite(motion_during(reached, reached.time).direction).all()
+
+    def test_progress_is_told_and_may_stop_it(self):
+        told = []
+
+        def progress(time):
+            told.append(time)
+            if len(told) == 3:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, on_step=progress)
+        assert len(told) == 3
+        assert 0 < told[0] < told[1] < told[2] < 1.5

@@ -1,0 +1,578 @@
+"""Claim: the vibration of links is that of independent solutions, and the quasi-static answer where motion is slow."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import scipy.integrate
+from mechanisms import ALL, steel_four_bar
+from standard_beams import cantilever, still, supported
+
+from elastic import (
+    RIGID,
+    JointCompliance,
+    Section,
+    Taper,
+    extremes,
+    sample,
+)
+from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
+from elastic.elastodynamics.time_elements import Equations, Grid, propagation, scheme
+from elastic.vibration import natural_frequencies
+from rigid import (
+    Beam,
+    Gear,
+    LineLoad,
+    Link,
+    Lump,
+    Mechanism,
+    MechanismError,
+    PinDrive,
+    PointLoad,
+    Spring,
+    TorsionSpring,
+    drive_efforts,
+    motion,
+)
+
+STATIONS = np.linspace(0.0, 1.0, 7)
+FOUR_BAR = steel_four_bar()
+
+
+def turning(mechanism, speed, start=0.0):
+    """A motor at constant speed, and the duration of a turn."""
+    return lambda t: motion(mechanism, start + speed * np.asarray(t), speed, 0.0, t), 2 * math.pi / abs(speed)
+
+
+def steady(mechanism, sections, speed, count=36, turns=1, start=0.0, **more):
+    motion_at, period = turning(mechanism, speed, start)
+    period *= turns
+    return elastodynamic(motion_at(np.arange(count) * period / count), motion_at, period, sections, **more)
+
+
+def four_bar(speed, count=36, **more):
+    return steady(FOUR_BAR.mechanism, FOUR_BAR.sections, speed, count, **more)
+
+
+def difference(one, other, field="w"):
+    """Greatest difference of two deflections, of the greatest value."""
+    values, reference = (sample(bent, field, STATIONS) for bent in (one, other))
+    return np.abs(values - reference).max() / np.abs(reference).max()
+
+
+class TestSlowMotion:
+    @pytest.mark.parametrize("field", ["N", "V", "M", "u", "w", "phi"])
+    def test_it_is_the_quasi_static_answer(self, field):
+        found = four_bar(1e-4, damping=1e-9)
+        assert difference(found.deflection, found.quasi_static, field) < 1e-12
+
+    def test_what_is_added_goes_with_the_square_of_the_speed(self):
+        answers = [four_bar(speed, damping=0.0) for speed in (1.0, 2.0)]
+        errors = [difference(answer.deflection, answer.quasi_static) for answer in answers]
+        assert errors[1] / errors[0] == pytest.approx(4, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return four_bar(60.0, 24, damping=40e-6)
+
+
+class TestReference:
+    """tests/data/steel_four_bar_vibrating.json: an independent corotational code, good to 0.1 %."""
+
+    DATA = json.loads((Path(__file__).parent / "data" / "steel_four_bar_vibrating.json").read_text(encoding="utf-8"))
+
+    def chords(self, bent):
+        """Computed and given deflections from the chord, over the greatest given one, of every beam."""
+        for number, given in enumerate(self.DATA["links"].values()):
+            xi, w = np.array(given["xi"]), np.array(given["w_m"])
+            expected = w - w[:, :1] * (1 - xi) - w[:, -1:] * xi
+            yield sample(bent, "chord", xi)[number] / np.abs(expected).max(), expected / np.abs(expected).max()
+
+    def test_course_and_peak(self, found):
+        for chord, expected in self.chords(found.deflection):
+            assert np.abs(chord - expected).max() < 0.004
+            assert np.abs(chord).max() == pytest.approx(1, abs=0.003)
+
+    def test_the_quasi_static_answer_is_ten_times_further_off(self, found):
+        assert all(np.abs(chord - expected).max() > 0.03 for chord, expected in self.chords(found.quasi_static))
+
+    def test_how_far_that_is_off_is_told(self, found):
+        off = theory_error(found)
+        measured = [np.abs(chord - expected).max() for chord, expected in self.chords(found.quasi_static)]
+        np.testing.assert_allclose(off.course, measured, rtol=0.1)
+        missed = max(np.abs(chord - expected).max() for chord, expected in self.chords(found.deflection))
+        assert 0.5 < off.large_displacement / missed < 2
+
+    def test_it_has_settled(self, found):
+        finer = four_bar(60.0, 24, damping=40e-6, tolerance=1e-6)
+        assert difference(found.deflection, finer.deflection) < 2e-4
+        assert difference(found.deflection, finer.deflection, "M") < 3e-4
+
+
+class TestRotatingBeam:
+    """A cantilever that turns at a constant speed, in its plane: a power series for mu of w'''' and so on."""
+
+    @staticmethod
+    def frequency(eta, mode=1.0):
+        """Lowest mu = omega sqrt(m l^4/EI) of w'''' - eta^2/2 ((1 - x^2) w')' - (mu^2 + eta^2) w = 0.
+
+        Clamped at x = 0, free at 1; Wright, Smith, Thresher and Wang, Journal of Applied Mechanics 49 (1982) 197-202,
+        whose flapping frequency is the root of mu^2 + eta^2.
+        """
+
+        def determinant(mu):
+            rows = []
+            for first in (2, 3):
+                c = [mpmath.mpf(0)] * 90
+                c[first] = mpmath.mpf(1)
+                for k in range(86):
+                    # ((1 - x^2) w')' has at x^k: (k+2)(k+1) c[k+2] - k(k+1) c[k]
+                    part = (k + 2) * (k + 1) * c[k + 2] - k * (k + 1) * c[k]
+                    right = eta**2 / 2 * part + (mu**2 + eta**2) * c[k]
+                    c[k + 4] += right / ((k + 4) * (k + 3) * (k + 2) * (k + 1))
+                rows.append([
+                    sum(k * (k - 1) * value for k, value in enumerate(c)),
+                    sum(k * (k - 1) * (k - 2) * value for k, value in enumerate(c)),
+                ])  # fmt: skip
+            return rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0]
+
+        with mpmath.workdps(30):
+            return float(mpmath.findroot(determinant, mode))
+
+    def test_the_series_gives_the_published_flapping_frequencies(self):
+        """Wright et al., table 1: 4.1373 at eta 2, 4.7973 at eta 3."""
+        for eta, expected in ((2, 4.1373), (3, 4.7973)):
+            assert math.hypot(self.frequency(eta, 3.6), eta) == pytest.approx(expected, abs=5e-5)
+
+    @pytest.mark.parametrize("eta", [0.5, 2.0, 3.0])
+    def test_free_vibrations(self, eta):
+        """Undamped multipliers of a turn are on the unit circle at the angle of frequency times duration."""
+        arm = cantilever({"O": 0, "A": 1.0}, 1.0)
+        found = steady(arm, [Section(EA=1e8, EI=1.0)], eta, damping=0.0, tolerance=1e-8)
+        angle = self.frequency(eta, 3.5) * 2 * math.pi / eta
+        expected = np.exp(1j * angle)
+        assert np.abs(found.multipliers - expected).min() < 1e-3
+
+    def test_axial_forces_are_what_stiffens(self):
+        """Without them the frequency would be the root of mu0^2 - eta^2: 2.89 in place of 3.62 at eta 2."""
+        assert self.frequency(2.0, 3.6) - math.sqrt(3.516**2 - 4) > 0.7
+
+    def test_stretch(self):
+        """m (u'' - w^2 (x + u)) = EA u_xx: u = sin(k x)/(k cos k l) - x with k = w sqrt(m/EA)."""
+        speed, EA, mass, length = 9.0, 50.0, 0.2, 1.3
+        arm = cantilever({"O": 0, "A": length}, mass)
+        found = steady(arm, [Section(EA=EA, EI=1e5)], speed, 3, tolerance=1e-7)
+        k = speed * math.sqrt(mass / EA)
+        x = STATIONS * length
+        expected = np.sin(k * x) / (k * math.cos(k * length)) - x
+        np.testing.assert_allclose(sample(found.deflection, "u", STATIONS)[0], [expected] * 3, rtol=0, atol=2e-6)
+        assert np.abs(sample(found.quasi_static, "u", [1.0])[0] / expected[-1] - 1).min() > 0.2
+
+
+def oscillator(drive=0.7, speed=3.0):
+    """A rigid arm whose motor swings it, and its motion."""
+    arm = Link("arm", {"O": 0.0}, (), (Lump("O", 2.0, 0.05, 0.3 + 0.1j),))
+    mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0})
+
+    def motion_at(t):
+        t = np.asarray(t)
+        swing = drive * np.sin(speed * t)
+        return motion(mechanism, swing, drive * speed * np.cos(speed * t), -(speed**2) * swing, t)
+
+    return motion_at, 2 * math.pi / speed, 0.05 + 2.0 * abs(0.3 + 0.1j) ** 2
+
+
+class TestOscillators:
+    def test_rigid_link_on_a_soft_drive(self):
+        """J (theta + a)'' + k (a + beta a') = 0: a = Re(J A w^2/(k (1 + i beta w) - J w^2) (-i) e^(i w t))."""
+        motion_at, period, inertia = oscillator()
+        times = np.arange(12) * period / 12
+        soft = {"O": JointCompliance(rotation=0.05)}
+        found = elastodynamic(motion_at(times), motion_at, period, [], soft, damping=0.06, tolerance=1e-10)
+        factor = inertia * 0.7 * 9 / ((1 + 0.06j * 3) / 0.05 - inertia * 9)
+        expected = (factor * -1j * np.exp(3j * times)).real
+        np.testing.assert_allclose(found.deflection.angle[1], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+        lowest = 1 / math.sqrt(0.05 * inertia)
+        assert found.lowest == pytest.approx(lowest, rel=1e-12)
+        decay = math.exp(-0.06 / 0.05 / inertia / 2 * period)
+        assert found.growth == pytest.approx(decay, rel=1e-6)
+
+    def test_it_starts_undeformed(self):
+        """J a'' + c a' + k a = J A w^2 sin w t from rest, by scipy."""
+        motion_at, period, inertia = oscillator()
+        times = np.linspace(0, 2.3 * period, 50)
+        soft = {"O": JointCompliance(rotation=0.05)}
+        found = transient(motion_at(times), motion_at, [], soft, damping=0.01, tolerance=1e-9, undeformed=True)
+
+        def rates(t, y):
+            return y[1], 0.7 * 9 * math.sin(3 * t) - (y[0] + 0.01 * y[1]) / 0.05 / inertia
+
+        expected = scipy.integrate.solve_ivp(rates, (0, times[-1]), [0, 0], "DOP853", times, rtol=1e-12, atol=1e-14).y[
+            0
+        ]
+        np.testing.assert_allclose(found.deflection.angle[1], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+    @pytest.mark.parametrize("kind", ["spring", "torsion spring"])
+    def test_springs_and_dampers_hold_what_a_drive_does_not(self, kind):
+        """Beside the soft drive, a spring and damper: k and c more."""
+        motion_at, period, inertia = oscillator(drive=1e-5)
+        mechanism = motion_at([0.0]).mechanism
+        if kind == "spring":
+            # 0.2 long from below to the side of the arm: a lever of 0.5
+            links = (
+                Link("ground", {"O": 0.0, "S": 0.5 - 0.2j}),
+                Link("arm", {"O": 0.0, "E": 0.5}, (), mechanism.links[1].lumps),
+            )
+            load = Spring("arm", "E", anchor="S", stiffness=40.0, length=0.2, damping=2.0)
+        else:
+            links, load = mechanism.links, TorsionSpring("arm", "O", stiffness=10.0, damping=0.5)
+        swung = replace_all(mechanism, links=links, loads=(load,))
+
+        def driven(t):
+            own = motion_at(t)
+            return motion(swung, own.drive, own.drive_rate, own.drive_acceleration, t)
+
+        times = np.arange(12) * period / 12
+        soft = {"O": JointCompliance(rotation=0.05)}
+        found = elastodynamic(driven(times), driven, period, [], soft, damping=0.0, tolerance=1e-9)
+        asked = inertia * 1e-5 * 9 - 10 * 1e-5 - 0.5 * 3j * 1e-5
+        factor = asked / (20 + 10 + 0.5 * 3j - inertia * 9)
+        expected = (factor * -1j * np.exp(3j * times)).real
+        np.testing.assert_allclose(found.deflection.angle[1], expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+def replace_all(mechanism, **changes):
+    names = ("links", "drives", "drawing", "sliders", "gravity", "loads", "gears")
+    return Mechanism(**{name: changes.get(name, getattr(mechanism, name)) for name in names})
+
+
+class TestStability:
+    """A pinned column under a pulsating force: f'' + c f' + w0^2 (1 - P(t)/Pcr) f = 0 for every mode, exactly.
+
+    Bolotin, The Dynamic Stability of Elastic Systems, chapter 1.
+    """
+
+    LENGTH, EI, MASS = 1.0, 1.0, 1.0
+
+    def column(self, ratio, share, beta):
+        critical, lowest = math.pi**2, math.pi**2
+        speed = ratio * lowest
+        period = 2 * math.pi / speed
+        press = PointLoad("beam", "B", -critical, law=lambda course: share * np.cos(speed * course.time))
+        mechanism = supported({"A": 0, "B": self.LENGTH}, self.MASS, loads=(press,))
+
+        def motion_at(t):
+            return motion(mechanism, np.zeros((0, len(t))), time=np.asarray(t))
+
+        found = elastodynamic(
+            motion_at(np.arange(8) * period / 8), motion_at, period, [Section(EA=1e7, EI=self.EI)], damping=beta
+        )
+        return found, lowest, speed, period
+
+    def mathieu(self, lowest, speed, period, share, beta):
+        def rates(t, y):
+            return y[1], -(lowest**2) * ((1 - share * math.cos(speed * t)) * y[0] + beta * y[1])
+
+        ends = [
+            scipy.integrate.solve_ivp(rates, (0, period), start, "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+            for start in ((1, 0), (0, 1))
+        ]
+        return np.abs(np.linalg.eigvals(np.array(ends).T)).max()
+
+    @pytest.mark.parametrize(("ratio", "stable"), [(2.0, False), (1.2, True), (2.6, True)])
+    def test_principal_resonance(self, ratio, stable):
+        found, lowest, speed, period = self.column(ratio, 0.3, 1e-3)
+        expected = self.mathieu(lowest, speed, period, 0.3, 1e-3)
+        assert found.growth == pytest.approx(expected, rel=1e-4)
+        assert bool(found.stable) is stable
+        assert (expected < 1) == stable
+        assert np.isnan(found.deflection.M[:3]).all() != stable
+
+    def test_damping_makes_it_stable(self):
+        assert self.column(2.0, 0.3, 0.05)[0].stable
+
+
+class TestEnergy:
+    def test_reversed_motion_runs_the_same_places_backwards(self):
+        forth, back = (four_bar(speed, damping=0.0) for speed in (47.0, -47.0))
+        there = sample(forth.deflection, "w", STATIONS)
+        again = np.roll(sample(back.deflection, "w", STATIONS)[:, ::-1], 1, axis=1)
+        assert np.abs(there - again).max() < 1e-3 * np.abs(there).max()
+
+    def test_the_drive_does_the_work_that_damping_takes(self):
+        """Over a turn, but for what goes with the deflection itself: half the deflection, half the difference."""
+        missing = [self.share_missing(scale) for scale in (1.0, 0.5)]
+        assert missing[1] < 0.02
+        assert missing[0] > 1.8 * missing[1]
+
+    def share_missing(self, scale):
+        """Sections as deep as told have a deflection that goes with 1/depth^2; the speed keeps its share of it."""
+        beta, speed, count = 4e-4 / scale**0.5, 40.0, 180
+        stiff = [Section(part.EA / scale, part.EI / scale) for part in FOUR_BAR.sections]
+        found = steady(FOUR_BAR.mechanism, stiff, speed, count, damping=beta, tolerance=1e-6)
+        work = drive_efforts(found.deflection.motion, found.deflection.forces)[0].mean() * speed
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        lost = 0.0
+        for field, rigidity in (("N", stiff[0].EA), ("M", stiff[0].EI)):
+            values = sample(found.deflection, field, (nodes + 1) / 2)
+            order = np.fft.rfftfreq(count, 1 / count) * speed
+            rate = np.fft.irfft(1j * order[:, None] * np.fft.rfft(values, axis=1), count, axis=1)
+            lost += (rate**2 * (weights / 2)).sum(-1).mean(1) @ found.deflection.length[:, 0] * beta / rigidity
+        return abs(work / lost - 1)
+
+
+class TestEveryMechanism:
+    """Reduced equations of motion against the exact solver under the loads that they give: two routes, one answer."""
+
+    @staticmethod
+    def course(case, speed):
+        """The case's drives once round, or to and fro between its ends."""
+        middle = case.drive.mean(axis=1, keepdims=True)
+        size = np.ptp(case.drive, axis=1, keepdims=True) * 0.45
+        whole = len(case.drive) == 1 and size[0, 0] > 2.5
+
+        def motion_at(t):
+            t = np.asarray(t)
+            if whole:
+                return motion(case.mechanism, case.drive[0, 0] + speed * t, speed, 0.0, t)
+            swing = size * np.sin(speed * t)
+            return motion(case.mechanism, middle + swing, size * speed * np.cos(speed * t), -(speed**2) * swing, t)
+
+        return motion_at
+
+    @pytest.mark.parametrize("name", [name for name in ALL if name != "RPR, elastic lever"])
+    def test_both_agree(self, name):
+        case = ALL[name]()
+        motion_at = self.course(case, 10.0)
+        found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections)
+        assert found.reduction_error < 1e-4
+        assert difference(found.deflection, found.quasi_static) > 1e-3
+
+    def test_a_block_on_a_beam_has_kinks(self):
+        case = ALL["RPR, elastic lever"]()
+        motion_at = self.course(case, 10.0)
+        found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections)
+        assert found.reduction_error < 1e-3
+
+    @pytest.mark.parametrize("name", ["RRP", "PRP", "six-bar, ring"])
+    def test_with_soft_joints(self, name):
+        case = ALL[name]()
+        names = {joint.name for joint in motion(case.mechanism, case.drive[:, :1]).structure.joints}
+        soft = {joint: JointCompliance(translation=1e-6, rotation=1e-4) for joint in names}
+        motion_at = self.course(case, 10.0)
+        found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections, soft)
+        assert found.reduction_error < 1e-4
+
+    def test_frequencies_are_those_of_the_structure(self):
+        case = ALL["six-bar"]()
+        motion_at = self.course(case, 10.0)
+        times = np.arange(16) * math.pi / 80
+        known = natural_frequencies(motion_at(times), case.sections, positions=16, settled=1e-6)
+        assert elastodynamic(motion_at(times), motion_at, math.pi / 5, case.sections).lowest == pytest.approx(
+            known.lowest, rel=1e-4
+        )
+
+    def test_springs_turning_loads_and_tapers(self):
+        links = list(FOUR_BAR.mechanism.links)
+        beam = Beam("A", "B", 0.6, (1.0, -0.4))
+        links[2] = replace(links[2], beams=(beam,), lumps=(Lump("B", 0.1, 1e-4, 0.02 + 0.03j),))
+        loads = (
+            Spring("coupler", "B", anchor="O", stiffness=2e3, length=0.2, damping=3.0),
+            TorsionSpring("rocker", "B", "coupler", stiffness=3.0, damping=0.01),
+            PointLoad("coupler", "B", 20 - 30j, 0.4, turning=True),
+            LineLoad("rocker", 0, 30 - 20j, 50j, turning=True),
+        )
+        mechanism = replace_all(FOUR_BAR.mechanism, links=tuple(links), loads=loads, gravity=-9.81j)
+        plain = FOUR_BAR.sections[0]
+        sections = [plain, replace(plain, taper=Taper((1.0, -0.4), (1.0, -0.5))), replace(plain, kGA=plain.EA / 3)]
+        found = steady(mechanism, sections, 50.0)
+        assert found.reduction_error < 1e-4
+
+    def test_more_joints_than_needed(self):
+        """A parallelogram with a third crank."""
+        mass, lean = 0.5, 0.05 + 0.09j
+        places = {"O": 0.0, "D": 0.2, "G": 0.4, "A": lean, "B": 0.2 + lean, "C": 0.4 + lean}
+        bars = [
+            Link(name, {start: 0.0, end: abs(lean)}, (Beam(start, end, mass),))
+            for name, start, end in (("first", "O", "A"), ("second", "D", "B"), ("third", "G", "C"))
+        ]
+        coupler = Link("coupler", {"A": 0.0, "B": 0.2, "C": 0.4}, (Beam("A", "B", mass), Beam("B", "C", mass)))
+        ground = Link("ground", {"O": 0.0, "D": 0.2, "G": 0.4})
+        mechanism = Mechanism((ground, *bars, coupler), (PinDrive("first", "O"),), places)
+
+        def motion_at(t):
+            swing = 0.3 * np.sin(40 * np.asarray(t))
+            return motion(mechanism, 1.2 + swing, 12 * np.cos(40 * np.asarray(t)), -1600 * swing, t)
+
+        sections = [Section(1e5, 3.0)] * 5
+        found = elastodynamic(motion_at(np.arange(12) * math.pi / 240), motion_at, math.pi / 20, sections)
+        assert found.reduction_error < 1e-4
+        assert difference(found.deflection, found.quasi_static) > 1e-3
+
+    def test_gears_need_several_turns(self):
+        """A wheel with a crank at two thirds of its pinion's speed: three turns of the pinion."""
+        links = (
+            Link("ground", {"O": 0.0, "W": 0.2}),
+            Link("pinion", {"O": 0.0}, (), (Lump("O", 0.5, 1e-4),)),
+            Link("wheel", {"W": 0.0, "A": 0.1}, (Beam("W", "A", 0.4),), (Lump("A", 0.2),)),
+        )
+        gear = Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -2 / 3)
+        mechanism = Mechanism(
+            links, (PinDrive("pinion", "O"),), {"O": 0, "W": 0.2, "A": 0.3}, gravity=-9.81j, gears=(gear,)
+        )
+        found = steady(mechanism, [Section(1e4, 1.0)], 30.0, 30, turns=3)
+        w = sample(found.deflection, "w", [1.0])[0, :, 0]
+        # gravity alone bends it in time, once for every turn of the wheel
+        np.testing.assert_allclose(w[:15], w[15:], rtol=0, atol=1e-5 * np.abs(w).max())
+        assert found.reduction_error < 1e-4
+
+
+class TestTransient:
+    def test_it_comes_to_the_steady_state(self):
+        motion_at, period = turning(FOUR_BAR.mechanism, 60.0)
+        times = np.linspace(0, 6 * period, 6 * 24 + 1)
+        found = transient(motion_at(times), motion_at, FOUR_BAR.sections, damping=40e-6)
+        reference = four_bar(60.0, 24, damping=40e-6)
+        last, cycle = sample(found.deflection, "w", STATIONS)[:, 120:144], sample(reference.deflection, "w", STATIONS)
+        assert np.abs(last - cycle).max() < 3e-4 * np.abs(cycle).max()
+        first = sample(found.deflection, "w", STATIONS)[:, :24]
+        assert np.abs(first - cycle).max() > 0.02 * np.abs(cycle).max()
+
+    def test_it_begins_with_the_quasi_static_deflection(self):
+        motion_at, period = turning(FOUR_BAR.mechanism, 20.0)
+        found = transient(motion_at(np.linspace(0, 0.1 * period, 3)), motion_at, FOUR_BAR.sections, damping=40e-6)
+        w, plain = (sample(bent, "w", STATIONS)[:, 0] for bent in (found.deflection, found.quasi_static))
+        assert np.abs(w - plain).max() < 0.01 * np.abs(plain).max()
+
+    def test_step_of_acceleration(self):
+        """A cantilever's root jerked into acceleration: w(1) of the modes, Blevins, Table 8-1, added up."""
+        arm = cantilever({"O": 0, "A": 1.0}, 1.0)
+
+        def motion_at(t):
+            t = np.asarray(t)
+            pushed = 1e-3 * np.maximum(t - 0.1, 0)
+            return motion(arm, pushed**2 / 2e-3, pushed, np.where(t > 0.1, 1e-3, 0.0), t)
+
+        times = np.linspace(0, 1.5, 40)
+        found = transient(motion_at(times), motion_at, [Section(1e6, 1.0)], damping=0.0, tolerance=1e-5)
+        x, weights = np.polynomial.legendre.leggauss(60)
+        x, weights = (x + 1) / 2, weights / 2
+        expected = np.zeros(len(times))
+        for near in (1.875, 4.694, 7.855, 10.996, 14.137):
+            k = float(mpmath.findroot(lambda y: mpmath.cos(y) * mpmath.cosh(y) + 1, near))
+            shape, tip = self.mode(k, x), self.mode(k, np.ones(1))[0]
+            share = (shape * x * weights).sum() / (shape**2 * weights).sum()
+            since = np.maximum(times - 0.1, 0)
+            expected -= 1e-3 * share * tip * (1 - np.cos(k**2 * since)) / k**4
+        w = sample(found.deflection, "w", [1.0])[0, :, 0]
+        np.testing.assert_allclose(w, expected, rtol=0, atol=1e-3 * np.abs(expected).max())
+
+    @staticmethod
+    def mode(k, x):
+        sigma = (np.sinh(k) - np.sin(k)) / (np.cosh(k) + np.cos(k))
+        return np.cosh(k * x) - np.cos(k * x) - sigma * (np.sinh(k * x) - np.sin(k * x))
+
+
+class TestSpeedMap:
+    def test_every_speed_is_a_steady_state(self):
+        motion_at, period = turning(FOUR_BAR.mechanism, 1.0)
+
+        def measure(bent):
+            return np.abs(extremes(bent, ["chord"])["chord"].value).max(axis=-1)
+
+        found = speed_map(motion_at, period, [30.0, 90.0], FOUR_BAR.sections, measure, damping=42e-6, tolerance=1e-5)
+        for row, speed in enumerate((30.0, 90.0)):
+            single = four_bar(speed, 360, damping=42e-6, tolerance=1e-5)
+            np.testing.assert_allclose(found.values[row], measure(single.deflection), rtol=2e-3)
+        assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
+        assert found.stable.all()
+
+
+class TestTimeElements:
+    def solved(self, count, stages):
+        """x'' + 0.2 x' + (5.3 + 2 cos t) x = cos t from x = 1, at its end; and Mathieu's multipliers."""
+        grid = Grid(np.linspace(0, 6.0, count + 1), stages)
+        t = grid.nodes[1:, None, None]
+        ones = np.ones_like(t)
+        steps = propagation(grid, Equations(ones, 0.2 * ones, 5.3 + 2 * np.cos(t), np.cos(t)[:, 0]))
+        return steps.course(np.array([1.0, 0.0]))[0][-1, 0]
+
+    @pytest.mark.parametrize("stages", [2, 3, 4])
+    def test_order(self, stages):
+        """Radau IIA: 2 s - 1."""
+
+        def rates(t, y):
+            return y[1], math.cos(t) - 0.2 * y[1] - (5.3 + 2 * math.cos(t)) * y[0]
+
+        expected = scipy.integrate.solve_ivp(rates, (0, 6), [1, 0], "DOP853", rtol=1e-13, atol=1e-15).y[0, -1]
+        counts = {2: (160, 320), 3: (60, 120), 4: (36, 72)}[stages]
+        coarse, fine = (abs(self.solved(count, stages) - expected) for count in counts)
+        assert math.log2(coarse / fine) == pytest.approx(2 * stages - 1, abs=0.2)
+
+    def test_orders_within_an_element_are_spectral(self):
+        """Every two stages more gain two digits at least."""
+        exact = self.solved(16, 8)
+        errors = [abs(self.solved(6, stages) - exact) for stages in (2, 4, 6)]
+        assert errors[1] < errors[0] / 100
+        assert errors[2] < errors[1] / 100
+
+    def test_derivatives_are_exact_for_polynomials(self):
+        grid = Grid(np.array([0.0, 0.5, 2.0]), 4)
+        values = grid.nodes[:, None] ** np.arange(5)
+        one, two = grid.rates(values)
+        t = grid.nodes[1:]
+        np.testing.assert_allclose(one[:, 4], 4 * t**3, atol=1e-11)
+        np.testing.assert_allclose(two[:, 4], 12 * t**2, atol=1e-10)
+        assert scheme(4).points[-1] == 1.0
+
+
+class TestRefusals:
+    def test_singular_positions(self):
+        links = (Link("ground", {"O": 0.0, "D": 0.1}), *FOUR_BAR.mechanism.links[1:])
+        moved = replace_all(FOUR_BAR.mechanism, links=links)
+        with pytest.raises(MechanismError, match="singular or out of reach"):
+            steady(moved, FOUR_BAR.sections, 10.0)
+
+    def test_several_designs(self):
+        sections = [Section(np.array([[1e6], [2e6]]), 40.0), *FOUR_BAR.sections[1:]]
+        with pytest.raises(ValueError, match="one design"):
+            four_bar_with(sections)
+
+    def test_instants_that_do_not_grow(self):
+        motion_at, _ = turning(FOUR_BAR.mechanism, 10.0)
+        with pytest.raises(ValueError, match="do not all grow"):
+            transient(motion_at(np.zeros(3)), motion_at, FOUR_BAR.sections)
+
+    def test_speeds_of_a_map(self):
+        motion_at, period = turning(FOUR_BAR.mechanism, 1.0)
+        with pytest.raises(ValueError, match="above 0"):
+            speed_map(motion_at, period, [0.0, 1.0], FOUR_BAR.sections, lambda bent: bent.w)
+        with pytest.raises(ValueError, match="nothing vibrates"):
+            speed_map(motion_at, period, [1.0], [RIGID] * 3, lambda bent: bent.w)
+
+    def test_nothing_vibrates(self):
+        found = steady(FOUR_BAR.mechanism, [RIGID] * 3, 10.0, 4)
+        assert found.lowest == math.inf
+        assert found.stable
+        assert found.deflection is found.quasi_static
+
+    def test_damping_is_told(self):
+        found = four_bar(10.0, 4)
+        assert found.damping.beams[0] * found.lowest / 2 == pytest.approx(0.01)
+        own = Damping(np.array([1e-5, 2e-5, 3e-5]), 0.0)
+        assert four_bar(10.0, 4, damping=own).damping is own
+
+
+def four_bar_with(sections):
+    return steady(FOUR_BAR.mechanism, sections, 10.0, 4)
+
+
+def test_a_still_mechanism_can_be_asked():
+    assert still(cantilever({"O": 0, "A": 1.0}, 1.0)).columns == (1,)

@@ -1,0 +1,54 @@
+"""Claim: vibrating links are those of the whole nonlinear mechanism, but for what goes with the size of displacements.
+
+`fem_check.nonlinear` shares neither motion, nor loads, nor theory.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from mechanisms import ALL, steel_four_bar
+
+from elastic import sample
+from elastic.elastodynamics import elastodynamic
+from fem_check.nonlinear import nonlinear_steady_state
+from rigid import drive_efforts, motion
+
+CASES = [
+    (steel_four_bar, 30.0, 42e-6, 6e-4, 0.01),
+    (steel_four_bar, 60.0, 42e-6, 6e-3, 0.05),
+    (ALL["RRR"], 20.0, 2e-4, 4e-3, 0.04),
+    (ALL["RPP"], 60.0, 2e-4, 2e-3, 0.05),
+    (ALL["RPR"], 15.0, 2e-4, 4e-4, 0.02),
+    (ALL["RRP"], 25.0, 2e-4, 2e-3, 0.02),
+]
+"""Mechanism, speed [rad/s], beta [s], difference of the chord deflection at most, of the quasi-static one at least."""
+
+
+@pytest.mark.parametrize(("make", "speed", "beta", "limit", "without"), CASES)
+def test_course_and_drive_effort(make, speed, beta, limit, without):
+    case = make()
+    start, period, count = case.drive[0, 0], 2 * math.pi / speed, 96
+
+    def law(t):
+        return start + speed * np.asarray(t), np.full(np.shape(t), speed), np.zeros(np.shape(t))
+
+    def motion_at(t):
+        return motion(case.mechanism, start + speed * np.asarray(t), speed, 0.0, t)
+
+    whole = nonlinear_steady_state(
+        case.mechanism, case.sections, [law], period, positions=count, elements=6, damping=beta
+    )
+    found = elastodynamic(motion_at(np.arange(count) * period / count), motion_at, period, case.sections, damping=beta)
+    stations = np.linspace(0, 1, whole.chord.shape[-1])
+    greatest = np.abs(whole.chord).max(axis=(1, 2))
+    off, plain = (
+        np.abs(sample(bent, "chord", stations) - whole.chord).max(axis=(1, 2)) / greatest
+        for bent in (found.deflection, found.quasi_static)
+    )
+    assert off.max() < limit
+    assert plain.max() > without
+    efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
+    assert np.abs(efforts - whole.efforts).max() < limit * np.abs(whole.efforts).max()

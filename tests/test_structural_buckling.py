@@ -1,0 +1,110 @@
+"""Claim: a mechanism buckles where Euler's columns do, however its rods are divided into beams."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mechanisms import steel_four_bar
+from standard_beams import cantilever, propped, still, supported
+
+from elastic import JointCompliance, Section, deflection
+from elastic.assessment import euler_ratio
+from elastic.elastodynamics import buckling_factor
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Spring, motion
+
+EI = 3.0
+SLENDER = Section(EA=1e9, EI=EI)
+
+
+def divided(parts, length=1.5):
+    return {f"P{k}": length * k / parts for k in range(parts + 1)}
+
+
+def factor(mechanism, joints=None):
+    beams = len(mechanism.beams)
+    return buckling_factor(deflection(still(mechanism), [SLENDER] * beams, joints))[0]
+
+
+class TestEulersColumns:
+    """Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.1 to 2.3."""
+
+    @pytest.mark.parametrize("parts", [1, 2, 4])
+    def test_pinned_at_both_ends(self, parts):
+        press = PointLoad("beam", f"P{parts}", -1.0)
+        found = factor(supported(divided(parts), loads=(press,)))
+        assert found == pytest.approx(math.pi**2 * EI / 1.5**2, rel=1e-6)
+
+    @pytest.mark.parametrize("parts", [1, 3])
+    def test_clamped_and_free(self, parts):
+        press = PointLoad("beam", f"P{parts}", -1.0)
+        assert factor(cantilever(divided(parts), loads=(press,))) == pytest.approx(math.pi**2 * EI / 9, rel=1e-6)
+
+    @pytest.mark.parametrize("parts", [1, 2])
+    def test_clamped_and_pinned(self, parts):
+        """tan x = x."""
+        found = factor(propped(divided(parts), loads=(PointLoad("beam", "P0", 1.0),)))
+        assert found == pytest.approx(4.493409457909064**2 * EI / 1.5**2, rel=2e-5)
+
+    def test_under_its_own_weight(self):
+        """7.8373 EI/l^2 for the whole weight of a clamped column, section 2.12."""
+        column = cantilever({"A": 0, "B": 1.5}, 0.2, gravity=-9.81)
+        assert factor(column) * 0.2 * 9.81 * 1.5 == pytest.approx(7.83735 * EI / 1.5**2, rel=1e-5)
+
+    def test_todays_ratio_takes_each_beam_alone(self):
+        """Of four beams in a row it sees a sixteenth of the danger."""
+        press = PointLoad("beam", "P4", -1.0)
+        bent = deflection(still(supported(divided(4), loads=(press,))), [SLENDER] * 4)
+        assert 1 / euler_ratio(bent).max() == pytest.approx(16 * buckling_factor(bent)[0], rel=1e-4)
+
+
+def bar_on_spring(load):
+    """A bar that nothing but a soft drive or a spring keeps upright."""
+    bar = Link("bar", {"O": 0.0, "A": 0.8}, (), (Lump("A", 2.0),))
+    links = (Link("ground", {"O": 0.0, "S": 0.8 + 5j}), bar)
+    return Mechanism(links, (PinDrive("bar", "O"),), {"O": 0.0, "A": 0.8}, gravity=-9.81, loads=load)
+
+
+class TestRigidLinks:
+    def test_on_a_soft_drive(self):
+        """k = factor m g l."""
+        bent = deflection(still(bar_on_spring(())), [], {"O": JointCompliance(rotation=1 / 40.0)})
+        assert buckling_factor(bent)[0] == pytest.approx(40 / (2 * 9.81 * 0.8), rel=1e-12)
+
+    def test_beside_a_spring(self):
+        """k + s l^2 = factor m g l, the spring across the bar and not tight."""
+        spring = Spring("bar", "A", anchor="S", stiffness=30.0, length=5.0)
+        bent = deflection(still(bar_on_spring((spring,))), [], {"O": JointCompliance(rotation=1 / 40.0)})
+        assert buckling_factor(bent)[0] == pytest.approx((40 + 30 * 0.64) / (2 * 9.81 * 0.8), rel=1e-12)
+
+    def test_pulled_it_never_buckles(self):
+        hung = replace(bar_on_spring(()).links[1])
+        mechanism = Mechanism((Link("ground", {"O": 0.0}), hung), (PinDrive("bar", "O"),), {"O": 0.0}, gravity=9.81)
+        bent = deflection(still(mechanism), [], {"O": JointCompliance(rotation=1.0)})
+        assert buckling_factor(bent)[0] == math.inf
+
+    def test_rigid_mechanisms(self):
+        arm = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),))
+        mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0, "A": 1.0})
+        assert buckling_factor(deflection(still(mechanism), [Section()]))[0] == math.inf
+
+
+def test_every_position_of_a_mechanism():
+    """Less speed, less force: the factor goes with its square; the least is above that of the beams alone."""
+    case = steel_four_bar(24)
+    fast, slow = (
+        buckling_factor(deflection(motion(case.mechanism, case.drive, speed), case.sections)) for speed in (100.0, 50.0)
+    )
+    np.testing.assert_allclose(slow, 4 * fast, rtol=1e-9)
+    bent = deflection(motion(case.mechanism, case.drive, 100.0), case.sections)
+    assert fast.min() > 1 / euler_ratio(bent).max()
+
+
+def test_several_designs_are_refused():
+    case = steel_four_bar(3)
+    sections = [Section(np.array([[1e6], [2e6]]), 40.0), *case.sections[1:]]
+    bent = deflection(motion(case.mechanism, case.drive, 100.0), sections)
+    with pytest.raises(ValueError, match="one design"):
+        buckling_factor(bent)

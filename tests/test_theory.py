@@ -1,0 +1,166 @@
+"""Claim: a scene is answered by the cheapest theory that is near enough, and says how far off its answer is."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, edited
+
+from elastic import deflection, sample
+from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
+from kinelast.command import main
+from kinelast.figures.checks import nonlinear_check, solid_check
+from kinelast.figures.results import Results
+from kinelast.figures.speeds import speeds
+from kinelast.folder import Request
+from kinelast.run import computed
+from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
+from kinelast.scene.error import SceneError
+
+SLOW, FAST = "20 rad/s", "60 rad/s"
+
+
+def scene_at(speed, run=""):
+    return scene_from_text(
+        edited(FOUR_BAR, ('"100 rad/s"', f'"{speed}"'), ("positions = 36", f"positions = 96\n{run}"))
+    )
+
+
+def results_at(speed, run=""):
+    return computed(scene_at(speed, run), Request())
+
+
+def test_what_nothing_is_asked_of_is_quasi_static():
+    results = results_at(FAST)
+    plain = deflection(results.motion, results.scene.sections)
+    assert results.answer is None
+    np.testing.assert_array_equal(sample(results.deflection, "w", [0.5]), sample(plain, "w", [0.5]))
+
+
+def test_the_cheapest_theory_that_is_near_enough():
+    """The same mechanism: slow, hardly a share of a percent; fast, far off without vibration."""
+    slow, fast = (results_at(speed, 'accuracy = "5 %"').answer for speed in (SLOW, FAST))
+    rough = results_at(FAST, 'accuracy = "60 %"').answer
+    assert (slow.theory, fast.theory, rough.theory) == (QUASI_STATIC, ELASTODYNAMIC, QUASI_STATIC)
+    assert slow.accurate
+    assert rough.accurate
+    assert fast.missed > 0.05
+
+
+def test_vibration_is_asked_for_by_name():
+    results = results_at(SLOW, 'theory = "elastodynamic"')
+    assert results.vibrates
+    plain, found = (sample(bent, "chord", [0.5]) for bent in (results.quasi_static, results.deflection))
+    apart = np.abs(found - plain).max() / np.abs(plain).max()
+    assert 0 < apart <= 1.5 * results.answer.missed
+
+
+def test_the_command_goes_before_the_scene():
+    scene = scene_at(FAST, 'theory = "elastodynamic"')
+    assert computed(scene, Request(theory=QUASI_STATIC)).answer is None
+    assert computed(scene, Request(accuracy=0.9)).answer.theory == QUASI_STATIC
+
+
+def test_damping_of_a_material_is_taken():
+    text = edited(FOUR_BAR, ("density = 7850", 'density = 7850\ndamping = "55 us"'),
+                  ("positions = 36", 'positions = 36\ntheory = "elastodynamic"'))  # fmt: skip
+    found = computed(scene_from_text(text), Request()).answer.vibrating
+    np.testing.assert_allclose(found.damping.beams, 55e-6)
+
+
+def test_a_damping_ratio_is_that_of_the_lowest_frequency():
+    given = [results_at(FAST, f'theory = "elastodynamic"\ndamping_ratio = {ratio}').answer for ratio in (0.01, 0.03)]
+    betas = [found.vibrating.damping.beams for found in given]
+    np.testing.assert_allclose(betas[0], 2 * 0.01 / given[0].vibrating.lowest)
+    np.testing.assert_allclose(betas[1], 3 * betas[0])
+
+
+@pytest.mark.parametrize(
+    ("run", "key", "words"),
+    [
+        ('theory = "elastodynamic"\naccuracy = 0.1', "accuracy", "chooses the theory"),
+        ('accuracy = "two"', "accuracy", '"2 %"'),
+        ('accuracy = "200 %"', "accuracy", '"2 %"'),
+        ("damping_ratio = 1.5", "damping_ratio", "< 1"),
+        ('theory = "dynamic"', "theory", "elastodynamic"),
+    ],
+)
+def test_mistakes_are_told(run, key, words):
+    with pytest.raises(SceneError) as caught:
+        scene_at(FAST, run)
+    assert (caught.value.table, caught.value.key) == ("run", key)
+    assert words in str(caught.value)
+
+
+class TestFurtherChecks:
+    @pytest.mark.slow
+    def test_the_nonlinear_check_tells_a_wrong_answer_from_a_right_one(self):
+        """An answer that forgets vibration but claims to hold it is not near what the check finds."""
+        right = results_at(FAST, 'theory = "elastodynamic"')
+        wrong = replace(right, deflection=right.quasi_static)
+        assert nonlinear_check(right).passed is True
+        found = nonlinear_check(wrong)
+        assert found.passed is False
+        assert found.largest == max(found.without_vibration.values()) > 3 * found.estimate
+
+    def test_it_takes_a_cycle(self):
+        scene = scene_at(FAST, 'duration = "50 ms"')
+        with pytest.raises(SceneError, match="takes a turn of drives"):
+            nonlinear_check(Results(scene, deflection(scene_motion(scene), scene.sections)))
+
+    def test_plane_bodies_tell_what_beam_theory_leaves_out(self):
+        found = solid_check(results_at(FAST))
+        assert 1e-4 < found.relative < 0.01
+
+    def test_the_command_writes_them(self, tmp_path, capsys):
+        (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')))
+        call = [str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--accuracy", "10 %", "--check", "8,nonlinear,solid"]
+        assert main(call) == 0
+        said = capsys.readouterr().out
+        assert all(words in said for words in ("quasi-static, about", "nonlinear check (", "solid check (", "agrees"))
+        found = json.loads((tmp_path / "bars" / "check.json").read_text())
+        assert found["passed"]
+        assert found["nonlinear_check"]["passed"]
+        assert set(found["solid_check"]["links"]) == {"crank", "coupler", "rocker"}
+
+
+class TestSpeeds:
+    def test_limits_hold_up_to_a_speed(self):
+        """Between the speeds at which single runs keep the limit and break it."""
+        scene = scene_from_text(FOUR_BAR + '[limits]\nchord = "0.3 mm"\n')
+        found = speeds(scene, (20.0, 90.0, 8))
+        assert found.highest is not None
+        values = found.found.values[:, 1].max(axis=1)
+        below = int(np.flatnonzero(found.speed == found.highest)[0])
+        assert values[below] <= 0.3e-3 < values[below + 1]
+
+    def test_a_speed_is_that_of_a_run_of_its_own(self):
+        found = speeds(scene_at(FAST), (30.0, 60.0, 2))
+        for k, speed in enumerate(("30 rad/s", FAST)):
+            own = results_at(speed, 'theory = "elastodynamic"')
+            largest = np.abs(own.extremes["chord"].value).max(axis=-1)
+            np.testing.assert_allclose(found.found.values[k, 1], largest, rtol=0.01)
+
+    def test_the_command_writes_them(self, tmp_path):
+        (tmp_path / "bars.toml").write_text(FOUR_BAR)
+        assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--speeds", "20:40:3", "--quiet"]) == 0
+        with (tmp_path / "bars" / "speeds.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert [float(row["speed [rad/s]"]) for row in rows] == [20.0, 30.0, 40.0]
+        assert all(math.isfinite(float(row["rocker.chord [m]"])) for row in rows)
+        assert "<svg" in (tmp_path / "bars" / "speeds.svg").read_text()
+
+    def test_it_takes_one_steady_drive(self):
+        scene = read_scene(shipped_scenes()["drs_push_up"])
+        with pytest.raises(SceneError, match="one drive, at constant speed"):
+            speeds(scene, (1.0, 2.0, 2))
+
+    @pytest.mark.parametrize("words", ["20:40", "40:20:3", "20 mm:40 mm:3", "20:40:1", "0:40:3"])
+    def test_what_is_no_range_is_told(self, words, capsys):
+        assert main(["steel_four_bar", "--speeds", words]) == 2
+        assert "20 rad/s : 200 rad/s : 100" in capsys.readouterr().err
