@@ -23,7 +23,7 @@ def gear_input(
     assert joint.gear is not None
     ratio, driver = joint.sense * joint.gear.ratio, joint.gear.driver
     owner, link = joint.gear.ends
-    if driver.slider is None:
+    if driver.turns:
         return ratio * (rotation(link) - rotation(owner))
     # Racks run on the ground: the line does not move.
     return ratio * dot(driver.line, displacement(driver, link))
@@ -48,11 +48,11 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns) -> Sequence[t
     driver = joint.gear.driver
     effort = -joint.sense * joint.gear.ratio * place.effort(force, moment)
     owner, link = joint.gear.ends
-    if driver.slider is None:
+    if driver.turns:
         return (link, ZERO, effort), (owner, ZERO, -effort)
     return ((link, effort * driver.line, ZERO),)
 
 
 def input_arm(driver: Joint) -> Columns:
     """From the origin of its link's axes to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
-    return ZERO if driver.slider is None else driver.slider.turn * driver.at_child
+    return ZERO if driver.turns else driver.turn * driver.at_child

@@ -263,7 +263,7 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     parent, child = joint.parent, joint.child
     arm_parent = carried(placed.direction[parent], joint.at_parent)
     arm_child = carried(placed.direction[child], joint.at_child)
-    if joint.slider is None:
+    if joint.turns:
         return JointPlace(joint, arm_parent, arm_child)
     if joint.ordered:
         arm_parent = placed.origin[child] + arm_child - placed.origin[parent]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from kinelast.scene.drives import moved_joint
 from kinelast.scene.error import fault
 from kinelast.scene.format import SceneTable
-from rigid import Gear, Link, PinDrive, Slider
+from rigid import Gear, Link, Slider
 
 UNITS = {(True, True): "rad/rad", (True, False): "m/rad", (False, True): "rad/m", (False, False): "rad/rad"}
 
@@ -19,7 +19,7 @@ def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[s
         where = f"gears[{number}]"
         driver = moved_joint(where, "driver.", table.driver, links, sliders)
         follower = moved_joint(where, "follower.", table.follower, links, sliders)
-        unit = UNITS[isinstance(driver, PinDrive), isinstance(follower, PinDrive)]
+        unit = UNITS[driver.turns, follower.turns]
         if table.ratio.unit not in ("", unit):
             expected = {"rad/rad": "a number", "m/rad": 'as in "20 mm/rad"', "rad/m": 'as in "50 rad/m"'}[unit]
             raise fault(where, "ratio", f"expected {expected}, got {float(table.ratio):g} {table.ratio.unit}")
