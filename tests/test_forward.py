@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkages import three_cranks
-from mechanisms import ALL, apex, bar, replaced
+from mechanisms import ALL, apex, bar, replaced, three_cranks
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 

@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+import mechanisms
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -51,15 +52,8 @@ def arm(*, drives=TURNED, mass=2.0, lumps=(), loads=(), gravity=0.0):
 
 
 def steel_four_bar():
-    rho_A, section = 7850 * 6e-5, Section(210e9 * 6e-5, 37.8, area=6e-5, inertia=1.8e-10)
-    links = (
-        Link("ground", {"O": 0, "D": 0.35}),
-        Link("crank", {"O": 0, "A": 0.1}, (Beam("O", "A", rho_A),)),
-        Link("coupler", {"A": 0, "B": 0.3}, (Beam("A", "B", rho_A),)),
-        Link("rocker", {"D": 0, "B": 0.25}, (Beam("D", "B", rho_A),)),
-    )
-    drawing = {"O": 0, "A": 0.1, "B": 0.28 + 0.24j, "D": 0.35}
-    return Mechanism(links, (PinDrive("crank", "O"),), drawing), [section] * 3
+    section = Section(210e9 * 6e-5, 37.8, area=6e-5, inertia=1.8e-10)
+    return mechanisms.steel_four_bar().mechanism, [section] * 3
 
 
 def steady_four_bar(speed, elements, positions, beta=40e-6):

@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 from exact import exact
-from mechanisms import ALL, Case, apex, bar, steel_four_bar
+from mechanisms import ALL, Case, apex, bar, motion_of, steel_four_bar
 
 from elastic import PRIMARY, RIGID, Section, deflection, extremes, sample
 from rigid import Link, Mechanism, PinDrive, Slider, motion, position_of
@@ -26,7 +26,7 @@ STATIONS = {"start": 0.0, "mid": 0.5, "end": 1.0}
 @pytest.fixture(scope="module")
 def steel():
     case = steel_four_bar()
-    return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+    return deflection(motion_of(case), case.sections)
 
 
 class TestSteelFourBar:
@@ -95,7 +95,7 @@ class TestSimeonSliderCrank:
 
     def solved(self):
         case = simeon()
-        return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        return deflection(motion_of(case), case.sections)
 
     def test_load_on_the_rod(self):
         assert sample(self.solved(), "q_y", [0, 1])[1, 0] == pytest.approx([625.479186, -354.877376], abs=6e-7)
@@ -120,7 +120,7 @@ def test_everything_equals_a_solution_in_fifty_digits(name, part):
     case = ALL[name]()
     position = round(part * (case.drive.shape[1] - 1))
     drive, rate, rate2 = (value[:, position] for value in (case.drive, case.rate, case.rate2))
-    course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+    course = motion_of(case)
     solved = deflection(course, case.sections)
     other = exact(case.mechanism, case.sections, drive, rate, rate2)
 

@@ -15,8 +15,7 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 import scipy.optimize
-from mechanisms import ALL, bar, rigid_sections, steel_four_bar
-from standard_beams import cantilever, propped, still, supported
+from mechanisms import ALL, bar, cantilever, motion_of, propped, rigid_sections, steel_four_bar, still, supported
 
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered
 from elastic.assessment import exceedances, harmonics, period_of, quasi_static_error
@@ -227,7 +226,7 @@ class TestMechanism:
         """What is called settled is so: a much finer answer is no more than 0.1 % lower, and never higher."""
         for make in ALL.values():
             case = make()
-            course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+            course = motion_of(case)
             usual, fine = (natural_frequencies(course, case.sections, 3, 6, settled=settled) for settled in (1e-3, 0.0))
             known = np.isfinite(usual.omega)
             assert (usual.omega[known] <= fine.omega[known] * (1 + 1.5e-3)).all()
@@ -247,7 +246,7 @@ class TestMechanism:
     def test_rigid_is_the_limit_of_stiff(self):
         """What is 1e6 times as stiff differs by about 1e-6."""
         case = ALL["six-bar"]()
-        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        course = motion_of(case)
         stiff = [RIGID if number % 2 else section for number, section in enumerate(case.sections)]
         nearly = [
             Section(1e6 * section.EA, 1e6 * section.EI) if number % 2 else section
