@@ -279,47 +279,21 @@ follower = {slider = "bed"}
 ratio = "50 mm/rad"
 """
 
-SWING = """
-[materials.steel]
-E = 210e9
-density = 7850
-poisson = 0.3
-expansion = 12e-6
-
-[sections.bar]
-shape = "tube"
-outer = ["8 mm", "6 mm"]
-inner = 0.002
-
-[points]
-O = [0.0, 0.0]
-A = [0.1, 0.0]
-B = [0.4, 0.0]
-D = [0.5, 0.2]
-
-[links.ground]
-points = ["O", "D"]
-
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-temperature = "20 K"
-strain = 1e-4
-
-[links.rod]
-points = ["A", "B"]
-beams = [{from = "A", to = "B", section = "bar", material = "steel", strain = 0}]
-
-[links.block]
-points = ["B"]
-mass = "200 g"
-
-[sliders.guide]
-link = "block"
-through = "B"
-direction = [1, 0]
-
+SWING = (
+    edited(
+        SLIDER_CRANK,
+        ("density = 7850", "density = 7850\npoisson = 0.3\nexpansion = 12e-6"),
+        ('shape = "circle"\ndiameter = "8 mm"', 'shape = "tube"\nouter = ["8 mm", "6 mm"]\ninner = 0.002'),
+        ("B = [0.4, 0.0]", "B = [0.4, 0.0]\nD = [0.5, 0.2]"),
+        ('["O"]', '["O", "D"]'),
+        ('["A", "B"]\nsection = "bar"\nmaterial = "steel"',
+         '["A", "B"]\nbeams = [{from = "A", to = "B", section = "bar", material = "steel", strain = 0}]'),
+        ('rigid = true\nmass = "100 g"\ncenter = "O"',
+         'section = "bar"\nmaterial = "steel"\ntemperature = "20 K"\nstrain = 1e-4'),
+        ("speed = 100", "motion = [[0, 1], [0.1, 1.2], [0.2, 1.3], [0.3, 1]]\nrepeat = true"),
+        ("positions = 36", 'positions = 5\nbeams = "timoshenko"'),
+    )
+    + """
 [joints.A]
 compliance = 1e-6
 gap = [0, 1e-4]
@@ -327,11 +301,6 @@ gap = [0, 1e-4]
 [joints.guide]
 rotation = 1e-3
 turn = "0.1 deg"
-
-[[drives]]
-link = "crank"
-motion = [[0, 1], [0.1, 1.2], [0.2, 1.3], [0.3, 1]]
-repeat = true
 
 [[loads]]
 link = "block"
@@ -354,11 +323,8 @@ on = "crank"
 at = "A"
 stiffness = 1
 damping = 0.1
-
-[run]
-positions = 5
-beams = "timoshenko"
 """
+)  # fmt: skip
 
 # A swing that falls from rest under its own weight: an integration of some steps.
 FALLING = """

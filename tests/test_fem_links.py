@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fem_direct import Direct, orders
 from mechanisms import (
+    bar,
     bush,
     cantilever,
     elastic_guide,
@@ -347,10 +348,6 @@ class TestJointsThatGiveWay:
             solve(three, [], joints={"A": JointCompliance(1e-6)})
 
 
-def bar(name, start, end, length):
-    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.4),))
-
-
 PLACES = {
     "O": 0.0,
     "P": 0.05,
@@ -368,7 +365,7 @@ STEPS = np.linspace(0.0, 6.0, 7)
 
 def geared(links, drives, gear, sliders, steps, rate):
     """A four-bar whose links are clamped elsewhere than where gears hold them, and what is geared to it."""
-    four = (bar("wheel", "A", "W", 0.1), bar("coupler", "A", "B", 0.3), bar("rocker", "B", "D", 0.25))
+    four = (bar("wheel", "A", "W", 0.1, 0.4), bar("coupler", "A", "B", 0.3, 0.4), bar("rocker", "B", "D", 0.25, 0.4))
     ground = Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55})
     drawing = {name: PLACES[name] for link in (ground, *four, *links) for name in link.points}
     mechanism = Mechanism((ground, *four, *links), drives, drawing, sliders, gears=(gear,), gravity=-9.81j)
@@ -380,7 +377,7 @@ class TestGears:
 
     CASES = {  # noqa: RUF012
         "wheels": (
-            (bar("pinion", "P", "O", 0.05),),
+            (bar("pinion", "P", "O", 0.05, 0.4),),
             (PinDrive("pinion", "O"),),
             Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -0.5),
             (),
@@ -404,7 +401,7 @@ class TestGears:
             4.0,
         ),
         "a wheel on an arm drives": (
-            (bar("arm", "O", "P", 0.05), bar("planet", "P", "S", 0.03)),
+            (bar("arm", "O", "P", 0.05, 0.4), bar("planet", "P", "S", 0.03, 0.4)),
             (PinDrive("arm", "O"), PinDrive("planet", "P", "arm")),
             Gear(PinDrive("planet", "P", "arm"), PinDrive("wheel", "W"), -0.5),
             (),

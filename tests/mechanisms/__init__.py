@@ -21,15 +21,14 @@ from .dyads import (
     elastic_guide,
     four_bar,
     inverted_slider_crank,
-    parallelogram,
     pressed,
     scotch_yoke,
     slider_crank,
-    steel_four_bar,
     tangent,
 )
 from .handbook_beams import cantilever, propped, still, supported
 from .larger import arm, held_arm, ring, six_bar, stiff_plate, triad
+from .plain import double_rocker, parallelogram, simeon_slider_crank, steel_four_bar
 
 DYADS = {
     "RRR": four_bar,

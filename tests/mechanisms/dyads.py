@@ -9,24 +9,9 @@ import math
 
 import numpy as np
 
-from elastic import Section
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive
 
-from .building import GRAVITY, apex, bar, loads, lumps, moved, replaced, sections_of, steel_bar, turn
-
-
-def steel_four_bar(count=360):
-    """The common job: lengths .1, .3, .25 and .35 m, 10 x 6 mm of steel, 100 rad/s."""
-    links = (
-        Link("ground", {"O": 0.0, "D": 0.35}),
-        steel_bar("crank", "O", "A", 0.1),
-        steel_bar("coupler", "A", "B", 0.3),
-        steel_bar("rocker", "D", "B", 0.25),
-    )
-    drawing = {"O": 0.0, "A": 0.1, "B": 0.28 + 0.24j, "D": 0.35}
-    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing)
-    section = Section(EA=210e9 * 0.01 * 0.006, EI=210e9 * 0.01 * 0.006**3 / 12)
-    return moved(mechanism, [section] * 3, turn(count), 100.0, 0.0)
+from .building import GRAVITY, apex, bar, loads, lumps, moved, replaced, sections_of, turn
 
 
 def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0, count=24, **more):
@@ -44,18 +29,6 @@ def four_bar(crank=0.11, coupler=0.31, rocker=0.24, base=0.33 + 0.04j, side=1.0,
     known = {"gravity": GRAVITY, "loads": loads("coupler", "B") + loads("crank", "A")} | more
     mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, **known)
     return moved(mechanism, sections_of(mechanism), turn(count, start))
-
-
-def parallelogram(rocker=0.1, **drawn):
-    """Two cranks of .1 m, .3 m apart, as bars of steel."""
-    links = (
-        Link("ground", {"O": 0.0, "D": 0.3}),
-        steel_bar("crank", "O", "A", 0.1),
-        steel_bar("coupler", "A", "B", 0.3),
-        steel_bar("rocker", "D", "B", rocker),
-    )
-    drawing = {"O": 0, "A": 0.1j, "B": 0.3 + 0.1j, "D": 0.3} | drawn
-    return Mechanism(links, (PinDrive("crank", "O"),), drawing)
 
 
 def slider_crank(crank=0.12, rod=0.4, offset=0.05, slope=0.3, side=1.0, count=24, **more):
