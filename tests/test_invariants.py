@@ -19,7 +19,6 @@ from mechanisms import (
     four_bar,
     inverted_slider_crank,
     loads,
-    motion_of,
     moved,
     replaced,
     rigid_sections,
@@ -28,6 +27,7 @@ from mechanisms import (
     slider_crank,
     turn,
 )
+from mechanisms import motion_of as course  # the draws are seeded by the text of the tests
 
 from elastic import PRIMARY, Section, deflection
 from rigid import (
@@ -96,7 +96,7 @@ class TestEnergy:
     @given(mechanisms)
     def test_drives_pay_for_every_change(self, case):
         """Drive efforts times rates, and the power of weight and loads, are the rate of kinetic energy."""
-        going = motion_of(case)
+        going = course(case)
         driven = drive_efforts(going, reactions(going)) * going.drive_rate
         rest = balance.applied_power(going) - balance.kinetic_power(going)
         scale = largest([driven, balance.applied_power(going), balance.kinetic_power(going)])
@@ -118,7 +118,7 @@ class TestEnergy:
     @given(mechanisms)
     def test_joint_forces_do_no_work_on_the_whole(self, case):
         """Power of all joint forces on all links, drives left out, is zero: action and reaction, and frictionless."""
-        going = motion_of(case)
+        going = course(case)
         forces = reactions(going)
         total, scale = 0.0, 0.0
         for place, force, twist in zip(
@@ -205,9 +205,9 @@ class TestFrames:
     def test_turned_and_moved(self, case, angle, x, y):
         """The drawing, the ground, gravity and fixed loads turned and moved together: fields stay."""
         turned, away = np.exp(1j * angle), complex(x, y)
-        here = deflection(motion_of(case), case.sections)
+        here = deflection(course(case), case.sections)
         other_case = in_another_frame(case, turned, away)
-        there = deflection(motion_of(other_case), other_case.sections)
+        there = deflection(course(other_case), other_case.sections)
         for field in PRIMARY:
             expected = getattr(here, field)
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -220,9 +220,9 @@ class TestFrames:
     @given(mechanisms)
     def test_mirrored(self, case):
         """Seen from behind: displacements along stay, those across, slopes, moments and shears change sign."""
-        here = deflection(motion_of(case), case.sections)
+        here = deflection(course(case), case.sections)
         other = mirrored(case)
-        there = deflection(motion_of(other), other.sections)
+        there = deflection(course(other), other.sections)
         for field, sign in (("N", 1), ("u", 1), ("V", -1), ("M", -1), ("w", -1), ("phi", -1)):
             expected = sign * getattr(here, field)
             np.testing.assert_allclose(getattr(there, field), expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -231,7 +231,7 @@ class TestFrames:
     @given(mechanisms)
     def test_time_reversed(self, case):
         """Run backwards, everything but the velocities is the same."""
-        forth = motion_of(case)
+        forth = course(case)
         back = motion(case.mechanism, case.drive, -case.rate, case.rate2)
         np.testing.assert_array_equal(back.velocity, -forth.velocity)
         np.testing.assert_allclose(back.acceleration, forth.acceleration, rtol=1e-12, atol=1e-12)
@@ -242,9 +242,9 @@ class TestFrames:
     @given(mechanisms, st.sampled_from([1e-3, 25.4, 1e3]), st.sampled_from([1e-3, 7.0]), st.sampled_from([60.0, 1e-3]))
     def test_other_units(self, case, metre, kilogram, second):
         """Lengths, masses and times in other units: every result changes by the power of its dimension."""
-        here = deflection(motion_of(case), case.sections)
+        here = deflection(course(case), case.sections)
         other = in_units(case, metre, kilogram, second)
-        there = deflection(motion_of(other), other.sections)
+        there = deflection(course(other), other.sections)
         newton = kilogram * metre / second**2
         powers = {"N": newton, "V": newton, "M": newton * metre, "u": metre, "w": metre, "phi": 1.0}
         for field, unit in powers.items():
@@ -347,7 +347,7 @@ class TestSuperposition:
     def test_loads_add_up(self, case):
         """Statics and elasticity are linear: half of the loads and the other half together are the whole."""
         old = case.mechanism
-        whole = deflection(motion_of(case), case.sections)
+        whole = deflection(course(case), case.sections)
         parts = [
             deflection(motion(replaced(old, loads=some, gravity=g), case.drive, *rates), case.sections)
             for some, g, rates in ((old.loads, 0.0, ()), ((), old.gravity, (case.rate, case.rate2)))
@@ -374,8 +374,8 @@ class TestSuperposition:
     @given(mechanisms)
     def test_stiffer_is_stiffer(self, case):
         """Twice the rigidities halve every displacement and leave the forces."""
-        here = deflection(motion_of(case), case.sections)
-        stiff = deflection(motion_of(case), [Section(2 * s.EA, 2 * s.EI) for s in case.sections])
+        here = deflection(course(case), case.sections)
+        stiff = deflection(course(case), [Section(2 * s.EA, 2 * s.EI) for s in case.sections])
         for field in ("u", "w", "phi"):
             expected = getattr(here, field) / 2
             np.testing.assert_allclose(getattr(stiff, field), expected, rtol=0, atol=1e-13 * np.abs(expected).max())
@@ -399,7 +399,7 @@ class TestConstruction:
         mechanism = replaced(old, links=tuple(links), loads=tuple(items))
         beams = [(old.links[at].name, beam) for at, beam in old.beams]
         order = [beams.index((mechanism.links[at].name, beam)) for at, beam in mechanism.beams]
-        here = deflection(motion_of(case), case.sections)
+        here = deflection(course(case), case.sections)
         there = deflection(
             motion(mechanism, case.drive, case.rate, case.rate2), [case.sections[number] for number in order]
         )
@@ -411,14 +411,14 @@ class TestConstruction:
     def test_rigid_mechanisms_keep_their_forces(self, name):
         """Section forces are statics: how soft the links are does not matter to them."""
         case = ALL[name]()
-        soft, stiff = (deflection(motion_of(c), c.sections) for c in (case, rigid_sections(case)))
+        soft, stiff = (deflection(course(c), c.sections) for c in (case, rigid_sections(case)))
         for field in ("N", "V", "M"):
             np.testing.assert_array_equal(getattr(stiff, field), getattr(soft, field))
 
     def test_positions_do_not_know_one_another(self):
         """A batch equals its positions one by one."""
         case = six_bar(count=7)
-        together = deflection(motion_of(case), case.sections)
+        together = deflection(course(case), case.sections)
         for position in range(7):
             alone = deflection(
                 motion(case.mechanism, *(v[:, [position]] for v in (case.drive, case.rate, case.rate2))), case.sections
@@ -445,12 +445,12 @@ class TestDesigns:
             return moved(mechanism, [Section(1e5, 30.0), Section(2e5, stiff)], turn(6))
 
         together = build(rod, mass, stiff)
-        whole = deflection(motion_of(together), together.sections)
+        whole = deflection(course(together), together.sections)
         efforts = drive_efforts(whole.motion, whole.forces)
         assert whole.w.shape == (6, 2, 3, 6)
         for number in range(3):
             case = build(*(float(values[number, 0]) for values in (rod, mass, stiff)))
-            alone = deflection(motion_of(case), case.sections)
+            alone = deflection(course(case), case.sections)
             for field in PRIMARY:
                 expected = getattr(alone, field)
                 got = getattr(whole, field)[:, :, number]
@@ -478,8 +478,8 @@ def test_drives_are_mechanisms_that_are_random_enough():
     @given(mechanisms)
     def collect(case):
         assert isinstance(case.mechanism, Mechanism)
-        assert np.isfinite(motion_of(case).condition).all()
-        assert motion_of(case).condition.max() < 50
+        assert np.isfinite(course(case).condition).all()
+        assert course(case).condition.max() < 50
         seen.add(tuple(sorted(link.name for link in case.mechanism.links)))
 
     collect()
