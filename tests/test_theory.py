@@ -17,12 +17,19 @@ from kinelast.command import main
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
+from kinelast.figures.trust import findings
 from kinelast.folder import Request
 from kinelast.run import computed
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.error import SceneError
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
+PARALLELOGRAM_BARS = edited(
+    FOUR_BAR,
+    ("A = [0.1, 0.0]", "A = [0.0, 0.1]"),
+    ("B = [0.28, 0.24]", "B = [0.35, 0.1]"),
+    ("positions = 36", "positions = 8"),
+)
 
 
 def scene_at(speed, run=""):
@@ -58,6 +65,16 @@ def test_vibration_is_asked_for_by_name():
     plain, found = (sample(bent, "chord", [0.5]) for bent in (results.quasi_static, results.deflection))
     apart = np.abs(found - plain).max() / np.abs(plain).max()
     assert 0 < apart <= 1.5 * results.answer.missed
+
+
+def test_where_vibration_cannot_be_answered_that_is_said():
+    """A parallelogram passes its flat position: by accuracy the error is unknown, by name it is a mistake."""
+    flat = edited(PARALLELOGRAM_BARS, ("positions = 8", 'positions = 8\naccuracy = "5 %"'))
+    found = computed(scene_from_text(flat), Request())
+    assert (found.answer.theory, found.answer.accurate) == (QUASI_STATIC, False)
+    assert any("vibration cannot be answered" in finding.text for finding in findings(found))
+    with pytest.raises(SceneError, match="vibration cannot be answered"):
+        computed(scene_from_text(flat), Request(theory=ELASTODYNAMIC))
 
 
 def test_the_command_goes_before_the_scene():
