@@ -1,4 +1,4 @@
-"""Random mechanisms whose crank turns at constant speed: four-bars, slider-cranks, six-bars, with bent ternary links."""
+"""Random mechanisms, their cranks at constant speed: four-bars, slider-cranks, six-bars, some with ternary links."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MATERIALS = {"steel": (210e9, 7850.0), "aluminium": (70e9, 2700.0)}
 KINDS = ("four-bar", "ternary four-bar", "slider-crank", "Stephenson six-bar", "Watt six-bar")
 SLENDER = 10.0, 200.0  # length over radius of gyration
 RATIO = 1 / 100, 1 / 3  # crank speed over lowest natural frequency
-MARGIN = 0.9  # share of the reach of a dyad that is used: farther out it snaps or locks
+MARGIN = 0.75  # share of the reach of a dyad that is used, as a designer would: farther out it snaps
 GRAVITY = -9.81j
 
 
@@ -67,6 +67,7 @@ class Draw:
         self.sections: list[Section] = []
 
     def between(self, low: float, high: float) -> float:
+        """A number out of a stretch."""
         return float(self.random.uniform(low, high))
 
     def link(self, name: str, points: dict[str, complex]) -> None:
@@ -105,10 +106,10 @@ def drawn(random: Any) -> Drawn | None:
     draw.link("crank", {"O": 0.0, "A": crank})
     build = _slider_crank if kind == "slider-crank" else _linkage
     ground, drawing, sliders = build(draw, kind, A)
-    mechanism = Mechanism(
-        (Link("ground", {"O": 0.0, **ground}), *draw.links), (PinDrive("crank", "O"),), {"O": 0.0, "A": A[0], **drawing},
-        sliders, gravity=GRAVITY if random.random() < 0.5 else 0.0,
-    )  # fmt: skip
+    links = Link("ground", {"O": 0.0, **ground}), *draw.links
+    places = {"O": 0.0, "A": A[0], **drawing}
+    gravity = GRAVITY if random.random() < 0.5 else 0.0
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), places, sliders, gravity=gravity)
     ratio = float(np.exp(random.uniform(*np.log(RATIO))))
     try:
         moved = motion(mechanism, turn[:-1], 1.0)
