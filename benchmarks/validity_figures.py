@@ -15,7 +15,7 @@ from kinelast.figures.theory import SURE
 SMALL = 1e-3  # errors below which two are taken to agree
 RESOLVED = 0.03  # share of a deflection in the check's highest harmonics from which its positions are too few
 SLOW = 0.1  # speed over lowest frequency up to which a mechanism runs as designers have it
-SHOWN = 3e-5, 30.0
+SHOWN = 3e-5, 10.0
 
 Rows = Sequence[Mapping[str, Any]]
 
