@@ -15,17 +15,20 @@ from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
-from elastic.links.clamped_links import carry
+from elastic.links.clamped_links import LinkResponse, carry
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
+from elastic.links.configuration import Problem
 from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
 from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
 from rigid.displacements import displacements
-from rigid.forces import self_stresses
+from rigid.forces import loaded_flanks, self_stresses
 from rigid.kinematics import repeated, stacked
 from rigid.plane import ZERO
 from rigid.statics import balancing_forces, force_condition
+
+FLANKS = 4  # rounds until the loaded flanks of gears are those that the forces were found with
 
 
 def _polynomials(field: str) -> cached_property[Reals]:
@@ -113,7 +116,9 @@ class Deflection:
             if self.sections:
                 closures = self.motion.closures
                 still = [ZERO] * len(self.motion.mechanism.links)
-                *_, openings = displacements(closures, self.gaps.displacement, self.gaps.rotation, still)
+                *_, openings = displacements(
+                    closures, self.gaps.displacement, self.gaps.rotation, still, self.forces.flank
+                )
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
@@ -185,15 +190,9 @@ def deflection(
         problem = problem_of(motion, sections, joints, added)
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
         require_prismatic_rails(mechanism, problem.configuration.trees, sections)
-        states = self_stresses(motion.closures)
-        more = () if added is None else resultants(added, motion, problem.configuration)
-        forces = balancing_forces(motion, more)
-        response, gaps = bent_links(problem, forces)
-        if states:
-            forces = compatible_forces(problem, forces, gaps, states)
-            response, gaps = bent_links(problem, forces)
+        forces, response, gaps = _loaded_links(problem)
         still = [ZERO] * len(mechanism.links)
-        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still)
+        shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, forces.flank)
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([value.imag for value in turning], motion.columns, float)
         carry(problem.configuration, response, shift, angle)
@@ -217,6 +216,29 @@ def deflection(
     lost = solved.lost
     forces.mark(lost)
     return marked(solved, lost)
+
+
+def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGaps]:
+    """Joint forces, what they and the loads do to the links, and the gaps that leaves at the joints.
+
+    Where statics alone does not tell the forces, neither does it tell which flanks of gears are loaded: those are
+    tried that were loaded last.
+    """
+    motion, flank = problem.motion, None
+    added = problem.added
+    more = [] if added is None else list(resultants(added, motion, problem.configuration))
+    for _ in range(FLANKS):
+        forces = balancing_forces(motion, more, flank)
+        response, gaps = bent_links(problem, forces)
+        states = self_stresses(motion.closures, forces.flank)
+        if not states:
+            break
+        forces = compatible_forces(problem, forces, gaps, states)
+        response, gaps = bent_links(problem, forces)
+        flank = loaded_flanks(forces)
+        if all(np.array_equal(flank[number], forces.flank[number]) for number in flank):
+            break
+    return forces, response, gaps
 
 
 def marked(deflection: Deflection, lost: Any) -> Deflection:

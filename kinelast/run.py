@@ -103,7 +103,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long and (request.nonlinear or request.solid or not request.theory_of(scene).plain):
-        raise RequestError(f"vibration and further checks take no more than {SHOWN} positions")
+        advice = "--theory quasi-static takes any"
+        raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
     if long:
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)

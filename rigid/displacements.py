@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from rigid.closure import Closure, reach_from
-from rigid.gears import gear_input, input_arm
+from rigid.gears import gear_input, rack_arm
 from rigid.joints import Columns, Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
@@ -16,7 +16,11 @@ Openings = list[list[tuple[Columns, Columns]]]
 
 
 def displacements(
-    closures: Sequence[Closure], gaps: Sequence[Columns], turns: Sequence[Columns], turning: Sequence[Columns]
+    closures: Sequence[Closure],
+    gaps: Sequence[Columns],
+    turns: Sequence[Columns],
+    turning: Sequence[Columns],
+    flank: Mapping[int, Columns] | None = None,
 ) -> tuple[list[Columns], list[Columns], Openings]:
     """Displacement of every link's origin, and its rotation, so that the joints open by given gaps.
 
@@ -30,6 +34,9 @@ def displacements(
     turning
         Per link, what multiplies an arm to give the displacement of its end. For small displacements i times the
         rotation: all ZERO at the start. For accelerations i eps - w^2, so that it starts as -w^2.
+    flank
+        Of the gears' teeth, as in `JointForces`: these stay together whatever the gaps. Without, the gears' ratios are
+        kept, as in a motion without gaps.
 
     Returns
     -------
@@ -48,7 +55,8 @@ def displacements(
                 turning[child] = turning[child] + imaginary(turning[parent].imag + turns[number])
             at_joint = _moved(shift, turning, parent, hinge.arm_parent) + gaps[number]
             if joint.gear is not None:
-                gap, turn = hinge.driven(_gear_input(joint, shift, turning))
+                own = shift, turning, at_joint
+                gap, turn = hinge.driven(_gear_input(hinge, *own, None if flank is None else flank.get(number)))
                 at_joint, turning[child] = at_joint + gap, turning[child] + imaginary(turn)
             shift[child] = at_joint - turning[child] * hinge.arm_child
             number += 1
@@ -62,13 +70,18 @@ def displacements(
     return shift, turning, openings
 
 
-def _gear_input(joint: Joint, shift: list[Columns], turning: list[Columns]) -> Columns:
-    """Motion that a gear gives its follower, child from parent."""
-    return gear_input(
-        joint,
-        lambda link: turning[link].imag,
-        lambda driver, link: _moved(shift, turning, link, input_arm(driver)),
-    )
+def _gear_input(
+    place: JointPlace, shift: list[Columns], turning: list[Columns], at_joint: Columns, flank: Columns | None
+) -> Columns:
+    """Motion that a gear gives its follower, child from parent; the child's point has moved by `at_joint` so far."""
+
+    def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
+        if joint is place.joint:
+            return at_joint, turning[link].imag
+        arm = rack_arm(joint) if place.teeth is None or flank is None else place.teeth.arm - place.teeth.reach_body
+        return _moved(shift, turning, link, arm), turning[link].imag
+
+    return gear_input(place, moved, flank)
 
 
 def _moved(shift: list[Columns], turning: list[Columns], link: int, arm: Columns) -> Columns:

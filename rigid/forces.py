@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from rigid.closure import Closure, reach_from
-from rigid.gears import gear_loads, input_arm
+from rigid.gears import gear_loads
 from rigid.joints import Columns, JointPlace
 from rigid.plane import ZERO, cross, dot, number
+from rigid.teeth import loaded_flank
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,16 +27,20 @@ class JointForces:
     force
         Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
     moment
-        About the joint's point [N m]; 0.0 for a free pin.
+        About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is what
+        the gear passes on: its teeth push with it, not the joint's other link (`rigid.gears.gear_loads`).
     ground_load
-        What acts on the ground besides the joints, springs for example: force [N], complex, and moment about the origin
+        What acts on the ground besides the joints, springs and gears: force [N], complex, and moment about the origin
         of coordinates [N m].
+    flank
+        By the number of a joint that follows a gear with teeth: which flank is loaded, the sign of the effort.
     """
 
     closures: tuple[Closure, ...]
     force: list[Columns]
     moment: list[Columns]
     ground_load: tuple[Columns, Columns] = (0.0, 0.0)
+    flank: dict[int, Columns] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"JointForces({len(self.force)} joints, columns {np.broadcast_shapes(*map(np.shape, self.force))})"
@@ -70,6 +75,7 @@ def joint_forces(
     force: Sequence[Columns],
     moment: Sequence[Columns],
     tension: tuple[int, int] | None = None,
+    flank: Mapping[int, Columns] | None = None,
 ) -> JointForces:
     """Joint forces that balance a given force and moment about its origin on every link.
 
@@ -81,8 +87,12 @@ def joint_forces(
         Per link, complex [N] and real [N m], shape (..., positions).
     tension
         Number of a group, and of one of its `Closure.tensions`, that is in force besides.
+    flank
+        Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
     """
     force, moment = list(force), list(moment)
+    flanks = dict(flank or {})
+    last = sum(len(closed.joints) for closed in closures)
     results: list[tuple[Columns, Columns]] = []
     for place, closed in reversed(list(enumerate(closures))):
         held = [_held(closed, k, force, moment) for k in range(len(closed.group.free))]
@@ -99,24 +109,33 @@ def joint_forces(
             _push(joint.child, closing.arm_child, pull, couple, force, moment)
             _push(joint.parent, closing.arm_parent, -pull, -couple, force, moment)
             cuts.append((pull, couple))
-        trees = [_balance(hinge, force, moment) for hinge in reversed(closed.tree)]
+        last -= len(closed.joints)
+        trees = [
+            _balance(hinge, last + k, force, moment, flanks) for k, hinge in reversed(list(enumerate(closed.tree)))
+        ]
         results += [*cuts[::-1], *trees]
     results.reverse()
     pulls, couples = ([number(value) for value in part] for part in zip(*results, strict=True)) if results else ([], [])
-    return JointForces(closures, pulls, couples, (number(force[0]), number(moment[0])))
+    return JointForces(closures, pulls, couples, (number(force[0]), number(moment[0])), flanks)
 
 
-def _balance(hinge: JointPlace, force: list[Columns], moment: list[Columns]) -> tuple[Columns, Columns]:
-    """Force and moment of a tree joint on its child, whose other loads are all known by now."""
+def _balance(
+    hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
+) -> tuple[Columns, Columns]:
+    """Force and moment of tree joint number `at` on its child, whose other loads are all known by now."""
     child = hinge.joint.child
+    if hinge.joint.gear is not None:
+        load, couple = force[child], moment[child] - cross(hinge.arm_child, force[child])
+        if hinge.teeth is not None and at not in flanks:
+            size = abs(load) if hinge.along is not None else abs(moment[child]) + abs(hinge.arm_child) * abs(load)
+            flanks[at] = loaded_flank(hinge.effort(-load, -couple), size)
+        for act in gear_loads(hinge, -load, -couple, flanks.get(at, 0.0)):
+            force[act.link] = force[act.link] + act.force
+            moment[act.link] = moment[act.link] + (cross(act.arm, act.force) + act.moment)
     load, couple = force[child], ZERO
     if not hinge.turns or hinge.joint.moved:
         couple = moment[child] - cross(hinge.arm_child, load)
     _push(hinge.joint.parent, hinge.arm_parent, load, couple, force, moment)
-    if hinge.joint.gear is not None:
-        driver = hinge.joint.gear.driver
-        for link, pull, turn in gear_loads(hinge, -load, -couple):
-            _push(link, input_arm(driver), pull, turn, force, moment)
     return -load, -couple
 
 
@@ -139,13 +158,26 @@ def _push(link: int, arm: Columns, pull: Columns, couple: Columns, force: list[C
         moment[link] = moment[link] + (cross(arm, pull) + couple)
 
 
-def self_stresses(closures: tuple[Closure, ...]) -> list[JointForces]:
-    """Joint forces that balance without any load, one set for every surplus condition of the mechanism."""
+def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
+    """Which flank of every gear's teeth the efforts load, as in `JointForces`."""
+    found = {}
+    for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
+        if place.teeth is not None:
+            size = abs(forces.force[at]) * (abs(place.teeth.reach) if place.turns else 1.0)
+            found[at] = loaded_flank(place.effort(forces.force[at], forces.moment[at]), size)
+    return found
+
+
+def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:
+    """Joint forces that balance without any load, one set for every surplus condition of the mechanism.
+
+    `flank` of the gears' teeth, as in `JointForces`; those that each set loads by itself unless said.
+    """
     if not any(closed.tensions for closed in closures):
         return []
     nothing = [ZERO] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
     return [
-        joint_forces(closures, nothing, nothing, (place, which))
+        joint_forces(closures, nothing, nothing, (place, which), flank)
         for place, closed in enumerate(closures)
         for which in range(len(closed.tensions))
     ]

@@ -1,58 +1,117 @@
-"""Gears: what a driving joint's motion does to its follower, and what the follower's load asks of the driver."""
+"""Gears: what the motion of the driving links does to a follower, and what the follower's load asks of them.
+
+The one is the transpose of the other: `gear_input` of small displacements, `gear_loads` of forces.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from rigid.joints import Columns, Joint, JointPlace
-from rigid.plane import ZERO, dot
+from rigid.plane import ZERO, cross, dot
+
+Moved = Callable[[Joint, int], tuple[Columns, Columns]]
+"""Displacement [m], complex, of a link's point at a joint, and rotation [rad] of the link there."""
 
 
-def gear_input(
-    joint: Joint, rotation: Callable[[int], Columns], displacement: Callable[[Joint, int], Columns]
-) -> Columns:
-    """By how much a gear moves its follower, child from parent, when the links of its driver move.
+@dataclass(frozen=True, eq=False)
+class GearLoad:
+    """What a gear does to a link besides the follower's own force and moment.
+
+    Attributes
+    ----------
+    link
+        Its number.
+    joint, arm
+        At whose point it acts, and from the origin of the link's axes to there [m], complex.
+    force, moment
+        Complex [N], and about that point [N m].
+    """
+
+    link: int
+    joint: Joint
+    arm: Columns
+    force: Columns
+    moment: Columns
+
+
+def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) -> Columns:
+    """By how much a gear moves its follower, child from parent, when links move.
 
     Parameters
     ----------
-    joint
+    place
         The follower.
-    rotation, displacement
-        Of a link, and of its point at the given driving joint, complex.
+    moved
+        How.
+    flank
+        That is loaded, +1 or -1, so that the teeth stay together along their line of action however the wheels are
+        displaced. None for a motion without gaps in the joints: the ratio tells all.
     """
+    joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
-    ratio, driver = joint.sense * joint.gear.ratio, joint.gear.driver
+    driver = joint.gear.driver
     owner, link = joint.gear.ends
-    if driver.turns:
-        return ratio * (rotation(link) - rotation(owner))
-    # Racks run on the ground: the line does not move.
-    return ratio * dot(driver.line, displacement(driver, link))
+    if teeth is None or flank is None:
+        ratio = joint.sense * joint.gear.ratio
+        if driver.turns:
+            return ratio * (moved(driver, link)[1] - moved(driver, owner)[1])
+        # Racks run on the ground: the line does not move.
+        return ratio * dot(driver.line, moved(driver, link)[0])
+    push = teeth.push(flank)
+    led, led_turn = moved(driver, teeth.body)
+    own, own_turn = moved(joint, joint.child)
+    if place.turns:  # its coordinate is still that of its parent
+        own_turn = moved(joint, joint.parent)[1]
+    else:
+        own = own - dot(place.along, own) * place.along
+    opened = dot(push, own) - dot(push, led) - led_turn * cross(teeth.reach_body, push)
+    return -(opened + own_turn * cross(teeth.reach, push))
 
 
-def gear_loads(place: JointPlace, force: Columns, moment: Columns) -> Sequence[tuple[int, Columns, Columns]]:
-    """Loads of a follower on the links of its driving joint: the transpose of `gear_input`.
+def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
+    """What a gear does to all links besides the force and moment on its follower's child, and their opposite.
 
     Parameters
     ----------
     place
         The follower.
     force, moment
-        What moves it: from its gear on its child [N], complex, and [N m].
-
-    Returns
-    -------
-    Link, force at its point of the driving joint and moment.
+        On its child, complex [N] and [N m]; along its coordinate they are the effort of the gear.
+    flank
+        That is loaded, +1 or -1.
     """
-    joint = place.joint
+    joint, teeth = place.joint, place.teeth
     assert joint.gear is not None
-    driver = joint.gear.driver
-    effort = -joint.sense * joint.gear.ratio * place.effort(force, moment)
+    effort, driver = place.effort(force, moment), joint.gear.driver
+    if teeth is None:
+        return _without_teeth(joint, driver, -joint.sense * joint.gear.ratio * effort)
+    tooth = effort * teeth.push(flank)
+    hub = teeth.arm - teeth.reach_body
+    led = GearLoad(teeth.body, driver, hub, -tooth, -cross(teeth.reach_body, tooth))
+    # The effort is between the teeth: the parent, which carries the joint, does not feel it.
+    if place.turns:
+        own = GearLoad(joint.child, joint, place.arm_child, tooth, ZERO)
+        return own, led, GearLoad(joint.parent, joint, place.arm_parent, ZERO, effort)
+    pull = effort * place.along
+    own = GearLoad(joint.child, joint, place.arm_child, tooth - pull, cross(teeth.reach, tooth))
+    return own, led, GearLoad(joint.parent, joint, place.arm_parent, pull, ZERO)
+
+
+def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:
+    """An effort along the driver's coordinate."""
+    assert joint.gear is not None
     owner, link = joint.gear.ends
     if driver.turns:
-        return (link, ZERO, effort), (owner, ZERO, -effort)
-    return ((link, effort * driver.line, ZERO),)
+        return GearLoad(link, driver, ZERO, ZERO, effort), GearLoad(owner, driver, ZERO, ZERO, -effort)
+    pull = effort * driver.line
+    return (
+        GearLoad(link, driver, rack_arm(driver), pull, ZERO),
+        GearLoad(owner, driver, driver.at_parent, -pull, ZERO),
+    )
 
 
-def input_arm(driver: Joint) -> Columns:
+def rack_arm(driver: Joint) -> Columns:
     """From the origin of its link's axes to the point of a rack that drives a gear [m], complex; ZERO for a wheel."""
     return ZERO if driver.turns else driver.turn * driver.at_child

@@ -16,6 +16,7 @@ import numpy as np
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, Slider
 from rigid.plane import ZERO, cross, dot, unit
+from rigid.teeth import Teeth, wheel_push
 
 Columns = Any  # an array of shape (..., positions), a number, or ZERO
 
@@ -38,10 +39,14 @@ class Placed(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """A gear as its follower sees it: the ratio, and the driving joint between two links placed before."""
+    """A gear as its follower sees it: the ratio, and the driving joint between two links placed before.
+
+    `pressure_angle` of its teeth [rad]; None where it has none.
+    """
 
     ratio: float
     driver: Joint
+    pressure_angle: float | None = None
 
     @property
     def ends(self) -> tuple[int, int]:
@@ -207,12 +212,15 @@ class JointPlace:
         From the origin of either link's axes to the joint's point [m], complex. A slider's point is its block's.
     along
         Unit vector of a slider's line; None for a pin.
+    teeth
+        What moves it where it follows a gear with teeth, else None.
     """
 
     joint: Joint
     arm_parent: Columns
     arm_child: Columns
     along: Columns = None
+    teeth: Teeth | None = None
 
     def arm(self, link: int) -> Columns:
         """From the origin of one of its links' axes to the joint's point."""
@@ -264,9 +272,46 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     arm_parent = carried(placed.direction[parent], joint.at_parent)
     arm_child = carried(placed.direction[child], joint.at_child)
     if joint.turns:
-        return JointPlace(joint, arm_parent, arm_child)
+        return JointPlace(joint, arm_parent, arm_child, None, teeth_of(placed, joint))
     if joint.ordered:
         arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
     else:
         arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
-    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint))
+    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth_of(placed, joint))
+
+
+def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
+    """Contact of a joint that follows a gear; None where it has no pitch point.
+
+    It has one where one link carries both wheels, or wheel and rack: on that carrier they are pinned or slide, and
+    their pitch circles touch. Wheels of ratio 1, or about one axis, have none.
+    """
+    gear, carrier = joint.gear, joint.parent
+    if gear is None or gear.pressure_angle is None or carrier not in gear.ends:
+        return None
+    driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
+    leads = driver.parent == carrier
+    body = driver.child if leads else driver.parent
+    # Of the follower per motion of the body, both as seen from the carrier.
+    rate = joint.sense * gear.ratio * (1 if leads else -1)
+    own = point_of(placed, joint.child, joint.at_child)
+    hub = point_of(placed, body, driver.at(body))
+    if not joint.turns and not driver.turns:
+        return None
+    if not joint.turns:
+        along = along_of(placed, joint)
+        reach_body = -1j * rate * along
+        reach = hub + reach_body - own
+        apart = (-1j * slope * np.sign(rate)) * along
+    elif not driver.turns:
+        reach = -1j / rate * along_of(placed, driver)
+        reach_body = own + reach - hub
+        along, apart = wheel_push(reach, slope, ring=False)
+    else:
+        if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
+            return None
+        reach = (hub - own) / (1 - rate)
+        reach_body = rate * reach
+        along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
+    arm = hub - placed.origin[body] + reach_body
+    return Teeth(body, arm, reach_body, reach, along, apart)

@@ -48,6 +48,10 @@ def _wrong(mechanism: Parts) -> Iterator[str | None]:
     ends = [end for gear in mechanism.gears for end in (gear.driver, gear.follower)]
     for mover in (*mechanism.drives, *ends):
         yield _no_link("a drive or gear", links, (mover.link, mover.on) if isinstance(mover, PinDrive) else ())
+    for gear in mechanism.gears:
+        angle = gear.pressure_angle
+        if angle is not None and not 0 <= angle < np.pi / 2:
+            yield f"a gear: its pressure angle is {angle:.6g} rad, expected one from 0 to less than pi/2"
     for called, count in Counter(slider.name for slider in mechanism.sliders).items():
         yield f'{count} sliders are called "{called}"' if count > 1 else None
     for slider in mechanism.sliders:

@@ -23,6 +23,7 @@ PointForce = tuple[str, str, Any, Any]
 """Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
 
 GROUND = "ground"
+PRESSURE_ANGLE = float(np.radians(20.0))  # of standard involute teeth, ISO 53
 
 
 class MechanismError(ValueError):
@@ -152,13 +153,19 @@ class Gear:
     """Wheels or a rack that tie two joints: the coordinate of `follower` changes by `ratio` times that of `driver`.
 
     `driver` and `follower` name pins or sliders as drives do; `ratio` is negative for wheels that mesh from outside,
-    and [m/rad] for a rack. Only the moment or force along the follower's coordinate is passed on, not the push between
-    the teeth: the pins carry that besides.
+    positive where one is a ring around the other, and [m/rad] for a rack. Their teeth push at the pitch point, where
+    the pitch circles touch, inclined by the `pressure_angle` [rad] to the common tangent: the flank is that of the
+    effort which is passed on, so that wheels are pushed apart. Pins, sliders and the carrier of the wheels bear it.
+
+    There are no teeth where `pressure_angle` is None, as for a belt or chain, and where there is no pitch point: the
+    joints have no link in common that carries them both, the ratio is 1, the axes are one, or both are sliders. Then
+    only the moment or force along the coordinates is passed on, between the two links of either joint.
     """
 
     driver: PinDrive | SliderDrive
     follower: PinDrive | SliderDrive
     ratio: float
+    pressure_angle: float | None = PRESSURE_ANGLE
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import reduce
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
 from rigid.constants import mass_table
 from rigid.forces import JointForces, joint_forces, self_stresses
+from rigid.gears import gear_loads
 from rigid.joints import Columns, JointPlace
 from rigid.kinematics import Motion
 from rigid.loads import given_loads, link_loads
@@ -27,7 +28,7 @@ def reactions(motion: Motion) -> JointForces:
     found = balancing_forces(motion)
     if motion.suspect:
         found.mark(ill_conditioned(motion, force_condition(motion, found)))
-    for state in self_stresses(motion.closures):
+    for state in self_stresses(motion.closures, found.flank):
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):
                 values[number] = _open_where(values[number], part)
@@ -44,17 +45,26 @@ def _open_where(value: Columns, part: Columns) -> Columns:
     return result
 
 
-def balancing_forces(motion: Motion, more: Iterable[tuple[int, Columns, Columns]] = ()) -> JointForces:
+def balancing_forces(
+    motion: Motion,
+    more: Iterable[tuple[int, Columns, Columns]] = (),
+    flank: Mapping[int, Columns] | None = None,
+) -> JointForces:
     """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
 
-    `more` are loads besides the mechanism's: link's number, force in the ground's axes [N], complex, and moment about
-    the origin of the link's axes [N m].
+    Parameters
+    ----------
+    more
+        Loads besides the mechanism's: link's number, force in the ground's axes [N], complex, and moment about the
+        origin of the link's axes [N m].
+    flank
+        Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         force, moment = link_loads(motion)
         for at, pull, couple in more:
             force[at], moment[at] = force[at] + pull, moment[at] + couple
-        return joint_forces(motion.closures, force, moment)
+        return joint_forces(motion.closures, force, moment, flank=flank)
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
@@ -76,6 +86,12 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
             for place, pull in zip(closed.joints, pulls, strict=False):
                 if place.joint.parent not in closed.group.links:
                     force[place.joint.parent] = force[place.joint.parent] + np.abs(pull)
+        for number, place in enumerate(motion.places):
+            if place.joint.gear is not None:
+                flank = forces.flank.get(number, 0.0)
+                for act in gear_loads(place, forces.force[number], forces.moment[number], flank):
+                    force[act.link] = force[act.link] + np.abs(act.force)
+                    moment[act.link] = moment[act.link] + np.abs(act.moment)
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)

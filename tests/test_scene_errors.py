@@ -34,6 +34,7 @@ SLOT = (
     '[sliders.slot]\nlink = "block"\non = "rocker"\nthrough = "A"',
     '[slots.slot]\nlink = "crank"\non = "rocker"\npoint = "A"',
 )
+GEAR = '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = 2\n'
 
 
 # An effort of any size may take an integrator any time: gears are here with a steady drive.
@@ -228,6 +229,8 @@ MISTAKES = [
     ("gear of nothing", FOUR_BAR, [add('[[gears]]\ndriver = {}\nfollower = {link = "rocker"}\nratio = 2')], "gears[1]", "driver.link", "either link or slider"),
     ("gear without ratio", FOUR_BAR, [add('[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = 0')], "gears[1]", "ratio", "not zero"),
     ("ratio of a rack", FOUR_BAR, [add('[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nratio = "2 mm/rad"')], "gears[1]", "ratio", "expected a number, got 0.002"),
+    ("pressure angle in degrees", FOUR_BAR, [add(GEAR + "pressure_angle = 20")], "gears[1]", "pressure_angle", "less than 90 deg"),
+    ("pressure angle of a belt", FOUR_BAR, [add(GEAR + 'teeth = false\npressure_angle = "20 deg"')], "gears[1]", "pressure_angle", "belongs to teeth"),
     ("slot of no link", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "roker"')], "slots.slot", "on", 'did you mean "rocker"'),
     ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
     ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),

@@ -80,6 +80,16 @@ class TestGears:
         assert LinkAngle("other").value(course) % (2 * pi) == pytest.approx((-0.5 * angle) % (2 * pi), abs=1e-9)
         assert position_of(course, "rack", "R") == pytest.approx(0.1 + 0.05 * angle - 0.05j, abs=1e-12)
 
+    @pytest.mark.parametrize(
+        ("keys", "expected"),
+        [("", np.radians(20)), ('pressure_angle = "14.5 deg"', np.radians(14.5)), ("teeth = false", None)],
+    )
+    def test_teeth_are_as_said(self, keys, expected):
+        mesh = MESH.replace("ratio = -0.5", f"ratio = -0.5\n{keys}")
+        scene = scene_from_text(edited(WHEEL, ("[[drives]]", mesh + "[[drives]]"), ("R =", "Q = [0.4, 0]\nR =")))
+        assert scene.mechanism.gears[0].pressure_angle == pytest.approx(expected)
+        assert scene.mechanism.gears[1].pressure_angle == pytest.approx(np.radians(20))
+
 
 class TestLaws:
     """Motion laws over and over, and through the entries of a table."""

@@ -7,7 +7,7 @@ time are accelerations and no Coriolis terms are ever written.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,28 +92,36 @@ class Carriage:
 
 
 def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
-    """Solve the joints for unit elastic coordinates."""
+    """Solve the joints for unit elastic coordinates.
+
+    Teeth of gears stay together along their common tangent, between the two flanks: which of them is loaded may change
+    as the links vibrate, and the displacements have to be smooth in time.
+    """
+    flank = {at: 0.0 for at, place in enumerate(motion.places) if place.teeth is not None}
     size, count = len(structure.stiffness), motion.columns[-1]
     bent = {
         (at, name): (motion.direction[at] * move[:, None], np.broadcast_to(turn[:, None], (size, count)))
         for (at, name), (move, turn) in structure.nodes.items()
     }
-    gaps, turns = _openings(structure, motion, bent)
-    shifts, turning, _ = displacements(motion.closures, gaps, turns, [ZERO] * len(motion.mechanism.links))
+    gaps, turns = _openings(structure, motion, bent, flank)
+    still = [ZERO] * len(motion.mechanism.links)
+    shifts, turning, _ = displacements(motion.closures, gaps, turns, still, flank)
     shape = (size, count)
     work = [
         sum(
             number(dot(force, gap)) + number(moment * turn)
             for force, moment, gap, turn in zip(state.force, state.moment, gaps, turns, strict=True)
         )
-        for state in self_stresses(motion.closures)
+        for state in self_stresses(motion.closures, flank)
     ]
     open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
     angle = stacked([value.imag for value in turning], shape, float)
     return Carriage(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
 
 
-def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[list[Any], list[Any]]:
+def _openings(
+    structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float]
+) -> tuple[list[Any], list[Any]]:
     """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams) if beams.rails else (), strict=True))
@@ -125,7 +133,7 @@ def _openings(structure: ElasticStructure, motion: Motion, bent: Any) -> tuple[l
         if place_number in blocks:
             on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
-        along, turned = follower_displacement(place, bent)
+        along, turned = follower_displacement(place, bent, flank.get(place_number))
         gaps.append(parent[0] - child[0] + along)
         turns.append(parent[1] - child[1] + turned)
     shape = (len(structure.stiffness), motion.columns[-1])

@@ -41,6 +41,8 @@ class Damping:
 
     def settled(self, lowest: float) -> Damping:
         """With beta of all beams and joints, for a lowest natural frequency [rad/s]."""
+        if not np.isnan(self.beams).any() and not math.isnan(self.joints):
+            return self
         own = 2 * self.ratio / lowest
         beams = np.where(np.isnan(self.beams), own, self.beams)
         return replace(self, beams=beams, joints=own if math.isnan(self.joints) else self.joints)

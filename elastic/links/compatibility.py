@@ -84,7 +84,7 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
             turn = turn - forces.moment[number] * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
-        along, turned = follower_displacement(place, response.nodes)
+        along, turned = follower_displacement(place, response.nodes, forces.flank.get(number))
         displacement.append(gap + along)
         rotation.append(turn + turned)
     return response, JointGaps(displacement, rotation)
@@ -130,12 +130,16 @@ def compatible_forces(
     good = np.isfinite(right).all(axis=-1) & np.isfinite(flexibility).all(axis=(-2, -1)) & (size > 0).all(axis=-1)
     scaled = flexibility[good] / (size[good][:, :, None] * size[good][:, None, :])
     redundants[good] = -np.linalg.solve(scaled, (right[good] / size[good])[..., None])[..., 0] / size[good]
-    force, moment = list(forces.force), list(forces.moment)
+    force, moment, (pull, twist) = list(forces.force), list(forces.moment), forces.ground_load
     for number, state in enumerate(states):
         amount = redundants[..., number]
         force = [value + _share(amount, part) for value, part in zip(force, state.force, strict=True)]
         moment = [value + _share(amount, part) for value, part in zip(moment, state.moment, strict=True)]
-    return replace(forces, force=force, moment=moment)
+        # The ground feels gears besides the joints.
+        pull, twist = (
+            value + _share(amount, part) for value, part in zip((pull, twist), state.ground_load, strict=True)
+        )
+    return replace(forces, force=force, moment=moment, ground_load=(pull, twist))
 
 
 def _share(amount: Any, part: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
-from elastic.links.gearing import driver_loads
+from elastic.links.gearing import gear_node_loads
 from rigid import JointForces, Motion
 from rigid.loads import point_loads
 from rigid.plane import cross
@@ -26,7 +26,7 @@ def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
 
 
 def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces: JointForces) -> NodeLoads:
-    """The same with the joint forces, and with what gears ask of the links that drive them."""
+    """The same with the joint forces, and with what gears do besides."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         child, parent = (joint.child, joint.child_point or ""), (joint.parent, joint.parent_point or "")
@@ -34,7 +34,7 @@ def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces
             add_load(nodes, child, force, moment)
         if parent in trees.tips:
             add_load(nodes, parent, -force, -moment)
-    for at, point, force, moment in driver_loads(motion, forces):
+    for at, point, force, moment in gear_node_loads(motion, forces):
         if (at, point) in trees.tips:
             add_load(nodes, (at, point), force, moment)
     return nodes

@@ -14,28 +14,24 @@ from rigid.plane import ZERO
 STILL = (ZERO, ZERO)
 
 
-def driver_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
-    """What followers ask of the links that drive them, at the driving joints.
+def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
+    """What gears do to the links besides the joint forces: at the points of driving joints and of followers.
 
     Yields
     ------
     Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
     """
-    for place, force, moment in zip(motion.places, forces.force, forces.moment, strict=True):
+    for number, (place, force, moment) in enumerate(zip(motion.places, forces.force, forces.moment, strict=True)):
         if place.joint.gear is not None:
-            driver = place.joint.gear.driver
-            for link, pull, couple in gear_loads(place, force, moment):
-                yield link, driver.point(link) or "", pull, couple
+            for load in gear_loads(place, force, moment, forces.flank.get(number, 0.0)):
+                yield load.link, load.joint.point(load.link) or "", load.force, load.moment
 
 
-def follower_displacement(place: JointPlace, nodes: NodeDisplacements) -> tuple[Any, Any]:
-    """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because its driving links bend."""
-    gear = place.joint.gear
-    if gear is None:
+def follower_displacement(place: JointPlace, nodes: NodeDisplacements, flank: Any) -> tuple[Any, Any]:
+    """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because the links bend.
+
+    `flank` of its teeth that is loaded, as in `JointForces`; None where it has none.
+    """
+    if place.joint.gear is None:
         return STILL
-    moved = gear_input(
-        place.joint,
-        lambda link: nodes.get((link, gear.driver.name), STILL)[1],
-        lambda driver, link: nodes.get((link, driver.point(link) or ""), STILL)[0],
-    )
-    return place.driven(moved)
+    return place.driven(gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,9 @@ from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
 from rigid import Motion
-from rigid.gears import gear_input
+from rigid.gears import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
+from rigid.statics import balancing_forces
 
 MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
 LARGE = 400  # coordinates from which sparse matrices take less time
@@ -113,21 +116,25 @@ class VibratingStructure:
     def _arm(self, number: int, at: int) -> Any:
         return self._places[number].arm(at)
 
+    @cached_property
+    def _flank(self) -> Mapping[int, Any]:
+        """Of the gears' teeth that the loads of the motion load."""
+        return balancing_forces(self._motion).flank
+
     def _local(self, at: int, arm: Any) -> Any:
         """A place in the axes of a link, in units of length, shape (positions,)."""
         return self._at(arm) / self._at(self._motion.direction[at]) / self._scale
 
-    def _moved(self, number: int | None, at: int, point: str | None) -> tuple[Any, Any]:
-        """Displacement, complex, in the ground's axes and rotation of a joint's place on a link, per coordinate.
+    def _moved(self, at: int, name: str, arm: Any) -> tuple[Any, Any]:
+        """Displacement, complex, in the ground's axes and rotation of a link's point, per coordinate.
 
-        Without the joint's number the rotation alone.
+        `arm` from the origin of the link's axes to the point, in the ground's axes, for links without beams.
         """
         shape = self.mass.shape[:2]
         shift, turned = np.zeros(shape, complex), np.zeros(shape)
         if at:
             links = self._links[at]
-            local = np.zeros(shape[0]) if number is None else self._local(at, self._arm(number, at))
-            name = _block(number) if point is None else point
+            local = self._local(at, arm)
             if len(links) == 1:
                 moved, turn = links[0].place(name, local[:, None])
             else:
@@ -138,11 +145,15 @@ class VibratingStructure:
             turned[:, part] = turn
         return shift, turned
 
+    def _moved_at(self, number: int, at: int) -> tuple[Any, Any]:
+        """The same of a link's place at a joint."""
+        point = self._places[number].joint.point(at)
+        return self._moved(at, _block(number) if point is None else point, self._arm(number, at))
+
     def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
         """The conditions of a joint; what gives way becomes a spring."""
         joint = place.joint
-        at_child = self._moved(number, joint.child, joint.child_point)
-        at_parent = self._moved(number, joint.parent, joint.parent_point)
+        at_child, at_parent = self._moved_at(number, joint.child), self._moved_at(number, joint.parent)
         shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]
         rows = [shift.real, shift.imag]
         if not place.turns and joint.drive is None:
@@ -153,16 +164,28 @@ class VibratingStructure:
         if joint.gear is not None:
             followed = turned / self._scale if place.turns else self._along(place.along, shift)
             compliance = soft.rotation if place.turns else soft.translation
-            self._hold([followed - gear_input(joint, self._turned_at(joint.gear.driver), self._shift_of)], compliance)
+            self._hold([followed - self._gear_input(number, place)], compliance)
 
-    def _turned_at(self, driver: Joint) -> Callable[[int], Any]:
-        """Rotation of a link at the pin that drives a gear."""
-        return lambda at: self._moved(None, at, driver.name)[1] / self._scale
+    def _gear_input(self, number: int, place: JointPlace) -> Any:
+        """Motion that a gear gives its follower, per coordinate; its teeth touch on the flank that the loads load."""
+        flank = None
+        teeth = place.teeth
+        hub: Any = rack_arm(place.joint.gear.driver) if place.joint.gear else 0.0
+        if teeth is not None:
+            hub = teeth.arm - teeth.reach_body
+            flank = self._at(self._flank[number])[:, None]
+            parts = {name: self._at(part)[:, None] for name, part in vars(teeth).items() if name != "body"}
+            along = None if place.turns else self._at(place.along)[:, None]
+            place = replace(place, along=along, teeth=replace(teeth, **parts))
 
-    def _shift_of(self, driver: Joint, at: int) -> Any:
-        """Displacement of the sliding point of a rack that drives a gear; its line does not move."""
-        number = next(k for k, place in enumerate(self._places) if place.joint.name == driver.name)
-        return self._moved(number, at, driver.point(at))[0]
+        def moved(joint: Joint, at: int) -> tuple[Any, Any]:
+            if joint is place.joint:
+                shift, turned = self._moved_at(number, at)
+            else:
+                shift, turned = self._moved(at, joint.point(at) or "", hub)
+            return shift, turned / self._scale
+
+        return gear_input(place, moved, flank)
 
     def _along(self, along: Any, shift: Any) -> Any:
         """Component of displacements along a slider's line."""

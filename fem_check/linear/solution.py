@@ -13,9 +13,13 @@ from fem_check.linear.beams import beams_of, over_designs
 from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.fields import fields_of
 from fem_check.linear.frame import Frame
+from fem_check.linear.meshes import Flanks
 from fem_check.linear.ties import Tie, ties
 from fem_check.linear.unit_beam import unit_beam
 from rigid import Motion, Reals
+
+FLANKS = 4  # rounds until the teeth of gears are loaded on the flanks that they were taken to touch with
+UNLOADED = 1e-10  # share of the greatest force or moment at a position, below which an effort loads no flank
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +56,8 @@ class Solution:
         Forces in welds, pins, sliders and drives.
     efforts
         Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
+    flanks
+        Which flanks of the gears' teeth are loaded.
     """
 
     motion: Motion
@@ -66,6 +72,7 @@ class Solution:
     phi: Reals
     ties: tuple[TieForce, ...]
     efforts: Reals
+    flanks: Flanks
 
     def __repr__(self) -> str:
         return f"Solution({len(self.sections)} beams of {self.elements} elements, columns {self.motion.columns})"
@@ -121,21 +128,52 @@ def solve(
         raise ValueError(f"{len(sections)} sections for {len(motion.mechanism.beams)} beams")
     motion = over_designs(motion, sections)
     frame = Frame(motion)
-    held = list(ties(frame, joints or {}))
-    rows = [row for tie in held for row in tie.rows]
     nodes = unit_beam(elements).xi
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)
-        wrenches = wrenches_of(frame, rows, beams)
-        multipliers, carried = balanced(motion, rows, beams, wrenches)
+        flanks: Flanks = {}
+        for _ in range(FLANKS):
+            held = list(ties(frame, joints or {}, flanks))
+            rows = [row for tie in held for row in tie.rows]
+            wrenches = wrenches_of(frame, rows, beams)
+            multipliers, carried = balanced(motion, rows, beams, wrenches)
+            before, flanks = flanks, _loaded_flanks(held, multipliers)
+            if all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks):
+                break
         spots = wrenches.spots
         spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
         spots[..., 2] *= wrenches.size
         fields = fields_of(beams, *(np.moveaxis(values, (-2, -1), (1, 0)) for values in (spots, carried)))
     forces, efforts = _tie_forces(motion, held, np.moveaxis(multipliers, -1, 0), wrenches.size)
     return Solution(
-        motion=motion, sections=tuple(sections), elements=elements, xi=nodes, ties=forces, efforts=efforts, **fields
+        motion=motion,
+        sections=tuple(sections),
+        elements=elements,
+        xi=nodes,
+        ties=forces,
+        efforts=efforts,
+        flanks=flanks,
+        **fields,
     )
+
+
+def loaded_flanks(
+    motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance] | None = None
+) -> Flanks:
+    """Flanks of the gears' teeth that are loaded, as in `Solution`; parameters as of `solve`."""
+    return solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
+
+
+def _loaded_flanks(held: Sequence[Tie], multipliers: Any) -> Flanks:
+    """Flanks of the gears' teeth that the multipliers load."""
+    gears = [tie.gear for tie in held for _ in tie.rows]
+    greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
+    found = {}
+    for row, gear in enumerate(gears):
+        if gear is not None:
+            effort = multipliers[..., row]
+            found[gear] = np.where(np.abs(effort) > UNLOADED * greatest, np.sign(effort), 0.0)
+    return found
 
 
 def _tie_forces(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, Place
+from fem_check.linear.meshes import Flanks, tooth_forces
 from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
 from rigid.joints import Joint
 
@@ -34,20 +35,26 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """The constraints of a weld, joint, drive or gear, by name; `drive` is the number of the drive."""
+    """The constraints of a weld, joint, drive or gear, by name.
+
+    `drive` is the number of the drive, `gear` that of a gear with teeth.
+    """
 
     name: str
     rows: tuple[Row, ...]
     drive: int | None = None
+    gear: int | None = None
 
 
-def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
+def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) -> Iterator[Tie]:
     """All constraints: welds of the beams, pins, sliders, locked drives and gears.
 
     Parameters
     ----------
     joints
         By name, those that give way or do not fit.
+    flanks
+        Of the gears' teeth that are loaded; 0 of those that it leaves out.
 
     Raises
     ------
@@ -69,11 +76,16 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance]) -> Iterator[Tie]:
     for number, drive in enumerate(mechanism.drives):
         name, ends, row = _coordinate(frame, drive)
         yield Tie(name, soft.made(name, *ends, (row,)), number)
-    for gear in mechanism.gears:
+    for number, gear in enumerate(mechanism.gears):
         name, ends, row = _coordinate(frame, gear.follower)
-        _, _, led = _coordinate(frame, gear.driver)
-        parts = tuple((place, -gear.ratio * force, -gear.ratio * moment) for place, force, moment in led.parts)
-        yield Tie(name, soft.made(name, *ends, (Row(row.parts + parts, row.turns),)))
+        (made,) = soft.made(name, *ends, (row,))
+        parts = tooth_forces(frame, gear, flanks.get(number, 0.0))
+        if parts is None:
+            _, _, led = _coordinate(frame, gear.driver)
+            asked = tuple((place, -gear.ratio * force, -gear.ratio * moment) for place, force, moment in led.parts)
+            yield Tie(name, (replace(made, parts=row.parts + asked),))
+        else:
+            yield Tie(name, (replace(made, parts=parts),), gear=number)
 
 
 def _moved(sides: Sides, way: Any) -> Row:

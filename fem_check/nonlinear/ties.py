@@ -231,6 +231,10 @@ class _Builder:
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
+        """The ratio between the coordinates of the joints; the push between the teeth is left out.
+
+        A carrier that bends under that push, or turns the follower because it bends, does not do so here.
+        """
         follower, driver = self._coordinate(gear.follower), self._coordinate(gear.driver)
         target = self._drawn_value(follower) - gear.ratio * self._drawn_value(driver)
         parts = (self.couple(follower), 1.0), (self.couple(driver), -gear.ratio)

@@ -13,6 +13,7 @@ from fem_check.linear.beams import beams_of
 from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.frame import Frame, Place
 from fem_check.linear.loads import concentrated
+from fem_check.linear.solution import loaded_flanks
 from fem_check.linear.ties import ties
 from fem_check.solid.outline import Outline, OutlineError, Strip
 from fem_check.solid.responses import Responses, responses
@@ -175,7 +176,8 @@ def _pushes(
     frame: Frame, sections: Sequence[Section], joints: Mapping[str, JointCompliance]
 ) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
     """Joint forces and concentrated loads on the ends of beams: link, point, force in the ground's axes and moment."""
-    rows = [row for tie in ties(frame, joints) for row in tie.rows]
+    flanks = loaded_flanks(frame.motion, sections, joints)
+    rows = [row for tie in ties(frame, joints, flanks) for row in tie.rows]
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, 1)
         wrenches = wrenches_of(frame, rows, beams)

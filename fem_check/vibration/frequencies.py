@@ -10,6 +10,7 @@ import numpy as np
 from elastic import JointCompliance, Section
 from fem_check.linear.beams import over_designs
 from fem_check.linear.frame import Frame, Place
+from fem_check.linear.solution import loaded_flanks
 from fem_check.linear.ties import Row, ties
 from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_lumps
 from rigid import SINGULAR, Motion, Reals
@@ -71,7 +72,8 @@ def natural_frequencies(
     motion = over_designs(motion, sections)
     chosen = np.arange(motion.columns[-1]) if positions is None else np.asarray(positions, int)
     frame = Frame(motion)
-    held = [row for tie in ties(frame, joints or {}) for row in tie.rows]
+    flanks = loaded_flanks(motion, sections, joints)
+    held = [row for tie in ties(frame, joints or {}, flanks) for row in tie.rows]
     designs = motion.columns[:-1]
     omega = np.full((count, *designs, len(chosen)), np.nan)
     for design in np.ndindex(designs):

@@ -111,11 +111,13 @@ class JointNameTable(Table, frozen=True, kw_only=True):
 
 
 class GearTable(Table, frozen=True, kw_only=True):
-    """Wheels, or a rack, that tie the coordinates of two joints."""
+    """Wheels, a rack, or without teeth a belt, that tie the coordinates of two joints."""
 
     driver: JointNameTable
     follower: JointNameTable
     ratio: Ratio
+    pressure_angle: Angle | None = None
+    teeth: bool = True
 
 
 class LoadTable(Table, frozen=True, kw_only=True):

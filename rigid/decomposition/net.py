@@ -75,7 +75,7 @@ class Net:
         gear, driver = self.geared.get((name, ends), (None, None))
         if gear is None or driver is None:
             return None, None, None
-        return None, Coupling(gear.ratio, driver), gear.follower
+        return None, Coupling(gear.ratio, driver, gear.pressure_angle), gear.follower
 
     def _key(self, drive: object) -> tuple[str, frozenset[int]]:
         """Name and links of the joint that a drive or an end of a gear names."""

@@ -15,6 +15,8 @@ from rigid.conditioning import SINGULAR
 from rigid.constants import mass_table
 from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
 from rigid.forces import JointForces
+from rigid.gears import gear_loads
+from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.loads import given_loads, link_loads
 from rigid.parts import MechanismError, Reals
@@ -128,12 +130,41 @@ def multiplier_forces(motion: Motion) -> JointForces:
     here = constraints_at(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
     load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
+    load = np.moveaxis(load, 0, -1)
     good = motion.condition <= SINGULAR
-    matrix = np.swapaxes(constraint_matrix(here, links)[good], -1, -2)
-    multiplier = np.full((*columns, matrix.shape[-1]), np.nan)
+    matrix = constraint_matrix(here, links)
+    multiplier = _multipliers(matrix, load, good)
+    followers = [(number, place) for number, place in enumerate(motion.places) if place.joint.gear is not None]
+    efforts = 2 * here.table.count + len(motion.mechanism.drives)  # number of the first gear's row
+    flank = {}
+    for row, (number, place) in enumerate(followers, efforts):
+        if place.teeth is not None:
+            effort = place.joint.sense * multiplier[..., row]
+            flank[number] = np.where(np.abs(effort) > UNSTRESSED * np.abs(load).max(-1), np.sign(effort), 0.0)
+            matrix[..., row, :] = place.joint.sense * _tooth_row(motion, place, place.teeth.push(flank[number]))
+    if flank:
+        multiplier = _multipliers(matrix, load, good)
+    return _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), (force[0], moment[0]), flank)
+
+
+def _multipliers(matrix: Any, load: Any, good: Any) -> Any:
+    """Multipliers of the rows that balance the loads, shape (..., positions, rows); nan where not `good`."""
+    found = np.full((*good.shape, matrix.shape[-2]), np.nan)
     solve = np.linalg.solve if matrix.shape[-1] == matrix.shape[-2] else _determined
-    multiplier[good] = solve(matrix, -np.moveaxis(load, 0, -1)[good][..., None])[..., 0]
-    return _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), (force[0], moment[0]))
+    found[good] = solve(np.swapaxes(matrix[good], -1, -2), -load[good][..., None])[..., 0]
+    return found
+
+
+def _tooth_row(motion: Motion, place: JointPlace, push: Any) -> Any:
+    """Rate at which two teeth approach along their line of action, per rate of (x, y, angle) of every moving link."""
+    teeth = place.teeth
+    assert teeth is not None
+    row = np.zeros((*motion.columns, 3 * len(motion.mechanism.links)))
+    child = place.joint.child
+    for link, arm, sign in ((child, place.arm_child + teeth.reach, 1.0), (teeth.body, teeth.arm, -1.0)):
+        for axis, part in enumerate((np.real(push), np.imag(push), cross(arm, push))):
+            row[..., 3 * link + axis] += sign * part
+    return row[..., 3:]
 
 
 def _determined(matrix: Any, load: Any) -> Any:
@@ -145,7 +176,7 @@ def _determined(matrix: Any, load: Any) -> Any:
     return found
 
 
-def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> JointForces:
+def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any, flank: Any) -> JointForces:
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
     count = table.count
@@ -160,4 +191,10 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any) -> Jo
         else:
             pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * other))
             couples.append(joint.sense * one)
-    return JointForces(motion.closures, pulls, couples, ground)
+    pull, couple = ground
+    for number, place in enumerate(motion.places):
+        if place.joint.gear is not None:
+            for act in gear_loads(place, pulls[number], couples[number], flank.get(number, 0.0)):
+                if act.link == 0:
+                    pull, couple = pull + act.force, couple + cross(act.arm, act.force) + act.moment
+    return JointForces(motion.closures, pulls, couples, (pull, couple), flank)

@@ -1,0 +1,105 @@
+"""Where the teeth of gears touch, and which forces a unit effort of theirs puts on follower and driver.
+
+Pitch points and lines of action are found anew, from pitch radii, so that the one checks the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fem_check.linear.frame import Frame, Place
+from rigid import Gear, PinDrive, SliderDrive, position_of
+
+Flanks = Mapping[int, Any]
+"""By the number of a gear: which flank is loaded, the sign of the effort along the coordinate of its follower."""
+End = PinDrive | SliderDrive
+Parts = tuple[tuple[Place | None, Any, Any], ...]
+
+
+def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> Parts | None:
+    """Place, force and moment on follower and driver at their joints, per effort along the follower's coordinate.
+
+    None where they have no pitch point: no teeth, no link that carries both, ratio 1, one axis, or no wheel.
+    """
+    carriers = set(_links(frame, gear.follower)) & set(_links(frame, gear.driver))
+    if gear.pressure_angle is None or not carriers:
+        return None
+    (carrier,) = carriers
+    follower, own = _body(frame, gear.follower, carrier)
+    driver, led = _body(frame, gear.driver, carrier)
+    hubs = _point(frame, gear.driver, driver), _point(frame, gear.follower, follower)
+    # The rate is that of the follower per motion of the driver, both as seen from the carrier.
+    geometry = _pitch_point(frame, gear, gear.ratio * own * led, *hubs)
+    if geometry is None:
+        return None
+    pitch, tangent, away = geometry
+    line = np.cos(gear.pressure_angle) * tangent + own * flank * np.sin(gear.pressure_angle) * away
+    arm = pitch - hubs[1]
+    lever = (np.conj(arm) * line).imag if isinstance(gear.follower, PinDrive) else np.cos(gear.pressure_angle)
+    force = own * line / lever
+    return (
+        (_place(frame, gear.follower, follower), force, (np.conj(arm) * force).imag),
+        (_place(frame, gear.driver, driver), -force, -(np.conj(pitch - hubs[0]) * force).imag),
+    )
+
+
+def _pitch_point(frame: Frame, gear: Gear, rate: float, one: Any, other: Any) -> tuple[Any, Any, Any] | None:
+    """Pitch point [m], unit tangent of a positive effort on the follower, and where the flanks push it."""
+    if isinstance(gear.driver, PinDrive) and isinstance(gear.follower, PinDrive):
+        return _of_wheels(rate, one, other)
+    for end in (gear.driver, gear.follower):
+        if isinstance(end, SliderDrive):
+            line = frame.along(next(slider for slider in frame.motion.mechanism.sliders if slider.name == end.slider))
+    if isinstance(gear.driver, PinDrive):  # the wheel's rim goes with the rack
+        radius = -1j * rate * line
+        return one + radius, line, radius / np.abs(radius)
+    if isinstance(gear.follower, PinDrive):
+        radius = -1j / rate * line
+        return other + radius, np.sign(rate) * line, -radius / np.abs(radius)
+    return None
+
+
+def _of_wheels(rate: float, one: Any, other: Any) -> tuple[Any, Any, Any] | None:
+    distance = np.abs(other - one)
+    if rate == 1 or not np.any(distance):
+        return None
+    towards = (other - one) / distance
+    radius = distance / np.abs(1 - rate)  # of the follower's pitch circle
+    if rate < 0:
+        return other - radius * towards, -1j * towards, towards
+    if rate < 1:  # the follower is a ring, pushed the way its pinion is not
+        return other - radius * towards, -1j * towards, -towards
+    return other + radius * towards, 1j * towards, -towards
+
+
+def _links(frame: Frame, end: End) -> tuple[int, int]:
+    """Numbers of the links that the coordinate of a gear's end is counted from and of."""
+    mechanism = frame.motion.mechanism
+    if isinstance(end, PinDrive):
+        return mechanism.index[end.on], mechanism.index[end.link]
+    slider = next(slider for slider in mechanism.sliders if slider.name == end.slider)
+    return mechanism.index[slider.on], mechanism.index[slider.link]
+
+
+def _body(frame: Frame, end: End, carrier: int) -> tuple[int, int]:
+    """The link with the teeth, and the sign with which its motion on the carrier is the coordinate of the end."""
+    on, link = _links(frame, end)
+    return (link, 1) if on == carrier else (on, -1)
+
+
+def _point(frame: Frame, end: End, body: int) -> Any:
+    """Where a body has its joint [m], complex."""
+    mechanism = frame.motion.mechanism
+    if isinstance(end, PinDrive):
+        return position_of(frame.motion, body, end.at)
+    slider = next(slider for slider in mechanism.sliders if slider.name == end.slider)
+    return position_of(frame.motion, mechanism.index[slider.link], slider.point)
+
+
+def _place(frame: Frame, end: End, body: int) -> Place | None:
+    if isinstance(end, PinDrive):
+        return frame.place(body, end.at)
+    return frame.sides[end.slider][_links(frame, end).index(body)]

@@ -1,0 +1,56 @@
+"""Where the teeth of a gear push, and which way: pitch points and lines of action, theory.md, "Gears"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.plane import number
+
+UNLOADED = 1e-12  # share of what its terms come to, below which an effort is round-off and no flank is loaded
+
+
+@dataclass(frozen=True, eq=False)
+class Teeth:
+    """The contact of a gear's follower, a wheel or a rack, with the body that drives it.
+
+    Attributes
+    ----------
+    body
+        Number of the link whose teeth drive.
+    arm
+        From the origin of that link's axes to the pitch point [m], complex.
+    reach_body, reach
+        From its point, and from the follower's point, at their joints to the pitch point [m], complex.
+    along, apart
+        Force on the follower per effort along its coordinate, complex, [1/m] for a wheel and pure for a rack: the part
+        along the common tangent, and for a positive effort that which the pressure angle adds along the normal.
+    """
+
+    body: int
+    arm: Any
+    reach_body: Any
+    reach: Any
+    along: Any
+    apart: Any
+
+    def push(self, flank: Any) -> Any:
+        """Force on the follower per effort, complex, along the line of action of a flank: +1, -1 or 0 for neither."""
+        return self.along + flank * self.apart
+
+
+def wheel_push(reach: Any, slope: float, ring: bool) -> tuple[Any, Any]:
+    """`Teeth.along` and `apart` of a wheel, or a ring, with its pitch point at `reach` [m].
+
+    `slope` is the tangent of the pressure angle.
+    """
+    per_length = 1.0 / np.conj(reach)
+    return 1j * per_length, (slope if ring else -slope) * per_length
+
+
+def loaded_flank(effort: Any, size: Any) -> Any:
+    """Sign of an effort, 0.0 where it is round-off beside the size of its terms."""
+    effort, size = number(effort), number(size)
+    return np.where(np.abs(effort) > UNLOADED * size, np.sign(effort), 0.0) if np.ndim(effort) or effort else 0.0

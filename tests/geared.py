@@ -1,0 +1,375 @@
+"""Geared mechanisms of random sizes, and their free bodies after Newton and Euler, written out by hand.
+
+Nothing here is asked of the program: places and accelerations are closed forms of the drives' coordinates, and the
+forces of all pins, guides, teeth and drives at a position are one system of equations, three for every body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rigid import Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive
+
+GRAVITY = 1.3 - 9.81j
+POSITIONS = 7
+
+
+@dataclass
+class Body:
+    """What moves: `at` gives hub [m], its acceleration, angle, angular velocity and acceleration at the positions."""
+
+    name: str
+    hub: Any
+    hub_acceleration: Any
+    angle: Any
+    omega: Any
+    epsilon: Any
+    mass: float
+    inertia: float
+    offset: complex
+    moment: float = 0.0
+
+    @property
+    def center(self) -> Any:
+        """Centre of mass [m]."""
+        return self.hub + np.exp(1j * self.angle) * self.offset
+
+    @property
+    def load(self) -> Any:
+        """Weight and inertia [N]."""
+        turned = (1j * self.epsilon - self.omega**2) * np.exp(1j * self.angle) * self.offset
+        return self.mass * (GRAVITY - self.hub_acceleration - turned)
+
+    @property
+    def couple(self) -> Any:
+        """Given moment and that of inertia about the centre of mass [N m]."""
+        return self.moment - self.inertia * self.epsilon
+
+
+@dataclass
+class Mesh:
+    """Teeth: on `follower`, from `driver` (None: the ground), at `pitch`, along unit `tangent`, apart along `away`."""
+
+    follower: str
+    driver: str | None
+    pitch: Any
+    tangent: Any
+    away: Any
+
+
+@dataclass
+class Train:
+    """A mechanism, its drives' coordinates and rates, shape (drives, positions), and its free bodies.
+
+    `pins`: child, parent (None: the ground), place; `guides`: body, place, direction; `drives`: body, parent and None
+    for a moment, or the direction of a force.
+    """
+
+    mechanism: Mechanism
+    drive: Any
+    rate: Any
+    rate2: Any
+    bodies: list[Body]
+    pins: list[tuple[str, str | None, Any]]
+    meshes: list[Mesh]
+    drives: list[tuple[str, str | None, complex | None]]
+    guides: list[tuple[str, Any, complex]] = field(default_factory=list)
+    angle: float = np.radians(20.0)
+
+
+@dataclass
+class Free:
+    """Forces on the children [N], complex, and moments [N m], per position."""
+
+    pins: Any
+    meshes: Any
+    efforts: Any
+    guides: Any
+    ground: Any
+    ground_moment: Any
+
+
+def free_bodies(train: Train) -> Free:
+    """All forces at all positions."""
+    found = [_at(train, k) for k in range(POSITIONS)]
+    return Free(*(np.array(part) for part in zip(*found, strict=True)))
+
+
+def _at(train: Train, k: int) -> tuple[Any, ...]:
+    """One position: the flanks that are loaded are those whose forces push."""
+    flanks = [1.0] * len(train.meshes)
+    for _ in range(len(flanks) + 1):
+        found, pushes = _solved(train, k, flanks)
+        wrong = [number for number, push in enumerate(pushes) if push * flanks[number] < 0]
+        if not wrong:
+            break
+        flanks[wrong[0]] *= -1
+    assert not wrong
+    return found
+
+
+def _solved(train: Train, k: int, flanks: list[float]) -> tuple[Any, Any]:
+    numbers = {body.name: row for row, body in enumerate(train.bodies)}
+    unknowns: list[list[tuple[str | None, complex, complex, float]]] = []
+    for child, parent, place in train.pins:
+        unknowns += [
+            [(child, place_of(place, k), way, 0.0), (parent, place_of(place, k), -way, 0.0)] for way in (1, 1j)
+        ]
+    lines = []
+    for mesh, flank in zip(train.meshes, flanks, strict=True):
+        pitch, tangent, away = (place_of(part, k) for part in (mesh.pitch, mesh.tangent, mesh.away))
+        lines.append(np.cos(train.angle) * tangent + flank * np.sin(train.angle) * away)
+        unknowns.append([(mesh.follower, pitch, lines[-1], 0.0), (mesh.driver, pitch, -lines[-1], 0.0)])
+    for body, place, way in train.guides:
+        spot = place_of(place, k)
+        unknowns += [
+            [(body, spot, 1j * way, 0.0), (None, spot, -1j * way, 0.0)],
+            [(body, spot, 0.0, 1.0), (None, spot, 0.0, -1.0)],
+        ]
+    for body, parent, way in train.drives:
+        spot = place_of(train.bodies[numbers[body]].hub, k)
+        force, moment = (0.0, 1.0) if way is None else (way, 0.0)
+        unknowns.append([(body, spot, force, moment), (parent, spot, -force, -moment)])
+    matrix, right = np.zeros((3 * len(numbers), len(unknowns))), np.zeros(3 * len(numbers))
+    ground = np.zeros((3, len(unknowns)))
+    for column, acts in enumerate(unknowns):
+        for body, place, force, moment in acts:
+            if body is None:
+                ground[:, column] += [np.real(force), np.imag(force), moment + (np.conj(place) * force).imag]
+            else:
+                row = 3 * numbers[body]
+                arm = place - train.bodies[numbers[body]].center[k]
+                about = moment + (np.conj(arm) * force).imag
+                matrix[row : row + 3, column] += [np.real(force), np.imag(force), about]
+    for row, body in enumerate(train.bodies):
+        load = place_of(body.load, k)
+        right[3 * row : 3 * row + 3] = [-load.real, -load.imag, -place_of(body.couple, k)]
+    assert matrix.shape[0] == matrix.shape[1]
+    amount = np.linalg.solve(matrix, right)
+    pins, teeth, guides = 2 * len(train.pins), len(train.meshes), 2 * len(train.guides)
+    pushes = amount[pins : pins + teeth]
+    onto = ground @ amount
+    held = amount[pins + teeth : pins + teeth + guides]
+    return (
+        amount[0:pins:2] + 1j * amount[1:pins:2],
+        pushes * lines,
+        amount[pins + teeth + guides :],
+        held,
+        onto[0] + 1j * onto[1],
+        onto[2],
+    ), pushes
+
+
+def place_of(values: Any, k: int) -> Any:
+    """At position k."""
+    return np.broadcast_to(values, (POSITIONS,))[k]
+
+
+class _Made:
+    """Random sizes."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = np.random.default_rng(seed)
+        self.links: list[Link] = []
+        self.bodies: list[Body] = []
+        self.loads: list[PointLoad] = []
+
+    def number(self, low: float, high: float) -> float:
+        return float(self.random.uniform(low, high))
+
+    def way(self) -> complex:
+        return complex(np.exp(1j * self.number(0, 2 * np.pi)))
+
+    def course(self, drives: int = 1, size: float = 1.0) -> tuple[Any, Any, Any]:
+        return tuple(size * self.random.uniform(-width, width, (drives, POSITIONS)) for width in (3.0, 20.0, 90.0))  # type: ignore[return-value]
+
+    def body(
+        self, name: str, points: dict[str, complex], hub: Any, hub_acceleration: Any, turn: Any, load: bool
+    ) -> None:
+        """A link of one lump off its first point, and its free body; `turn`: angle and rates."""
+        first = next(iter(points))
+        mass, inertia = self.number(0.2, 2.0), self.number(1e-3, 1e-2)
+        offset = self.number(0.005, 0.03) * self.way()
+        moment = self.number(-8.0, 8.0) if load else 0.0
+        self.links.append(Link(name, points, (), (Lump(first, mass, inertia, offset),)))
+        if load:
+            self.loads.append(PointLoad(name, first, moment=moment))
+        self.bodies.append(Body(name, hub, hub_acceleration, *turn, mass, inertia, offset, moment))
+
+    def mechanism(
+        self, ground: dict[str, complex], drives: Any, gears: Any, sliders: Any = (), **drawing: complex
+    ) -> Any:
+        places = {**ground, **drawing}
+        links = (Link("ground", ground), *self.links)
+        return Mechanism(links, drives, places, sliders, GRAVITY, tuple(self.loads), gears)
+
+
+def pair(seed: int, internal: bool = False) -> Train:
+    """Two wheels on the ground, or a wheel in a ring, or a ring around the wheel that it drives."""
+    made = _Made(seed)
+    q, v, a = made.course()
+    one, way, r1, r2 = made.number(-0.2, 0.2) + 0.1j, made.way(), made.number(0.03, 0.06), made.number(0.09, 0.15)
+    if internal and seed % 2:
+        r1, r2 = r2, r1
+    other = one + (r2 - r1 if internal else r1 + r2) * way
+    if internal and r1 > r2:
+        other = one + (r1 - r2) * way
+    ratio = r1 / r2 if internal else -r1 / r2
+    made.body("one", {"O": 0.0}, one, 0.0, (q[0], v[0], a[0]), load=False)
+    made.body("two", {"W": 0.0}, other, 0.0, (ratio * q[0], ratio * v[0], ratio * a[0]), load=True)
+    mesh = gear_mesh("two", "one", other, one, r2, r1, internal)
+    gear = Gear(PinDrive("one", "O"), PinDrive("two", "W"), ratio)
+    mechanism = made.mechanism({"O": one, "W": other}, (PinDrive("one", "O"),), (gear,))
+    pins = [("one", None, one), ("two", None, other)]
+    return Train(mechanism, q, v, a, made.bodies, pins, [mesh], [("one", None, None)])
+
+
+def gear_mesh(
+    follower: str, driver: str | None, own: Any, led: Any, radius: float, driving: float, internal: bool = False
+) -> Mesh:
+    """Teeth of wheels with centres `own` and `led`: the smaller of them, or either outside, is pushed to its centre."""
+    towards = (own - led) / np.abs(own - led)
+    if not internal:
+        return Mesh(follower, driver, led + driving * towards, -1j * towards, towards)
+    if radius > driving:  # in the ring beyond the driver, which is pushed towards the ring's centre
+        return Mesh(follower, driver, led - driving * towards, -1j * towards, -towards)
+    return Mesh(follower, driver, own + radius * towards, 1j * towards, -towards)
+
+
+def internal_pair(seed: int) -> Train:
+    """A wheel and a ring, either driving."""
+    return pair(seed, internal=True)
+
+
+def idler_chain(seed: int) -> Train:
+    """Three wheels on the ground."""
+    made = _Made(seed)
+    q, v, a = made.course()
+    radii = [made.number(0.03, 0.1) for _ in range(3)]
+    places = [0.1 + 0.2j]
+    for k in (1, 2):
+        places.append(places[-1] + (radii[k - 1] + radii[k]) * made.way())
+    rates = [1.0, -radii[0] / radii[1], radii[0] / radii[2]]
+    names, points = ("one", "idler", "two"), ("O", "I", "W")
+    for name, point, place, rate in zip(names, points, places, rates, strict=True):
+        made.body(name, {point: 0.0}, place, 0.0, (rate * q[0], rate * v[0], rate * a[0]), load=name == "two")
+    gears = tuple(
+        Gear(PinDrive(names[k - 1], points[k - 1]), PinDrive(names[k], points[k]), -radii[k - 1] / radii[k])
+        for k in (1, 2)
+    )
+    meshes = [gear_mesh(names[k], names[k - 1], places[k], places[k - 1], radii[k], radii[k - 1]) for k in (1, 2)]
+    mechanism = made.mechanism(dict(zip(points, places, strict=True)), (PinDrive("one", "O"),), gears)
+    pins = [(name, None, place) for name, place in zip(names, places, strict=True)]
+    return Train(mechanism, q, v, a, made.bodies, pins, meshes, [("one", None, None)])
+
+
+def planetary(seed: int) -> Train:
+    """An arm carries a planet around a sun that is the ground, in a ring that turns."""
+    made = _Made(seed)
+    q, v, a = made.course()
+    sun, planet, center = made.number(0.03, 0.08), made.number(0.02, 0.06), 0.2 - 0.1j
+    ring, length = sun + 2 * planet, sun + planet
+    e = np.exp(1j * q[0])
+    hub, spun = center + length * e, length * e * (1j * a[0] - v[0] ** 2)
+    rate = 1 + sun / planet, 1 + sun / ring  # Willis
+    made.body("arm", {"O": 0.0, "P": length}, center, 0.0, (q[0], v[0], a[0]), load=False)
+    made.body("planet", {"P": 0.0}, hub, spun, tuple(rate[0] * x for x in (q[0], v[0], a[0])), load=False)
+    made.body("ring", {"O": 0.0}, center, 0.0, tuple(rate[1] * x for x in (q[0], v[0], a[0])), load=True)
+    gears = (
+        Gear(PinDrive("ground", "O", "arm"), PinDrive("planet", "P", "arm"), -sun / planet),
+        Gear(PinDrive("planet", "P", "arm"), PinDrive("ring", "O", "arm"), planet / ring),
+    )
+    meshes = [
+        gear_mesh("planet", None, hub, center, planet, sun),
+        gear_mesh("ring", "planet", center, hub, ring, planet, internal=True),
+    ]
+    mechanism = made.mechanism({"O": center}, (PinDrive("arm", "O"),), gears, P=center + length)
+    pins = [("arm", None, center), ("planet", "arm", hub), ("ring", "arm", center)]
+    return Train(mechanism, q, v, a, made.bodies, pins, meshes, [("arm", None, None)])
+
+
+def wheels_on_an_arm(seed: int) -> Train:
+    """An arm with a drive of its own carries two wheels, the first of which is driven."""
+    made = _Made(seed)
+    q, v, a = made.course(2)
+    radii, first, center = (made.number(0.03, 0.1), made.number(0.03, 0.1)), made.number(0.05, 0.2), -0.1j
+    second = first + sum(radii) * made.way()
+    e = np.exp(1j * q[0])
+    turned = e * (1j * a[0] - v[0] ** 2)
+    ratio = -radii[0] / radii[1]
+    made.body("arm", {"O": 0.0, "P": first, "Q": second}, center, 0.0, (q[0], v[0], a[0]), load=False)
+    hubs = center + first * e, center + second * e
+    made.body("one", {"P": 0.0}, hubs[0], first * turned, tuple(x[0] + x[1] for x in (q, v, a)), load=False)
+    made.body("two", {"Q": 0.0}, hubs[1], second * turned, tuple(x[0] + ratio * x[1] for x in (q, v, a)), load=True)
+    drives = PinDrive("arm", "O"), PinDrive("one", "P", "arm")
+    gears = (Gear(PinDrive("one", "P", "arm"), PinDrive("two", "Q", "arm"), ratio),)
+    mechanism = made.mechanism({"O": center}, drives, gears, P=center + first, Q=center + second)
+    mesh = gear_mesh("two", "one", hubs[1], hubs[0], radii[1], radii[0])
+    pins = [("arm", None, center), ("one", "arm", hubs[0]), ("two", "arm", hubs[1])]
+    return Train(mechanism, q, v, a, made.bodies, pins, [mesh], [("arm", None, None), ("one", "arm", None)])
+
+
+def rack(seed: int, drives: bool = False) -> Train:
+    """A rack on the ground that a wheel drives, or that drives a wheel, on either side of it."""
+    made = _Made(seed)
+    radius, way, center, origin = made.number(0.03, 0.08), made.way(), 0.1 + 0.1j, -0.2 + 0.3j
+    rho = radius if seed % 2 else -radius  # of the slide per angle
+    turn = made.course()
+    slide = tuple(rho * x for x in turn)
+    side = -1j * way * np.sign(rho)
+    made.body("wheel", {"W": 0.0}, center, 0.0, tuple(x[0] for x in turn), load=drives)
+    made.body("rack", {"R": 0.0}, origin + slide[0][0] * way, slide[2][0] * way, (0.0, 0.0, 0.0), load=True)
+    guide = Slider("guide", "rack", "ground", "R", origin, way)
+    pin, sliding = PinDrive("wheel", "W"), SliderDrive("guide")
+    gear = Gear(sliding, pin, 1 / rho) if drives else Gear(pin, sliding, rho)
+    mechanism = made.mechanism({"W": center}, (sliding if drives else pin,), (gear,), (guide,), R=origin)
+    pitch = center + radius * side
+    mesh = (
+        Mesh("wheel", "rack", pitch, np.sign(rho) * way, -side) if drives else Mesh("rack", "wheel", pitch, way, side)
+    )
+    driven = ("rack", None, way) if drives else ("wheel", None, None)
+    guides = [("rack", origin + slide[0][0] * way, way)]
+    return Train(
+        mechanism, *(slide if drives else turn), made.bodies, [("wheel", None, center)], [mesh], [driven], guides
+    )
+
+
+def driving_rack(seed: int) -> Train:
+    """A rack that drives a wheel."""
+    return rack(seed, drives=True)
+
+
+def cart(seed: int) -> Train:
+    """A cart that a drive pushes along the ground, on which its wheel rolls: the driving rack is the ground."""
+    made = _Made(seed)
+    s, v, a = made.course(1, 0.1)
+    radius, way, origin = made.number(0.03, 0.08), made.way(), 0.2 - 0.3j
+    ratio = (1 if seed % 2 else -1) / radius
+    hub = origin + s[0] * way
+    made.body("cart", {"R": 0.0}, hub, a[0] * way, (0.0, 0.0, 0.0), load=True)
+    made.body("wheel", {"R": 0.0}, hub, a[0] * way, tuple(ratio * x[0] for x in (s, v, a)), load=True)
+    guide = Slider("guide", "cart", "ground", "R", origin, way)
+    gear = Gear(SliderDrive("guide"), PinDrive("wheel", "R", "cart"), ratio)
+    mechanism = made.mechanism({}, (SliderDrive("guide"),), (gear,), (guide,), R=origin)
+    # The rim stands still where it rolls: s way + i ratio s (pitch - hub) = 0.
+    side = 1j * way / (ratio * radius)
+    mesh = Mesh("wheel", None, hub + radius * side, -way * np.sign(ratio), -side)
+    return Train(
+        mechanism, s, v, a, made.bodies, [("wheel", "cart", hub)], [mesh], [("cart", None, way)], [("cart", hub, way)]
+    )
+
+
+TRAINS: dict[str, Callable[[int], Train]] = {
+    "external pair": pair,
+    "internal pair": internal_pair,
+    "idler chain": idler_chain,
+    "planetary": planetary,
+    "wheels on an arm": wheels_on_an_arm,
+    "driven rack": rack,
+    "driving rack": driving_rack,
+    "cart": cart,
+}
