@@ -17,6 +17,7 @@ from kinelast.command import main
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
+from kinelast.figures.theory import vibration_estimate
 from kinelast.figures.trust import findings
 from kinelast.folder import Request
 from kinelast.run import computed
@@ -75,6 +76,14 @@ def test_where_vibration_cannot_be_answered_that_is_said():
     assert any("vibration cannot be answered" in finding.text for finding in findings(found))
     with pytest.raises(SceneError, match="vibration cannot be answered"):
         computed(scene_from_text(flat), Request(theory=ELASTODYNAMIC))
+
+
+def test_axial_forces_are_in_the_cheap_estimate():
+    """Thin links that hardly move bend under their weight; nothing vibrates, but their axial forces count."""
+    text = edited(FOUR_BAR, ('"100 rad/s"', '"0.2 rad/s"'), ('depth = "6 mm"', 'depth = "0.5 mm"'))
+    results = computed(scene_from_text(text), Request(theory="elastodynamic"))
+    estimate = vibration_estimate(results.quasi_static, results.period)
+    assert 0.5 < estimate / results.answer.missed < 2
 
 
 def test_the_command_goes_before_the_scene():
