@@ -38,6 +38,11 @@ def pushed(v, given):
     return given.q * v
 
 
+def orders(errors):
+    """Orders of convergence where the number of elements doubles."""
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
 class Direct:
     """Solved at one position; `found` holds the dofs beam by beam, Hermite before Lagrange, then of links without."""
 

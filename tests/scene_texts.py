@@ -1,4 +1,44 @@
-"""Scenes as texts, for the tests to read and to spoil."""
+"""Scenes as texts, for the tests to read, to change and to spoil."""
+
+
+def edited(text: str, *edits: tuple[str, str]) -> str:
+    """A text with the first of each old piece replaced; every old piece must be there."""
+    for old, new in edits:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+def linked(keys: str, **points: str) -> str:
+    """Tables of links through points named by letters, all with the same keys."""
+    return "".join(f"[links.{link}]\npoints = {[*names]}\n{keys}\n" for link, names in points.items())
+
+
+# An arm of steel that turns steadily.
+ARM = """
+title = "A turning arm"
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.006
+width = 0.01
+[points]
+O = [0, 0]
+A = [0.2, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "arm"
+speed = 50.0
+[run]
+positions = 8
+"""
 
 FOUR_BAR = """
 title = "A four-bar"
@@ -46,6 +86,16 @@ speed = "100 rad/s"
 positions = 36
 gravity = [0.0, -9.81]
 """
+
+# Its cranks are parallel; it is flat, and singular, at 0 and 180 degrees.
+PARALLELOGRAM = edited(
+    FOUR_BAR,
+    ("A = [0.1, 0.0]", "A = [0.06, 0.08]"),
+    ("B = [0.28, 0.24]", "B = [0.36, 0.08]"),
+    ("D = [0.35, 0.0]", "D = [0.3, 0.0]"),
+    ('speed = "100 rad/s"', "start = 0.0\nspeed = 10.0"),
+    ("gravity = [0.0, -9.81]", ""),
+)
 
 SLIDER_CRANK = """
 [materials.steel]
@@ -229,47 +279,21 @@ follower = {slider = "bed"}
 ratio = "50 mm/rad"
 """
 
-SWING = """
-[materials.steel]
-E = 210e9
-density = 7850
-poisson = 0.3
-expansion = 12e-6
-
-[sections.bar]
-shape = "tube"
-outer = ["8 mm", "6 mm"]
-inner = 0.002
-
-[points]
-O = [0.0, 0.0]
-A = [0.1, 0.0]
-B = [0.4, 0.0]
-D = [0.5, 0.2]
-
-[links.ground]
-points = ["O", "D"]
-
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-temperature = "20 K"
-strain = 1e-4
-
-[links.rod]
-points = ["A", "B"]
-beams = [{from = "A", to = "B", section = "bar", material = "steel", strain = 0}]
-
-[links.block]
-points = ["B"]
-mass = "200 g"
-
-[sliders.guide]
-link = "block"
-through = "B"
-direction = [1, 0]
-
+SWING = (
+    edited(
+        SLIDER_CRANK,
+        ("density = 7850", "density = 7850\npoisson = 0.3\nexpansion = 12e-6"),
+        ('shape = "circle"\ndiameter = "8 mm"', 'shape = "tube"\nouter = ["8 mm", "6 mm"]\ninner = 0.002'),
+        ("B = [0.4, 0.0]", "B = [0.4, 0.0]\nD = [0.5, 0.2]"),
+        ('["O"]', '["O", "D"]'),
+        ('["A", "B"]\nsection = "bar"\nmaterial = "steel"',
+         '["A", "B"]\nbeams = [{from = "A", to = "B", section = "bar", material = "steel", strain = 0}]'),
+        ('rigid = true\nmass = "100 g"\ncenter = "O"',
+         'section = "bar"\nmaterial = "steel"\ntemperature = "20 K"\nstrain = 1e-4'),
+        ("speed = 100", "motion = [[0, 1], [0.1, 1.2], [0.2, 1.3], [0.3, 1]]\nrepeat = true"),
+        ("positions = 36", 'positions = 5\nbeams = "timoshenko"'),
+    )
+    + """
 [joints.A]
 compliance = 1e-6
 gap = [0, 1e-4]
@@ -277,11 +301,6 @@ gap = [0, 1e-4]
 [joints.guide]
 rotation = 1e-3
 turn = "0.1 deg"
-
-[[drives]]
-link = "crank"
-motion = [[0, 1], [0.1, 1.2], [0.2, 1.3], [0.3, 1]]
-repeat = true
 
 [[loads]]
 link = "block"
@@ -304,11 +323,8 @@ on = "crank"
 at = "A"
 stiffness = 1
 damping = 0.1
-
-[run]
-positions = 5
-beams = "timoshenko"
 """
+)  # fmt: skip
 
 # A swing that falls from rest under its own weight: an integration of some steps.
 FALLING = """
@@ -331,10 +347,24 @@ positions = 21
 gravity = [0, -9.81]
 """
 
-
-def edited(text: str, *edits: tuple[str, str]) -> str:
-    """A text with the first of each old piece replaced; every old piece must be there."""
-    for old, new in edits:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    return text
+# A block that is pushed along; nothing bends.
+PUSHED = """
+[points]
+O = [0, -0.1]
+A = [0, 0]
+[links.ground]
+points = ["O"]
+[links.block]
+points = ["A"]
+rigid = true
+mass = 2.0
+[sliders.guide]
+link = "block"
+through = "A"
+direction = [1, 0]
+[[drives]]
+slider = "guide"
+law = [{curve = "cycloidal", by = 0.03, duration = 0.1}]
+[run]
+positions = 5
+"""

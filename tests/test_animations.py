@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from mechanisms import steel_bar
 
 from animations import (
     DIAGRAMS,
@@ -35,10 +36,6 @@ SMALL = Style(title="Small", size=(320, 192))
 TURN = np.arange(12) * 2 * np.pi / 12
 
 
-def bar(name, start, end, length):
-    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.471),))
-
-
 def turned(mechanism, sections, speed=100.0, angles=TURN):
     return deflection(motion(mechanism, angles, speed, time=angles / speed), sections)
 
@@ -46,7 +43,12 @@ def turned(mechanism, sections, speed=100.0, angles=TURN):
 @pytest.fixture(scope="module")
 def four_bar():
     ground = Link("ground", {"O": 0.0, "D": 0.35})
-    links = (ground, bar("crank", "O", "A", 0.1), bar("coupler", "A", "B", 0.3), bar("rocker", "D", "B", 0.25))
+    links = (
+        ground,
+        steel_bar("crank", "O", "A", 0.1),
+        steel_bar("coupler", "A", "B", 0.3),
+        steel_bar("rocker", "D", "B", 0.25),
+    )
     drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
     return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
 
@@ -54,7 +56,7 @@ def four_bar():
 @pytest.fixture(scope="module")
 def slider_crank():
     piston = Link("piston", {"B": 0.0}, lumps=(Lump("B", 0.3),))
-    links = (Link("ground", {"O": 0.0}), bar("crank", "O", "A", 0.1), bar("rod", "A", "B", 0.3), piston)
+    links = (Link("ground", {"O": 0.0}), steel_bar("crank", "O", "A", 0.1), steel_bar("rod", "A", "B", 0.3), piston)
     guide = Slider("guide", "piston", "ground", "B", 0.0, 1.0)
     drawing = {"O": 0, "A": 0.1, "B": 0.4}
     return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders=(guide,)), [RIGID, STEEL])
@@ -64,8 +66,8 @@ def slider_crank():
 def inverted():
     links = (
         Link("ground", {"O": 0.0, "D": -0.25j}),
-        bar("crank", "O", "A", 0.1),
-        bar("arm", "D", "E", 0.4),
+        steel_bar("crank", "O", "A", 0.1),
+        steel_bar("arm", "D", "E", 0.4),
         Link("block", {"A": 0.0}),
     )
     slot = Slider("slot", "block", "arm", "A", 0.0, 1.0)
@@ -82,9 +84,13 @@ def cantilever(angles, speed=3.0):
 
 def half_reaching():
     """Bars of 1 m on pins 2.5 m apart: position 0 is in reach, the dyad is stretched at 1, and 2 is out of reach."""
-    links = (Link("ground", {"O": 0.0, "D": 2.5}), bar("crank", "O", "A", 1.0), bar("coupler", "A", "B", 1.0))
+    links = (
+        Link("ground", {"O": 0.0, "D": 2.5}),
+        steel_bar("crank", "O", "A", 1.0),
+        steel_bar("coupler", "A", "B", 1.0),
+    )
     drawing = {"O": 0, "A": 0.92 + 0.39j, "B": 1.8 + 0.72j, "D": 2.5}
-    mechanism = Mechanism((*links, bar("rocker", "D", "B", 1.0)), (PinDrive("crank", "O"),), drawing)
+    mechanism = Mechanism((*links, steel_bar("rocker", "D", "B", 1.0)), (PinDrive("crank", "O"),), drawing)
     return turned(mechanism, [STEEL] * 3, 1.0, np.array([0.4, np.arccos(0.65), 2.5]))
 
 
@@ -325,8 +331,8 @@ class TestFiles:
 
     def test_several_designs(self):
         ground = Link("ground", {"O": 0.0, "D": 0.35})
-        crank = bar("crank", "O", "A", np.array([[0.1], [0.09]]))
-        links = (ground, crank, bar("coupler", "A", "B", 0.3), bar("rocker", "D", "B", 0.25))
+        crank = steel_bar("crank", "O", "A", np.array([[0.1], [0.09]]))
+        links = (ground, crank, steel_bar("coupler", "A", "B", 0.3), steel_bar("rocker", "D", "B", 0.25))
         drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
         bent = turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
         with pytest.raises(ValueError, match=r"one design, .* shape \(2, 12\)"):

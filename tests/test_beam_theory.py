@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from standard_beams import cantilever, still, supported
+from mechanisms import cantilever, still, supported
 
 from elastic import RIGID, Section, Taper, deflection, extremes, sample, section_of, tube
 from elastic.assessment import introduction_share, shear_share

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkages import bar, linkage
-from test_change_points import parallelogram
+from mechanisms import bar, drawn_bar, linkage, parallelogram
 
 import rigid.positions.placing
 from elastic import Section, deflection
@@ -90,17 +89,13 @@ def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
 STEEL = Section(2e6, 20.0)
 
 
-def rod(name, start, end, length):
-    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.5),))
-
-
 def test_a_crosshead_in_two_parallel_guides_moves_as_in_one():
     tip = 0.1 * np.exp(1j)
     block = tip.real + np.sqrt(0.3**2 - tip.imag**2)
     links = (
         Link("ground", {"O": 0.0}),
-        rod("crank", "O", "A", 0.1),
-        rod("rod", "A", "B", 0.3),
+        bar("crank", "O", "A", 0.1),
+        bar("rod", "A", "B", 0.3),
         Link("cross", {"U": 0.05j, "B": 0.0, "L": -0.05j}, (Beam("U", "B", 0.5), Beam("B", "L", 0.5))),
     )
     guides = tuple(Slider(name, "cross", "ground", name, place, 1.0) for name, place in (("U", 0.05j), ("L", -0.05j)))
@@ -117,11 +112,11 @@ def test_twin_rods_between_the_same_pins_move_as_one_and_share_its_load():
     lengths = abs(four["B"] - four["A"]), abs(four["B"] - four["D"])
     ground, crank, one, rocker = (
         Link("ground", {"O": 0.0, "D": 0.35}),
-        rod("crank", "O", "A", 0.1),
-        rod("one", "A", "B", lengths[0]),
-        rod("rocker", "D", "B", lengths[1]),
+        bar("crank", "O", "A", 0.1),
+        bar("one", "A", "B", lengths[0]),
+        bar("rocker", "D", "B", lengths[1]),
     )
-    twin = rod("two", "A", "B", lengths[0])
+    twin = bar("two", "A", "B", lengths[0])
     angle = np.pi / 2 + np.linspace(0, 6, 9)
     single = motion(Mechanism((ground, crank, one, rocker), (PinDrive("crank", "O"),), four), angle, 5.0)
     both = motion(Mechanism((ground, crank, one, twin, rocker), (PinDrive("crank", "O"),), four), angle, 5.0)
@@ -142,9 +137,9 @@ def test_a_kite_passes_the_position_in_which_it_is_folded_up(angle):
 
     links = (
         Link("ground", {"O": 0.0, "D": 0.1}),
-        bar("crank", "O", "A", {"O": 0, "A": 0.1}),
-        bar("coupler", "A", "B", {"A": 0, "B": side}),
-        bar("rocker", "D", "B", {"D": 0, "B": side}),
+        drawn_bar("crank", "O", "A", {"O": 0, "A": 0.1}),
+        drawn_bar("coupler", "A", "B", {"A": 0, "B": side}),
+        drawn_bar("rocker", "D", "B", {"D": 0, "B": side}),
     )
     drawing = {"O": 0, "D": 0.1, "A": 0.1 * np.exp(1j * start), "B": fold(start)}
     asked = np.array([start, angle, angle + 0.5])

@@ -2,26 +2,11 @@
 
 import numpy as np
 import pytest
+from mechanisms import parallelogram, steel_bar
 
 import rigid.positions.placing
 from elastic import Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion, reactions
-
-
-def bar(name, start, end, length):
-    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.471),))
-
-
-def parallelogram(rocker=0.1, **drawn):
-    links = (
-        Link("ground", {"O": 0.0, "D": 0.3}),
-        bar("crank", "O", "A", 0.1),
-        bar("coupler", "A", "B", 0.3),
-        bar("rocker", "D", "B", rocker),
-    )
-    drawing = {"O": 0, "A": 0.1j, "B": 0.3 + 0.1j, "D": 0.3} | drawn
-    return Mechanism(links, (PinDrive("crank", "O"),), drawing)
-
 
 BELOW = {"A": -0.1j, "B": 0.3 - 0.1j}
 ROUND = np.linspace(0.2, 4 * np.pi, 361)
@@ -50,9 +35,9 @@ class TestParallelogram:
         """Where the coarse positions are even and those between them are not, the start between them misleads."""
         links = (
             Link("ground", {"O": 0.0, "D": 0.35}),
-            bar("crank", "O", "A", 0.1),
-            bar("coupler", "A", "B", 0.35),
-            bar("rocker", "D", "B", 0.1),
+            steel_bar("crank", "O", "A", 0.1),
+            steel_bar("coupler", "A", "B", 0.35),
+            steel_bar("rocker", "D", "B", 0.1),
         )
         lean = 0.1 * np.exp(0.3j)
         mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "D": 0.35, "A": lean, "B": 0.35 + lean})
@@ -90,8 +75,8 @@ class TestParallelogram:
 def test_an_isosceles_slider_crank_goes_straight_through():
     links = (
         Link("ground", {"O": 0.0}),
-        bar("crank", "O", "A", 0.1),
-        bar("rod", "A", "B", 0.1),
+        steel_bar("crank", "O", "A", 0.1),
+        steel_bar("rod", "A", "B", 0.1),
         Link("block", {"B": 0.0}, (), (Lump("B", 0.2),)),
     )
     drawing = {"O": 0, "A": 0.1 * np.exp(0.5j), "B": 0.2 * np.cos(0.5)}
@@ -104,11 +89,11 @@ def test_an_isosceles_slider_crank_goes_straight_through():
 def test_two_parallelograms_in_a_row_change_together():
     links = (
         Link("ground", {"O": 0.0, "D": 0.3, "F": 0.5}),
-        bar("crank", "O", "A", 0.1),
-        bar("coupler", "A", "B", 0.3),
+        steel_bar("crank", "O", "A", 0.1),
+        steel_bar("coupler", "A", "B", 0.3),
         Link("rocker", {"D": 0.0, "B": 0.1, "C": 0.15}, (Beam("D", "C", 0.4),)),
-        bar("link", "C", "E", 0.2),
-        bar("last", "F", "E", 0.15),
+        steel_bar("link", "C", "E", 0.2),
+        steel_bar("last", "F", "E", 0.15),
     )
     drawing = {"O": 0, "D": 0.3, "F": 0.5, "A": 0.1j, "B": 0.3 + 0.1j, "C": 0.3 + 0.15j, "E": 0.5 + 0.15j}
     going = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), ROUND, 1.0)

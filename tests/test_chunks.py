@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkages import linkage
-from mechanisms import ALL, bar, four_bar, replaced, steel_four_bar, turn
+from mechanisms import ALL, bar, four_bar, linkage, motion_of, replaced, steel_four_bar, turn
 
 from elastic import PRIMARY, Section, deflection, deflection_in_chunks, extremes
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
@@ -73,7 +72,7 @@ class TestBranch:
     def test_a_group_that_is_no_dyad(self, columns):
         case = ALL["triad"](count=120)
         chunks = list(motion_in_chunks(case.mechanism, case.drive, case.rate, case.rate2, columns=columns))
-        whole = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        whole = motion_of(case)
         np.testing.assert_allclose(joined(chunks, "origin"), whole.origin, rtol=0, atol=1e-13)
         np.testing.assert_allclose(joined(chunks, "acceleration"), whole.acceleration, rtol=1e-11, atol=1e-11)
 

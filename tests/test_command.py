@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.command import main
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
@@ -18,67 +19,16 @@ from kinelast.scene.shipped import shipped_scenes, shipped_structures
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
 UNITS |= dict.fromkeys(("normal", "shear", "mises"), "Pa")
 FIELDS = ("q_x", "q_y", *UNITS)
-ARM = """
-title = "A turning arm"
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 0.006
-width = 0.01
-[points]
-O = [0, 0]
-A = [0.2, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "arm"
-speed = 50.0
-[run]
-positions = 8
-"""
-NOT_CLOSING = """
-title = "A crank longer than the rest lets turn"
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = 0.006
-width = 0.01
-[points]
-O = [0, 0]
-A = [0.1, 0]
-B = [0.2, 0.15]
-D = [0.3, 0]
-[links.ground]
-points = ["O", "D"]
-[links.crank]
-points = ["O", "A"]
-length = 0.2
-section = "bar"
-material = "steel"
-[links.coupler]
-points = ["A", "B"]
-length = 0.1
-section = "bar"
-material = "steel"
-[links.rocker]
-points = ["D", "B"]
-length = 0.15
-section = "bar"
-material = "steel"
-[[drives]]
-link = "crank"
-speed = 10.0
-[run]
-positions = 72
-"""
+NOT_CLOSING = edited(
+    FOUR_BAR,
+    ("B = [0.28, 0.24]", "B = [0.2, 0.15]"),
+    ("D = [0.35, 0.0]", "D = [0.3, 0.0]"),
+    ('["O", "A"]', '["O", "A"]\nlength = 0.2'),
+    ('["A", "B"]', '["A", "B"]\nlength = 0.1'),
+    ('["D", "B"]', '["D", "B"]\nlength = 0.15'),
+    ('"100 rad/s"', "10.0"),
+    ("positions = 36\ngravity = [0.0, -9.81]", "positions = 72"),
+)
 
 
 @pytest.fixture
@@ -197,7 +147,7 @@ def test_refining_finds_what_lies_between_positions(tmp_path):
 
 def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
     bad = tmp_path / "bad.toml"
-    bad.write_text(ARM.replace('section = "bar"', 'section = "bra"'))
+    bad.write_text(edited(ARM, ('section = "bar"', 'section = "bra"')))
     assert main([str(bad), str(arm), "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr()
     assert "bad.toml" in said.err
@@ -290,13 +240,7 @@ def test_out_of_reach_is_told_with_advice_and_left_out_on_request(tmp_path, caps
 def test_singular_positions_are_marked_and_empty(tmp_path):
     """A parallelogram is flat, and singular, at 0 and 180 degrees."""
     path = tmp_path / "flat.toml"
-    text = NOT_CLOSING.replace("B = [0.2, 0.15]", "B = [0.4, 0]").replace("A = [0.1, 0]", "A = [0.06, 0.08]")
-    text = text.replace("B = [0.4, 0]", "B = [0.36, 0.08]")
-    for one, other in (("length = 0.2\n", ""), ("length = 0.1\n", ""), ("length = 0.15\n", "")):
-        text = text.replace(one, other)
-    path.write_text(
-        text.replace('link = "crank"\n', 'link = "crank"\nstart = 0.0\n').replace("positions = 72", "positions = 4")
-    )
+    path.write_text(edited(PARALLELOGRAM, ("positions = 36", "positions = 4")))
     assert main([str(path), "-o", str(tmp_path / "out"), "--fields", "--quiet"]) == 0
     rows = rows_of(tmp_path / "out" / "flat" / "positions.csv")
     known = [row["coupler.w_max [m]"] != "" for row in rows]
@@ -317,7 +261,7 @@ def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
     assert main(call) == 0
     assert capsys.readouterr().out.count("finished before") == 2
     assert (out / "arm" / "report.html").stat().st_mtime_ns == before
-    arm.write_text(ARM.replace("speed = 50.0", "speed = 60.0"))
+    arm.write_text(edited(ARM, ("speed = 50.0", "speed = 60.0")))
     assert main(call) == 0
     assert capsys.readouterr().out.count("finished before") == 1
     assert (out / "arm" / "report.html").stat().st_mtime_ns > before
@@ -388,7 +332,7 @@ def test_terminals_without_the_letters_are_answered_all_the_same(arm, tmp_path):
 
 def test_scenes_side_by_side_give_the_same_files(arm, tmp_path, capsys):
     other = tmp_path / "other.toml"
-    other.write_text(ARM.replace("speed = 50.0", "speed = 70.0"))
+    other.write_text(edited(ARM, ("speed = 50.0", "speed = 70.0")))
     bad = tmp_path / "bad.toml"
     bad.write_text("title = 3")
     scenes = [str(arm), str(bad), str(other)]
@@ -597,7 +541,7 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     ],
 )  # fmt: skip
 def test_figures_that_hardly_a_machine_has_are_asked_about(edit, question, arm, tmp_path, capsys):
-    arm.write_text(ARM.replace(*edit))
+    arm.write_text(edited(ARM, edit))
     assert main([str(arm), "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert re.search(question, said.err)
@@ -611,10 +555,14 @@ def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_cautioned(tm
 
     It is raised by 1 degree in 12 ms, in which it swings a third of a time; in 2 s it is as good as still.
     """
-    text = ARM.replace("A = [0.2, 0]", "A = [0.5, 0]").replace("depth = 0.006", "depth = 0.01")
-    text = text.replace("speed = 50.0", 'law = [{curve = "cycloidal", duration = "12 ms", by = "1 deg"}]')
-    (tmp_path / "quick.toml").write_text(text + "[masses]\nA = 0.3\n")
-    (tmp_path / "slow.toml").write_text(text.replace("12 ms", "2 s") + "[masses]\nA = 0.3\n")
+    quick = edited(
+        ARM + "[masses]\nA = 0.3\n",
+        ("A = [0.2, 0]", "A = [0.5, 0]"),
+        ("depth = 0.006", "depth = 0.01"),
+        ("speed = 50.0", 'law = [{curve = "cycloidal", duration = "12 ms", by = "1 deg"}]'),
+    )
+    (tmp_path / "quick.toml").write_text(quick)
+    (tmp_path / "slow.toml").write_text(edited(quick, ("12 ms", "2 s")))
     assert main([str(tmp_path / "quick.toml"), str(tmp_path / "slow.toml"), "-o", str(tmp_path / "out")]) == 0
     quick, slow = capsys.readouterr().out.splitlines()
     assert "quasi-static answer" in quick
@@ -622,8 +570,10 @@ def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_cautioned(tm
 
 
 def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
-    text = ARM.replace("speed = 50.0", "effort = 0").replace(
-        "positions = 8", "positions = 21\nduration = 2\nsteps = 3\ngravity = [0, -9.81]"
+    text = edited(
+        ARM,
+        ("speed = 50.0", "effort = 0"),
+        ("positions = 8", "positions = 21\nduration = 2\nsteps = 3\ngravity = [0, -9.81]"),
     )
     (tmp_path / "arm.toml").write_text(text)
     call = [str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out")]

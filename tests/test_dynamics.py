@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkages import three_cranks
-from mechanisms import ALL, Case, bar, four_bar, replaced, slider_crank, turn
+from mechanisms import ALL, Case, bar, four_bar, motion_of, replaced, slider_crank, three_cranks, turn
 from test_gears import geared_four_bar
 
 from rigid import (
@@ -52,10 +51,6 @@ from rigid.dynamics import (
 GRAVITY = 9.81
 
 
-def course_of(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
-
-
 def relative(one, other):
     return np.abs(one - other).max() / np.abs(other).max()
 
@@ -86,14 +81,14 @@ def sprung(case, added=slice(None)):
 class TestThreeFormulations:
     @pytest.mark.parametrize("name", ALL)
     def test_newton_virtual_work_and_multipliers_agree(self, name):
-        course = course_of(sprung(ALL[name]()))
+        course = motion_of(sprung(ALL[name]()))
         efforts = drive_efforts(course, reactions(course))
         assert relative(virtual_work_efforts(course), efforts) < 1e-13
         assert relative(drive_efforts(course, multiplier_forces(course)), efforts) < 1e-13
 
     @pytest.mark.parametrize("name", ALL)
     def test_multipliers_are_the_joint_forces(self, name):
-        course = course_of(sprung(ALL[name]()))
+        course = motion_of(sprung(ALL[name]()))
         one, other = multiplier_forces(course), reactions(course)
         force, moment = (
             np.array([np.broadcast_to(x, course.columns) for x in part]) for part in (one.force, one.moment)
@@ -209,7 +204,7 @@ class TestClosedForms:
     def test_one_reduced_inertia_belongs_to_one_drive(self):
         case = ALL["arm"]()
         with pytest.raises(MechanismError, match="2 drives"):
-            reduced_inertia(course_of(case))
+            reduced_inertia(motion_of(case))
 
 
 class TestEnergy:
@@ -410,7 +405,7 @@ class TestRates:
     @pytest.mark.parametrize("name", ALL)
     def test_the_same_positions_at_other_rates_are_the_motion_at_those_rates(self, name):
         case = ALL[name]()
-        course, other = course_of(case), motion(case.mechanism, case.drive, 2.5, -1.5)
+        course, other = motion_of(case), motion(case.mechanism, case.drive, 2.5, -1.5)
         changed = with_rates(course, 2.5, -1.5)
         np.testing.assert_array_equal(changed.acceleration, other.acceleration)
         np.testing.assert_array_equal(changed.angular_velocity, other.angular_velocity)

@@ -8,7 +8,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanisms import ALL, bar, elastic_guide, four_bar, replaced, ring, six_bar, slider_crank, steel_four_bar
+from mechanisms import (
+    ALL,
+    bar,
+    elastic_guide,
+    four_bar,
+    motion_of,
+    replaced,
+    ring,
+    six_bar,
+    slider_crank,
+    steel_four_bar,
+)
 
 from elastic import PRIMARY, RIGID, Section, coefficients, deflection, displacement_of, extremes, sample
 from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
@@ -19,7 +30,7 @@ X = STATIONS * L
 
 
 def solved(case):
-    return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+    return deflection(motion_of(case), case.sections)
 
 
 def cantilever(*loads, mass_per_length=0.0, angle=0.0, rate=0.0, rate2=0.0, backward=False, gravity=0.0):
@@ -310,7 +321,7 @@ class TestSampling:
 class TestDesigns:
     def test_sections_of_many_designs(self):
         case = four_bar()
-        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        course = motion_of(case)
         EI = np.array([[20.0], [35.0], [80.0]])
         together = deflection(course, [Section(3e5, EI), *case.sections[1:]])
         for number, value in enumerate(EI[:, 0]):

@@ -13,8 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.integrate
-from mechanisms import ALL, bar, replaced, steel_four_bar
-from standard_beams import cantilever, propped, still, supported
+from mechanisms import ALL, bar, cantilever, motion_of, propped, replaced, steel_four_bar, still, supported
 
 from elastic import (
     RIGID,
@@ -272,7 +271,7 @@ class TestOrderDoesNotMatter:
     def test_of_two_beams_for_one(self):
         """A coupler cut at 0.37 of its length with no joint there deflects as the whole one."""
         case = ALL["RRR"](loads=())
-        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        course = motion_of(case)
         whole = deflection(course, case.sections)
         coupler = case.mechanism.links[2]
         points = {**coupler.points, "X": 0.37 * coupler.points["B"]}

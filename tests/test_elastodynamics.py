@@ -11,8 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.integrate
-from mechanisms import ALL, steel_four_bar
-from standard_beams import cantilever, still, supported
+from mechanisms import ALL, cantilever, steel_four_bar, still, supported
 
 from elastic import (
     RIGID,

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from fem_direct import Direct
+from fem_direct import Direct, orders
 from numpy.polynomial import Polynomial
 
 from elastic import Section
@@ -105,10 +105,6 @@ def test_rigid_beam_keeps_its_section_forces():
     assert not np.any([found.u, found.w, found.phi])
     np.testing.assert_allclose(found.M[0, 0], 31 * LENGTH * (1 - found.xi), rtol=1e-13, atol=1e-12)
     np.testing.assert_allclose(found.N[0, 0], 5.0, rtol=1e-13)
-
-
-def orders(errors):
-    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
 def test_orders_of_convergence_between_the_nodes():

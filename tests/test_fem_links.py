@@ -8,9 +8,21 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from fem_direct import Direct
-from mechanisms import bush, elastic_guide, four_bar, held_arm, pressed, ring, six_bar, slider_crank
-from standard_beams import cantilever, still
+from fem_direct import Direct, orders
+from mechanisms import (
+    bar,
+    bush,
+    cantilever,
+    elastic_guide,
+    four_bar,
+    held_arm,
+    motion_of,
+    pressed,
+    ring,
+    six_bar,
+    slider_crank,
+    still,
+)
 
 from elastic import PRIMARY, JointCompliance, Section, Taper, deflection
 from fem_check import compare, solve
@@ -34,10 +46,6 @@ EA, EI, KGA, LENGTH = 3e6, 700.0, 4e4, 1.7
 ARM = {"O": 0.0, "A": LENGTH}
 
 
-def moving(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
-
-
 def sheared(case):
     """The same with beams that slide, differently each."""
     return replace(case, sections=tuple(replace(s, kGA=s.EA * (0.1 + 0.1 * k)) for k, s in enumerate(case.sections)))
@@ -48,10 +56,6 @@ def tapering(case, *numbers):
     taper = Taper(EA=(1.0, -0.5), EI=(1.0, -1.2, 0.6), kGA=(1.0, 0.4))
     changed = [replace(s, taper=taper) if k in numbers else s for k, s in enumerate(case.sections)]
     return replace(case, sections=tuple(changed))
-
-
-def orders(errors):
-    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
 def assert_same(found, direct, position):
@@ -86,7 +90,7 @@ class TestShear:
     def test_parts_of_bending_and_shear_are_timoshenkos_coupled_elements(self, make):
         """One matrix of elements with deflection and rotation of their own, of the fourth and third degree."""
         case = sheared(make())
-        turning, sections = moving(case), [replace(section, strain=0.0) for section in case.sections]
+        turning, sections = motion_of(case), [replace(section, strain=0.0) for section in case.sections]
         found, direct = solve(turning, sections, 3), Direct(turning, sections, 5, 3)
         assert_same(found, direct, 5)
 
@@ -120,7 +124,7 @@ class TestTaper:
     def test_mechanisms_of_tapered_beams_close_to_the_fourth_order(self, make, shear):
         case = sheared(make()) if shear else make()
         case = tapering(case, *range(len(case.sections)))
-        turning = moving(case)
+        turning = motion_of(case)
         exact = deflection(turning, case.sections)
         errors = [compare(exact, solve(turning, case.sections, n)).relative.max(axis=1) for n in (8, 16, 32, 64)]
         assert np.max(errors[-1]) < 1e-8
@@ -129,7 +133,7 @@ class TestTaper:
 
     def test_superposition_is_the_one_matrix_of_tapered_elements(self):
         case = tapering(six_bar(), 1, 2, 4)
-        turning = moving(case)
+        turning = motion_of(case)
         assert_same(solve(turning, case.sections, 4), Direct(turning, case.sections, 3, 4), 3)
 
 
@@ -204,7 +208,7 @@ class TestBlocksOnBeams:
     @pytest.mark.parametrize("change", [lambda case: case, sheared, lambda case: tapering(sheared(case), 0)])
     def test_a_mechanism_with_its_guide_on_a_lever(self, change):
         case = change(elastic_guide())
-        turning = moving(case)
+        turning = motion_of(case)
         comparison = compare(deflection(turning, case.sections), solve(turning, case.sections, 64))
         assert comparison.compared == len(turning.time)
         assert comparison.relative.max() < (1e-8 if case.sections[0].taper else 1e-13)
@@ -232,7 +236,7 @@ class TestBlocksOnBeams:
 
     def test_one_matrix_with_a_node_at_the_block(self):
         case = sheared(elastic_guide())
-        turning = moving(case)
+        turning = motion_of(case)
         found = solve(turning, case.sections, 3)
         for position in (0, 9):
             assert_same(found, Direct(turning, case.sections, position, 3), position)
@@ -274,7 +278,7 @@ class TestBlocksOnBeams:
         *others, lever = case.mechanism.links
         short = replace(lever, points={"D": 0.0, "F": 0.3 * np.exp(0.4j)})
         case = case.with_(links=(*others, short))
-        turning = moving(case)
+        turning = motion_of(case)
         away = np.abs(
             turning.origin[turning.mechanism.index["rod"]] - turning.origin[turning.mechanism.index["rocker"]]
         )
@@ -321,7 +325,7 @@ class TestJointsThatGiveWay:
     )
     def test_closed_forms_agree(self, make, joints):
         case, soft = make(), {name: JointCompliance(*values) for name, values in joints.items()}
-        turning = moving(case)
+        turning = motion_of(case)
         found = solve(turning, case.sections, 4, soft)
         assert compare(deflection(turning, case.sections, joints=soft), found).relative.max() < 1e-12
         stiff = solve(turning, case.sections, 4)
@@ -330,7 +334,7 @@ class TestJointsThatGiveWay:
     def test_a_name_that_tells_no_joint_is_refused(self):
         case = four_bar()
         with pytest.raises(ValueError, match='no joint is named "X"'):
-            solve(moving(case), case.sections, joints={"X": JointCompliance(1e-6)})
+            solve(motion_of(case), case.sections, joints={"X": JointCompliance(1e-6)})
         links = (
             Link("ground", {"O": 0.0, "D": 0.4, "E": 0.2 - 0.3j}),
             Link("crank", {"O": 0.0, "A": 0.1}),
@@ -342,10 +346,6 @@ class TestJointsThatGiveWay:
         three = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), [0.0])
         with pytest.raises(ValueError, match='"A" is 2 joints: which is meant'):
             solve(three, [], joints={"A": JointCompliance(1e-6)})
-
-
-def bar(name, start, end, length):
-    return Link(name, {start: 0.0, end: length}, (Beam(start, end, 0.4),))
 
 
 PLACES = {
@@ -365,7 +365,7 @@ STEPS = np.linspace(0.0, 6.0, 7)
 
 def geared(links, drives, gear, sliders, steps, rate):
     """A four-bar whose links are clamped elsewhere than where gears hold them, and what is geared to it."""
-    four = (bar("wheel", "A", "W", 0.1), bar("coupler", "A", "B", 0.3), bar("rocker", "B", "D", 0.25))
+    four = (bar("wheel", "A", "W", 0.1, 0.4), bar("coupler", "A", "B", 0.3, 0.4), bar("rocker", "B", "D", 0.25, 0.4))
     ground = Link("ground", {"O": 0.0, "W": 0.2, "D": 0.55})
     drawing = {name: PLACES[name] for link in (ground, *four, *links) for name in link.points}
     mechanism = Mechanism((ground, *four, *links), drives, drawing, sliders, gears=(gear,), gravity=-9.81j)
@@ -377,7 +377,7 @@ class TestGears:
 
     CASES = {  # noqa: RUF012
         "wheels": (
-            (bar("pinion", "P", "O", 0.05),),
+            (bar("pinion", "P", "O", 0.05, 0.4),),
             (PinDrive("pinion", "O"),),
             Gear(PinDrive("pinion", "O"), PinDrive("wheel", "W"), -0.5),
             (),
@@ -401,7 +401,7 @@ class TestGears:
             4.0,
         ),
         "a wheel on an arm drives": (
-            (bar("arm", "O", "P", 0.05), bar("planet", "P", "S", 0.03)),
+            (bar("arm", "O", "P", 0.05, 0.4), bar("planet", "P", "S", 0.03, 0.4)),
             (PinDrive("arm", "O"), PinDrive("planet", "P", "arm")),
             Gear(PinDrive("planet", "P", "arm"), PinDrive("wheel", "W"), -0.5),
             (),
@@ -425,10 +425,10 @@ class TestGears:
 def test_sections_of_many_designs_need_no_motion_of_their_own():
     case = four_bar()
     soft = [replace(s, kGA=np.array([[1e4], [1e5]]), EI=s.EI * np.array([[1.0], [2.0]])) for s in case.sections]
-    found = solve(moving(case), soft, 4)
-    assert compare(deflection(moving(case), soft), found).passed
+    found = solve(motion_of(case), soft, 4)
+    assert compare(deflection(motion_of(case), soft), found).passed
     one = [replace(s, kGA=1e5, EI=2 * s.EI) for s in case.sections]
-    np.testing.assert_allclose(found.w[:, 1], solve(moving(case), one, 4).w, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found.w[:, 1], solve(motion_of(case), one, 4).w, rtol=0, atol=1e-15)
 
 
 def test_mass_of_any_degree_is_carried():
@@ -450,5 +450,5 @@ def test_every_field_of_a_ring_is_held_however_its_rigidities_differ():
             replace(s, EA=s.EA * EA_factor, EI=s.EI * EI_factor)
             for s, EA_factor, EI_factor in zip(case.sections, *factors, strict=True)
         ]
-        comparison = compare(deflection(moving(few), mixed), solve(moving(few), mixed, 4))
+        comparison = compare(deflection(motion_of(few), mixed), solve(motion_of(few), mixed, 4))
         assert comparison.relative.max() < 1.5e-12, dict(zip(PRIMARY, comparison.relative.max(axis=1), strict=True))

@@ -11,6 +11,7 @@ from mechanisms import (
     arm,
     four_bar,
     inverted_slider_crank,
+    motion_of,
     pressed,
     scotch_yoke,
     six_bar,
@@ -49,10 +50,6 @@ MECHANISMS = {
 family = settings(max_examples=60, deadline=None)
 
 
-def moving(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
-
-
 def test_displacements_at_the_joints_of_a_published_four_bar():
     """Utenov et al.'s case with its errata put right, printed to eleven digits."""
     B, C, D = 0.09 + 0.12j, 0.55 + 0.32j, 0.6 - 0.05j
@@ -89,7 +86,7 @@ def test_displacements_at_the_joints_of_a_published_four_bar():
 @pytest.mark.parametrize("elements", [4, 64])
 def test_closed_forms_agree_with_finite_elements(name, elements):
     case = MECHANISMS[name]()
-    turning = moving(case)
+    turning = motion_of(case)
     exact, found = deflection(turning, case.sections), solve(turning, case.sections, elements)
     comparison = compare(exact, found)
     assert comparison.passed
@@ -114,7 +111,7 @@ def agree(case, draw):
     rate = draw(st.floats(-300, 300))
     case = replace(case, rate=np.full(case.drive.shape, rate))
     try:
-        turning = moving(case)
+        turning = motion_of(case)
     except MechanismError:
         assume(False)
     assume(turning.condition.max() < 1e3)
@@ -163,7 +160,7 @@ def test_random_sections_of_other_mechanisms_agree(make, data):
 @pytest.mark.parametrize("name", sorted(set(MECHANISMS) - {"ternary link, rigid"}))
 def test_superposition_is_one_matrix_over_all_elements(name):
     case = MECHANISMS[name]()
-    turning = moving(case)
+    turning = motion_of(case)
     found = solve(turning, case.sections, 5)
     for position in (2, 11):
         direct = Direct(turning, case.sections, position, 5)
@@ -207,9 +204,9 @@ def turned(mechanism, angle, shift):
 @pytest.mark.parametrize("name", ["four-bar", "slider-crank", "block on a rocker", "yoke", "ternary link, welded"])
 def test_other_axes_see_the_same_deflection(name):
     case, angle = MECHANISMS[name](), 1.1
-    here = solve(moving(case), case.sections, 6)
+    here = solve(motion_of(case), case.sections, 6)
     moved = replace(case, mechanism=turned(case.mechanism, angle, 0.4 - 0.7j), drive=case.drive + angle)
-    there = solve(moving(moved), case.sections, 6)
+    there = solve(motion_of(moved), case.sections, 6)
     for field in PRIMARY:
         one, other = getattr(here, field), getattr(there, field)
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * np.abs(one).max())
@@ -224,12 +221,12 @@ def test_many_designs_go_through_their_positions_together():
     links = tuple(many if link.name == "coupler" else link for link in together.mechanism.links)
     case = together.with_(links=links)
     sections = (case.sections[0], Section(1e5, np.array(rigidities)[:, None]), case.sections[2])
-    found = solve(moving(case), sections, 4)
+    found = solve(motion_of(case), sections, 4)
     assert found.w.shape == (3, 3, 24, 5)
-    assert compare(deflection(moving(case), sections), found).passed
+    assert compare(deflection(motion_of(case), sections), found).passed
     for k, (length, rigidity) in enumerate(zip(lengths, rigidities, strict=True)):
         alone = four_bar(coupler=length)
-        one = solve(moving(alone), (sections[0], Section(1e5, rigidity), sections[2]), 4)
+        one = solve(motion_of(alone), (sections[0], Section(1e5, rigidity), sections[2]), 4)
         np.testing.assert_allclose(found.w[:, k], one.w, rtol=0, atol=1e-12 * np.abs(one.w).max())
 
 
@@ -245,17 +242,17 @@ class Rope:
 
 def test_loads_of_ones_own_are_felt():
     case = four_bar(loads=(Rope(),))
-    turning = moving(case)
+    turning = motion_of(case)
     found = solve(turning, case.sections)
     assert compare(deflection(turning, case.sections), found).passed
-    slack = solve(moving(case.with_(loads=())), case.sections)
+    slack = solve(motion_of(case.with_(loads=())), case.sections)
     assert np.abs(found.w - slack.w).max() > 0.01 * np.abs(slack.w).max()
 
 
 def test_a_link_made_too_long_turns_the_others():
     case = four_bar()
     warm = [replace(section, strain=2e-4 * k) for k, section in enumerate(case.sections)]
-    turning = moving(case)
+    turning = motion_of(case)
     found = solve(turning, warm, 4)
     assert compare(deflection(turning, warm), found).passed
     cold = solve(turning, case.sections, 4)
@@ -296,7 +293,7 @@ def test_a_redundant_crank_takes_its_share():
 
 def test_a_position_out_of_reach_is_lost_alone():
     case = four_bar(crank=0.3, coupler=0.2, rocker=0.3, base=0.4, count=12)
-    turning = moving(case)
+    turning = motion_of(case)
     lost = ~np.isfinite(turning.condition)
     assert 0 < lost.sum() < 12
     found = solve(turning, case.sections)
@@ -320,7 +317,7 @@ def test_what_joints_carry_is_what_the_links_feel():
     """The pin between crank and coupler carries the force at the coupler's first point."""
     case = slider_crank(loads=())
     bare = case.with_(links=tuple(replace(link, lumps=()) for link in case.mechanism.links))
-    turning = moving(bare)
+    turning = motion_of(bare)
     found = solve(turning, bare.sections)
     pin = next(tie for tie in found.ties if tie.name == "A")
     rod = turning.mechanism.index["rod"]

@@ -9,10 +9,9 @@ from dataclasses import replace
 import meshio
 import numpy as np
 import pytest
-from mechanisms import ALL, four_bar, steel_four_bar
+from mechanisms import ALL, cantilever, four_bar, motion_of, steel_four_bar, still, supported
 from scipy.interpolate import CubicSpline
 from skfem import FacetBasis, LinearForm, condense, solve
-from standard_beams import cantilever, still, supported
 from test_fem_beam import held
 
 from elastic import RIGID, Section, Taper, deflection, sample
@@ -28,10 +27,6 @@ NU = 0.3
 def section(depth, EI=1.0):
     """Of a rectangle."""
     return Section(EA=12 * EI / depth**2, EI=EI)
-
-
-def moving(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
 
 
 class TestTheoryOfElasticity:
@@ -151,7 +146,7 @@ class TestAgainstBeamTheory:
         lengths = [
             abs(link.points[b.end] - link.points[b.start]) for link in case.mechanism.links[1:] for b in link.beams
         ]
-        bent = deflection(moving(case), [section(float(np.max(size)) / 80) for size in lengths])
+        bent = deflection(motion_of(case), [section(float(np.max(size)) / 80) for size in lengths])
         found = compare_solid(bent)
         assert found.relative < 0.03 or not found.by_link
         assert bool(found.by_link) == (found.compared > 0)
@@ -164,7 +159,7 @@ class TestAgainstBeamTheory:
         off = []
         for depth in (0.024, 0.012, 0.006):
             sections = [replace(section(depth), taper=taper)] * 3
-            off.append(compare_solid(deflection(moving(case), sections), across=8).relative)
+            off.append(compare_solid(deflection(motion_of(case), sections), across=8).relative)
         np.testing.assert_allclose(np.log2(np.array(off[:-1]) / off[1:]), 2.0, atol=0.2)
 
     def test_counting_shear_leaves_less(self):
@@ -172,7 +167,7 @@ class TestAgainstBeamTheory:
         case = steel_four_bar(36)
         bare = [section(0.02)] * 3
         shearing = [replace(part, kGA=5 / 6 * part.EA / (2 * (1 + NU))) for part in bare]
-        found = [compare_solid(deflection(moving(case), parts), across=8).by_link for parts in (bare, shearing)]
+        found = [compare_solid(deflection(motion_of(case), parts), across=8).by_link for parts in (bare, shearing)]
         for link in ("coupler", "rocker"):
             assert found[0][link] > 0.01
             assert found[1][link] < 0.05 * found[0][link]
@@ -207,29 +202,29 @@ class TestHousehold:
         responses.cache_clear()
         for count in (12, 24):
             case = steel_four_bar(count)
-            solve_solid(moving(case), case.sections)
+            solve_solid(motion_of(case), case.sections)
         assert responses.cache_info().misses == 3
 
     def test_rigid_links_and_rails_are_left_out(self):
         case = steel_four_bar(6)
-        bent = deflection(moving(case), [RIGID, *case.sections[1:]])
+        bent = deflection(motion_of(case), [RIGID, *case.sections[1:]])
         found = compare_solid(bent)
         assert set(found.by_link) == {"coupler", "rocker"}
         assert found.left_out == {"crank": "a beam is rigid"}
         assert np.isnan(found.difference).tolist() == [True, False, False]
-        nothing = compare_solid(deflection(moving(case), [RIGID] * 3))
+        nothing = compare_solid(deflection(motion_of(case), [RIGID] * 3))
         assert nothing.compared == 0
         assert np.isnan(nothing.relative)
 
     def test_one_line_each(self):
         case = steel_four_bar(6)
-        solid = solve_solid(moving(case), case.sections)
+        solid = solve_solid(motion_of(case), case.sections)
         assert repr(solid) == "SolidSolution(3 links, 944 elements, 6 positions)"
-        assert repr(compare_solid(deflection(moving(case), case.sections))).count("\n") == 0
+        assert repr(compare_solid(deflection(motion_of(case), case.sections))).count("\n") == 0
 
     def test_mesh_files(self, tmp_path):
         case = steel_four_bar(3)
-        solid = solve_solid(moving(case), case.sections)
+        solid = solve_solid(motion_of(case), case.sections)
         write_solid_vtu_series(solid, tmp_path / "new")
         mesh = meshio.read(tmp_path / "new" / "solid_0001.vtu")
         (quads,) = mesh.cells
@@ -249,7 +244,7 @@ class TestHousehold:
 
     def test_misuse_is_refused(self):
         case = steel_four_bar(3)
-        turning = moving(case)
+        turning = motion_of(case)
         with pytest.raises(ValueError, match="2 sections for 3 beams"):
             solve_solid(turning, case.sections[:2])
         with pytest.raises(ValueError, match="3 elements across"):
@@ -261,7 +256,7 @@ class TestHousehold:
 
     def test_what_has_no_outline_is_left_out(self):
         case = steel_four_bar(3)
-        deep = compare_solid(deflection(moving(case), [section(0.2)] * 3))
+        deep = compare_solid(deflection(motion_of(case), [section(0.2)] * 3))
         assert set(deep.by_link) == {"coupler", "rocker"}
         assert deep.left_out == {"crank": "a beam of 0.1 m is as deep as it is long"}
         fork = Link("arm", {"O": 0.0, "A": 1.0, "B": 1 + 0.1j}, (Beam("O", "A"), Beam("O", "B")))
@@ -278,7 +273,7 @@ def pins(solid, position):
 def test_the_deflection_of_the_axis_is_what_elastic_samples():
     """Place by place, not only in the extremes."""
     case = steel_four_bar(12)
-    bent, solid = deflection(moving(case), case.sections), solve_solid(moving(case), case.sections)
+    bent, solid = deflection(motion_of(case), case.sections), solve_solid(motion_of(case), case.sections)
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         beam = sample(bent, "chord", xi)[k]
         np.testing.assert_allclose(chord, beam, atol=6e-3 * np.abs(beam).max())

@@ -8,8 +8,19 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from mechanisms import ALL, elastic_guide, four_bar, pressed, ring, slider_crank
-from standard_beams import cantilever, propped, still, supported
+from mechanisms import (
+    ALL,
+    cantilever,
+    elastic_guide,
+    four_bar,
+    motion_of,
+    pressed,
+    propped,
+    ring,
+    slider_crank,
+    still,
+    supported,
+)
 from test_gears import geared_four_bar
 
 import elastic.vibration
@@ -33,10 +44,6 @@ def roots(equation, starts):
 
 def bending(lambdas):
     return (np.asarray(lambdas) / LENGTH) ** 2 * np.sqrt(EI / MASS)
-
-
-def moving(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
 
 
 class TestStandardBeams:
@@ -127,7 +134,7 @@ class TestMechanisms:
     @pytest.mark.parametrize("name", sorted(set(ALL) - {"PRP", "arm, motor turned about"}))
     def test_agree_with_closed_polynomials(self, name):
         case = ALL[name]()
-        turning = moving(case)
+        turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, settled=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position)
         known = np.isfinite(other.omega)
@@ -145,7 +152,7 @@ class TestMechanisms:
     )
     def test_agree_where_joints_give_way(self, make, joints):
         case = make()
-        turning = moving(case)
+        turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 3, joints=joints, settled=1e-8)
         found = natural_frequencies(turning, case.sections, 12, 2, other.position, joints)
         np.testing.assert_allclose(found, other.omega, rtol=5e-5)
@@ -160,7 +167,7 @@ class TestMechanisms:
             )
             for k, s in enumerate(case.sections)
         ]
-        turning = moving(case)
+        turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, shaped, 2, 2, settled=1e-8)
         found = natural_frequencies(turning, shaped, 12, 2, other.position)
         np.testing.assert_allclose(found, other.omega, rtol=5e-6)
@@ -175,7 +182,7 @@ class TestMechanisms:
     def test_a_block_is_a_node_wherever_it_is(self):
         """Else the kink under it would spoil the order: 1e-2 instead of 1e-4 at 8 elements."""
         case = elastic_guide()
-        turning = moving(case)
+        turning = motion_of(case)
         other = elastic.vibration.natural_frequencies(turning, case.sections, 2, 24, settled=1e-9).omega
         errors = [np.abs(natural_frequencies(turning, case.sections, n, 2) / other - 1).max() for n in (4, 8, 16)]
         assert errors[1] < 1e-4
@@ -209,15 +216,15 @@ class TestMechanisms:
     def test_many_designs_go_together(self):
         case, factors = four_bar(), np.array([[1.0], [2.0], [5.0]])
         sections = [replace(s, EA=s.EA * factors, EI=s.EI * factors) for s in case.sections]
-        found = natural_frequencies(moving(case), sections, 2, 2, [0, 7])
+        found = natural_frequencies(motion_of(case), sections, 2, 2, [0, 7])
         assert found.shape == (2, 3, 2)
         np.testing.assert_allclose(found, found[:, :1] * np.sqrt(factors), rtol=1e-9)
 
     def test_misuse_is_refused(self):
         case = four_bar()
         with pytest.raises(ValueError, match="1 sections for 3 beams"):
-            natural_frequencies(moving(case), [STIFF])
+            natural_frequencies(motion_of(case), [STIFF])
         with pytest.raises(ValueError, match="0 elements"):
-            natural_frequencies(moving(case), case.sections, 0)
+            natural_frequencies(motion_of(case), case.sections, 0)
         with pytest.raises(ValueError, match='no joint is named "X"'):
-            natural_frequencies(moving(case), case.sections, joints={"X": JointCompliance(1.0)})
+            natural_frequencies(motion_of(case), case.sections, joints={"X": JointCompliance(1.0)})

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkages import three_cranks
-from mechanisms import ALL, apex, bar, replaced
+from mechanisms import ALL, bar, double_rocker, replaced, three_cranks
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
@@ -382,18 +381,9 @@ class TestAsAnyOtherMotion:
 
 class TestRefusals:
     def test_a_linkage_that_falls_into_its_limit_says_when_and_where(self):
-        links = (
-            Link("ground", {"O": 0.0, "D": 0.4}),
-            bar("crank", "O", "A", 0.3),
-            bar("coupler", "A", "B", 0.2),
-            bar("rocker", "D", "B", 0.25),
-        )
-        A = 0.3 * np.exp(0.3j)
-        drawing = {"O": 0.0, "D": 0.4, "A": A, "B": apex(A, 0.4, 0.2, 0.25)}
-        mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing)
         stop = math.acos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
         with pytest.raises(ForwardError, match='the joint "B" aligns') as caught:
-            forward(mechanism, [Effort(5.0)], 0.3, 0.0, 5.0, 1e-7)
+            forward(double_rocker(0.3), [Effort(5.0)], 0.3, 0.0, 5.0, 1e-7)
         assert float(str(caught.value).split('"crank" at ')[1].split(":")[0]) == pytest.approx(stop, abs=1e-5)
 
     def test_a_drive_that_moves_no_mass(self):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from linkages import linkage, slider_crank, three_cranks
+from mechanisms import linkage, slider_crank_linkage, three_cranks
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, Slider
 from rigid.topology import (
@@ -207,7 +207,7 @@ class TestAnyGraph:
 
 class TestGraphsOfMechanism:
     def test_slider_is_a_branch_of_both_graphs(self):
-        links, bars = link_graph(slider_crank()), bar_graph(slider_crank())
+        links, bars = link_graph(slider_crank_linkage()), bar_graph(slider_crank_linkage())
         assert [(b.name, b.start, b.end) for b in links.branches] == [
             ("O", "ground", "crank"),
             ("A", "crank", "rod"),
@@ -223,7 +223,7 @@ class TestGraphsOfMechanism:
         assert cyclomatic_number(links) == cyclomatic_number(bars) == 1
 
     def test_a_line_through_a_joint_begins_there(self):
-        links = (*slider_crank().links[:3], Link("piston", {"B": 0.0}))
+        links = (*slider_crank_linkage().links[:3], Link("piston", {"B": 0.0}))
         centred = Mechanism(links, (), {}, (Slider("guide", "piston", "ground", "B", 0.0, 1.0),))
         assert [(b.name, b.start, b.end) for b in bar_graph(centred).branches][-1] == ("guide", "O", "B")
         assert cyclomatic_number(bar_graph(centred)) == 1
@@ -266,7 +266,7 @@ class TestCounts:
         assert kutzbach(links, one, two) == count
 
     def test_count_of_a_mechanism_takes_multiple_pins_sliders_and_contacts(self):
-        assert mobility_count(slider_crank()) == 1
+        assert mobility_count(slider_crank_linkage()) == 1
         assert mobility_count(three_cranks()) == 0
         wheels = Mechanism((Link("ground", {"O": 0, "D": 3}), Link("a", {"O": 0}), Link("b", {"D": 0})), (), {})
         assert mobility_count(wheels) == 2

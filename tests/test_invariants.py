@@ -27,6 +27,7 @@ from mechanisms import (
     slider_crank,
     turn,
 )
+from mechanisms import motion_of as course  # the draws are seeded by the text of the tests
 
 from elastic import PRIMARY, Section, deflection
 from rigid import (
@@ -84,10 +85,6 @@ mechanisms = st.one_of(
     st.builds(scotch_yoke, between(0.05, 0.2), between(0.9, 2.2)),
     st.builds(six_bar),
 )
-
-
-def course(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
 
 
 def largest(values):

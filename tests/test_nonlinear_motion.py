@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mechanisms import steel_four_bar
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigvals
 
@@ -50,20 +51,13 @@ def arm(*, drives=TURNED, mass=2.0, lumps=(), loads=(), gravity=0.0):
     return Mechanism((GROUND, link), drives, {"O": 0, "A": 1.0}, gravity=gravity, loads=loads)
 
 
-def steel_four_bar():
-    rho_A, section = 7850 * 6e-5, Section(210e9 * 6e-5, 37.8, area=6e-5, inertia=1.8e-10)
-    links = (
-        Link("ground", {"O": 0, "D": 0.35}),
-        Link("crank", {"O": 0, "A": 0.1}, (Beam("O", "A", rho_A),)),
-        Link("coupler", {"A": 0, "B": 0.3}, (Beam("A", "B", rho_A),)),
-        Link("rocker", {"D": 0, "B": 0.25}, (Beam("D", "B", rho_A),)),
-    )
-    drawing = {"O": 0, "A": 0.1, "B": 0.28 + 0.24j, "D": 0.35}
-    return Mechanism(links, (PinDrive("crank", "O"),), drawing), [section] * 3
+def steel_four_bar_of_known_area():
+    section = Section(210e9 * 6e-5, 37.8, area=6e-5, inertia=1.8e-10)
+    return steel_four_bar().mechanism, [section] * 3
 
 
 def steady_four_bar(speed, elements, positions, beta=40e-6):
-    mechanism, sections = steel_four_bar()
+    mechanism, sections = steel_four_bar_of_known_area()
     law = ConstantSpeed(0.0, speed)
     period = 2 * math.pi / speed
     return nonlinear_steady_state(mechanism, sections, [law], period, positions, elements, damping=beta)
@@ -173,7 +167,7 @@ def test_springs_swing(damping):
 
 def test_slow_motion_bends_as_linear_theory_says():
     """At 1 rad/s inertia of vibration and large displacements are nothing: what is left is the closed form."""
-    mechanism, _ = steel_four_bar()
+    mechanism, _ = steel_four_bar_of_known_area()
     sections = [Section(210e9 * 6e-5, 37.8)] * 3  # no inertia of the sections, which the closed form leaves out
     found = nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 2 * math.pi, 48)
     linear = deflection(motion(mechanism, 2 * np.pi * np.arange(48) / 48, 1.0), sections)
@@ -286,7 +280,7 @@ def test_damping_takes_what_kelvin_and_voigt_say():
 @pytest.mark.slow
 def test_a_started_mechanism_comes_to_its_steady_state():
     """Two methods, one answer: marching for several turns and collocation over one."""
-    mechanism, sections = steel_four_bar()
+    mechanism, sections = steel_four_bar_of_known_area()
     speed, beta = 60.0, 2e-4
     period = 2 * math.pi / speed
     times = period * np.array([0.0, 3.0, 3.25, 3.5, 3.75, 4.0])
@@ -356,7 +350,7 @@ def test_frame_of_two_beams():
 
 
 def test_what_has_no_period_is_refused():
-    mechanism, sections = steel_four_bar()
+    mechanism, sections = steel_four_bar_of_known_area()
     with pytest.raises(DoesNotCloseError, match="no such period"):
         nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 1.0)], 1.0, 16)
     with pytest.raises(ValueError, match="4 positions"):
@@ -375,7 +369,7 @@ def test_what_has_no_period_is_refused():
 
 def test_progress_is_told():
     told = []
-    mechanism, sections = steel_four_bar()
+    mechanism, sections = steel_four_bar_of_known_area()
     nonlinear_steady_state(mechanism, sections, [ConstantSpeed(0.0, 9.0)], 2 * math.pi / 9, 16, 2,
                            progress=lambda share, words: told.append((share, words)))  # fmt: skip
     shares = [share for share, _ in told]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from browser import Page, started
 
-from elastic import FIELDS, PRIMARY, Field, Kind, coefficients, displacement_of, sample
+from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.command import main
 from kinelast.folder import Request
 from kinelast.numbers import number, quantity
@@ -70,7 +70,7 @@ def test_it_stands_alone_and_is_exact(name, driver, reports):
     at = np.searchsorted(results.motion.time, times)
     np.testing.assert_array_equal(results.motion.time[at], times)
     beams = len(results.scene.labels)
-    for field in PRIMARY if beams else ():
+    for field in FIELDS if beams else ():
         close(page_field(page, field, beams, len(times)), sample(results.deflection, field, STATIONS)[:, at])
     moving = [(k, link.name, point) for k, link in enumerate(results.mechanism.links) if k for point in link.points]
     for function, python in MOTION.items():

@@ -5,8 +5,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from mechanisms import ALL, elastic_guide, steel_four_bar
-from standard_beams import cantilever, still
+from mechanisms import ALL, cantilever, elastic_guide, motion_of, steel_four_bar, still
 
 import elastic
 import elastic.assessment
@@ -99,7 +98,7 @@ class TestTapered:
     @pytest.mark.parametrize("name", ["RRR", "six-bar", "triad"])
     def test_a_taper_that_is_none_changes_nothing(self, name):
         case = ALL[name]()
-        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        course = motion_of(case)
         plain = deflection(course, case.sections)
         constant = Taper(EA=(1.0, 1e-17), EI=(1.0, 1e-17))
         tapered = deflection(course, [replace(section, taper=constant) for section in case.sections])
@@ -112,7 +111,7 @@ class TestTapered:
 class TestBlocks:
     def test_displacements_pass_the_block_and_forces_jump_by_its_load(self):
         case = elastic_guide()
-        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        solved = deflection(motion_of(case), case.sections)
         (block,) = solved.blocks
         before, beyond = solved.division.of_beam(block.beam)
         np.testing.assert_array_equal(solved.division.start[beyond], block.xi)

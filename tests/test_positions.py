@@ -15,6 +15,7 @@ from mechanisms import (
     bar,
     four_bar,
     inverted_slider_crank,
+    motion_of,
     replaced,
     scaled,
     scotch_yoke,
@@ -48,10 +49,6 @@ ROUND = {name: make for name, make in ALL.items() if np.ptp(make().drive[0]) > 6
 EPS = np.finfo(float).eps
 
 
-def course(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
-
-
 def along(slider, going):
     """Direction of a slider's line and the way from its origin to the sliding point."""
     on, link = (going.mechanism.index[name] for name in (slider.on, slider.link))
@@ -62,7 +59,7 @@ def along(slider, going):
 @pytest.mark.parametrize("name", ALL)
 class TestJointsClose:
     def test_links_that_share_a_point_meet_there(self, name):
-        going = course(ALL[name]())
+        going = motion_of(ALL[name]())
         spots = {}
         for at, link in enumerate(going.mechanism.links):
             for point in link.points:
@@ -72,10 +69,10 @@ class TestJointsClose:
                 np.testing.assert_allclose(place, places[0], rtol=0, atol=1e-14)
 
     def test_links_keep_their_shape(self, name):
-        np.testing.assert_allclose(abs(course(ALL[name]()).direction), 1, rtol=0, atol=8 * EPS)
+        np.testing.assert_allclose(abs(motion_of(ALL[name]()).direction), 1, rtol=0, atol=8 * EPS)
 
     def test_sliders_stay_on_their_line_and_do_not_turn(self, name):
-        going = course(ALL[name]())
+        going = motion_of(ALL[name]())
         for slider in going.mechanism.sliders:
             line, way = along(slider, going)
             np.testing.assert_allclose((np.conj(line) * way).imag, 0, rtol=0, atol=1e-14)
@@ -83,7 +80,7 @@ class TestJointsClose:
             np.testing.assert_allclose(going.direction[link], going.direction[on] * slider.turn, rtol=0, atol=1e-14)
 
     def test_drives_are_at_their_coordinates(self, name):
-        going = course(ALL[name]())
+        going = motion_of(ALL[name]())
         index = going.mechanism.index
         for coordinate, drive in zip(going.drive, going.mechanism.drives, strict=True):
             if isinstance(drive, PinDrive):
@@ -123,12 +120,12 @@ class TestClosedForms:
         case = slider_crank(r, L, offset=0.0, slope=0.0)
         angle = case.drive[0]
         expected = r * np.cos(angle) + np.sqrt(L**2 - (r * np.sin(angle)) ** 2)
-        np.testing.assert_allclose(position_of(course(case), "block", "B"), expected, rtol=1e-14, atol=1e-15)
+        np.testing.assert_allclose(position_of(motion_of(case), "block", "B"), expected, rtol=1e-14, atol=1e-15)
 
     def test_four_bar(self):
         """Freudenstein: K1 cos t4 - K2 cos t2 + K3 = cos(t2 - t4) (Norton, chapter 4)."""
         a, b, c, d = 0.1, 0.3, 0.25, 0.35
-        going = course(steel_four_bar(48))
+        going = motion_of(steel_four_bar(48))
         t2, t4 = (np.angle(going.direction[at]) for at in (1, 3))
         K3 = (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
         np.testing.assert_allclose(d / a * np.cos(t4) - d / c * np.cos(t2) + K3, np.cos(t2 - t4), rtol=0, atol=1e-13)
@@ -137,7 +134,7 @@ class TestClosedForms:
         """A slotted lever about D points at the crank pin: tan = r sin/(d + r cos), d below the crank's centre."""
         r, base = 0.1, -0.3
         case = inverted_slider_crank(r, base, lean=0.0, foot=0.0)
-        rocker = course(case).direction[3]
+        rocker = motion_of(case).direction[3]
         angle = case.drive[0]
         expected = np.arctan2(r * np.sin(angle), -base + r * np.cos(angle))
         np.testing.assert_allclose(np.angle(rocker), expected, rtol=0, atol=1e-14)
@@ -202,9 +199,9 @@ def test_velocities_and_accelerations_are_derivatives_of_the_positions(name):
 @pytest.mark.parametrize("name", DYADS)
 def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
     case = DYADS[name](count=90)
-    closed = course(case)
+    closed = motion_of(case)
     monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
-    general = course(case)
+    general = motion_of(case)
     for field in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         expected = getattr(closed, field)
         np.testing.assert_allclose(getattr(general, field), expected, rtol=0, atol=1e-12 * (1 + abs(expected).max()))
@@ -249,7 +246,7 @@ def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):
 def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
     case = DYADS[name](count=9)
     monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
-    metres = course(case)
+    metres = motion_of(case)
     millimetres = motion(scaled(case.mechanism, 1000.0), case.drive, case.rate, case.rate2)
     np.testing.assert_allclose(millimetres.condition, metres.condition, rtol=1e-10)
 
@@ -257,7 +254,7 @@ def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
 class TestBranches:
     @pytest.mark.parametrize("make", [four_bar, slider_crank])
     def test_either_side_is_kept_over_the_turn(self, make):
-        left, right = (course(make(side=side)) for side in (1.0, -1.0))
+        left, right = (motion_of(make(side=side)) for side in (1.0, -1.0))
         link = 2 if make is four_bar else 3
         assert (
             abs(left.origin[link] - right.origin[link]) + abs(left.direction[link] - right.direction[link])
@@ -265,7 +262,7 @@ class TestBranches:
 
     def test_a_group_that_is_no_dyad_keeps_its_branch_however_far_from_the_drawing_it_starts(self):
         case = ALL["triad"](count=120)
-        whole = course(case)
+        whole = motion_of(case)
         later = motion(case.mechanism, case.drive[:, 60:], 7.0, -3.0)
         np.testing.assert_allclose(later.origin, whole.origin[:, 60:], rtol=0, atol=1e-13)
 
@@ -292,7 +289,7 @@ class TestBranches:
 class TestCondition:
     def test_of_a_four_bar_is_the_transmission_angle(self):
         """cos mu = (b^2 + c^2 - |AD|^2)/(2 b c) (Norton, chapter 4, transmission angles); condition 1/sin^2 mu."""
-        going = course(steel_four_bar(24))
+        going = motion_of(steel_four_bar(24))
         square = abs(position_of(going, "crank", "A") - 0.35) ** 2
         cosine = (0.3**2 + 0.25**2 - square) / (2 * 0.3 * 0.25)
         np.testing.assert_allclose(going.condition, 1 / (1 - cosine**2), rtol=1e-13)
@@ -300,7 +297,7 @@ class TestCondition:
     def test_of_a_slider_crank_is_the_rod_angle(self):
         case = slider_crank(0.1, 0.3, 0.0, 0.0)
         sine = 0.1 * np.sin(case.drive[0]) / 0.3
-        np.testing.assert_allclose(course(case).condition, 1 / (1 - sine**2), rtol=1e-13)
+        np.testing.assert_allclose(motion_of(case).condition, 1 / (1 - sine**2), rtol=1e-13)
 
     def test_of_a_parallelogram_that_turns(self):
         """Its crank's tip, square to the coupler, would turn the rocker 1/s times as fast as it does."""
@@ -371,7 +368,7 @@ class TestReach:
             require_reach(motion(mechanism, turn(12)))
 
     def test_within_reach_nothing_is_raised(self):
-        require_reach(course(four_bar()))
+        require_reach(motion_of(four_bar()))
 
 
 def named(beam="B", lump="B"):
@@ -496,7 +493,7 @@ class TestDesigns:
 
 def test_order_of_links_and_points_does_not_matter():
     case = six_bar()
-    forward = course(case)
+    forward = motion_of(case)
     links = tuple(reversed(case.mechanism.links))
     backward = motion(replaced(case.mechanism, links=links), case.drive, case.rate, case.rate2)
     for link in case.mechanism.links:

@@ -13,10 +13,10 @@ import mpmath
 import numpy as np
 import pytest
 from exact import exact
-from mechanisms import ALL, Case, apex, bar, steel_four_bar
+from mechanisms import ALL, double_rocker, motion_of, simeon_slider_crank, steel_four_bar
 
-from elastic import PRIMARY, RIGID, Section, deflection, extremes, sample
-from rigid import Link, Mechanism, PinDrive, Slider, motion, position_of
+from elastic import PRIMARY, Section, deflection, extremes, sample
+from rigid import motion, position_of
 
 TABLE = json.loads((Path(__file__).parent / "data" / "steel_four_bar.json").read_text())
 BARS = ("crank", "coupler", "rocker")
@@ -26,7 +26,7 @@ STATIONS = {"start": 0.0, "mid": 0.5, "end": 1.0}
 @pytest.fixture(scope="module")
 def steel():
     case = steel_four_bar()
-    return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+    return deflection(motion_of(case), case.sections)
 
 
 class TestSteelFourBar:
@@ -70,32 +70,12 @@ class TestSteelFourBar:
         assert (got <= expected * (1 + 2e-5)).all()
 
 
-def simeon():
-    """IVP Test Set, "crank": Simeon's slider-crank, its crank rigid, at 0.1 s."""
-    links = (
-        Link("ground", {"O": 0.0}),
-        bar("crank", "O", "A", 0.15, 0.0),
-        bar("rod", "A", "B", 0.3, 0.151104 / 0.3),
-        Link("block", {"B": 0.0}),
-    )
-    guide = Slider("guide", "block", "ground", "B", origin=0.0, direction=1.0)
-    mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0.0, "A": 0.15, "B": 0.45}, (guide,))
-    side, E = 0.008, 2e11
-    return Case(
-        mechanism,
-        (RIGID, Section(EA=E * side**2, EI=E * side**4 / 12)),
-        np.array([[150 * 0.1]]),
-        np.array([[150.0]]),
-        np.array([[0.0]]),
-    )
-
-
 class TestSimeonSliderCrank:
     """Tolerances are the printed digits."""
 
     def solved(self):
-        case = simeon()
-        return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        case = simeon_slider_crank()
+        return deflection(motion_of(case), case.sections)
 
     def test_load_on_the_rod(self):
         assert sample(self.solved(), "q_y", [0, 1])[1, 0] == pytest.approx([625.479186, -354.877376], abs=6e-7)
@@ -120,7 +100,7 @@ def test_everything_equals_a_solution_in_fifty_digits(name, part):
     case = ALL[name]()
     position = round(part * (case.drive.shape[1] - 1))
     drive, rate, rate2 = (value[:, position] for value in (case.drive, case.rate, case.rate2))
-    course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+    course = motion_of(case)
     solved = deflection(course, case.sections)
     other = exact(case.mechanism, case.sections, drive, rate, rate2)
 
@@ -143,19 +123,6 @@ def test_everything_equals_a_solution_in_fifty_digits(name, part):
         np.testing.assert_allclose(
             got[:, position], expected, rtol=0, atol=1e-13 * np.abs(got).max(), err_msg=f"{field} of the {name}"
         )
-
-
-def double_rocker(start):
-    """Links 0.3, 0.2, 0.25 on a base of 0.4: the crank stops where coupler and rocker stretch, |AD| = 0.45."""
-    links = (
-        Link("ground", {"O": 0.0, "D": 0.4}),
-        bar("crank", "O", "A", 0.3),
-        bar("coupler", "A", "B", 0.2),
-        bar("rocker", "D", "B", 0.25),
-    )
-    A = 0.3 * np.exp(1j * start)
-    drawing = {"O": 0.0, "D": 0.4, "A": A, "B": apex(A, 0.4, 0.2, 0.25)}
-    return Mechanism(links, (PinDrive("crank", "O"),), drawing)
 
 
 @pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8])

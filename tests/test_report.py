@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import re
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -12,6 +13,7 @@ from xml.etree import ElementTree
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
 
 from elastic import deflection
 from kinelast.command import main
@@ -27,20 +29,14 @@ from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
 from kinelast.stills.drawing import mechanism_drawing
 
 VOID = {"meta", "img", "br", "link"}
-ARM = {
-    "title": "arm",
-    "sections": {"bar": {"shape": "rectangle", "depth": 0.006, "width": 0.01}},
-    "materials": {"steel": {"E": 210e9, "density": 7850}},
-    "points": {"O": [0, 0], "A": [0.2, 0]},
-    "links": {"ground": {"points": ["O"]}, "arm": {"points": ["O", "A"], "section": "bar", "material": "steel"}},
-    "drives": [{"link": "arm", "speed": 1e-3}],
-    "run": {"positions": 1, "gravity": [0, -9.81]},
-}
+HANGING = tomllib.loads(
+    edited(ARM, ("speed = 50.0", "speed = 1e-3"), ("positions = 8", "positions = 1\ngravity = [0, -9.81]"))
+)
 
 
 def results_of(**changes):
     """An arm that hangs out sideways, so slow that gravity alone bends it."""
-    scene = scene_from_dict({**ARM, **changes}, "arm")
+    scene = scene_from_dict({**HANGING, **changes}, "arm")
     return Results(scene, deflection(scene_motion(scene), scene.sections))
 
 
@@ -129,15 +125,7 @@ def test_words_of_a_scene_are_not_taken_for_markup(tmp_path):
 def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys):
     """A parallelogram looked at in its two flat positions alone."""
     scene = tmp_path / "flat.toml"
-    bars = [("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B")]
-    links = "".join(f'[links.{n}]\npoints = ["{a}", "{b}"]\nsection = "bar"\nmaterial = "steel"\n' for n, a, b in bars)
-    scene.write_text(
-        "[materials.steel]\nE = 210e9\ndensity = 7850\n"
-        "[sections.bar]\nshape = 'rectangle'\ndepth = 0.006\nwidth = 0.01\n"
-        "[points]\nO = [0, 0]\nA = [0.06, 0.08]\nB = [0.36, 0.08]\nD = [0.3, 0]\n[links.ground]\npoints = ['O', 'D']\n"
-        + links
-        + "[[drives]]\nlink = 'crank'\nstart = 0.0\nspeed = 10.0\n[run]\npositions = 2\n"
-    )
+    scene.write_text(edited(PARALLELOGRAM, ("positions = 36", "positions = 2")))
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 0
     assert "no position could be computed" in capsys.readouterr().out
     summary = json.loads((tmp_path / "out" / "flat" / "summary.json").read_text())
@@ -149,13 +137,7 @@ def test_a_scene_without_a_computed_position_still_has_a_report(tmp_path, capsys
 def test_a_scene_of_rigid_links_alone_has_a_report(tmp_path, capsys):
     """A block of 2 kg pushed along by 30 mm in 0.1 s, cycloidally: its drive pushes with 2 pi m h/T^2 at most."""
     scene = tmp_path / "push.toml"
-    scene.write_text(
-        "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n"
-        "[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n"
-        "[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n"
-        "[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n"
-        "[run]\npositions = 101\n"
-    )
+    scene.write_text(edited(PUSHED, ("positions = 5", "positions = 101")))
     assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
     assert "no link has beams" in capsys.readouterr().out
     summary = json.loads((tmp_path / "out" / "push" / "summary.json").read_text())
@@ -390,148 +372,50 @@ def test_natural_frequencies_of_a_cantilever():
     np.testing.assert_allclose(omega / unit, np.square([1.875104, 4.694091, 7.854757]), rtol=1e-3)
 
 
-BARS = """
-[materials.steel]
-E = 210e9
-density = 7850
-[sections.bar]
-shape = "rectangle"
-depth = DEPTH
-width = 0.01
-"""
+STEEL = 'section = "bar"\nmaterial = "steel"'
+TWELVE = ("positions = 8", "positions = 12")
 ODD = {
-    "tapered": BARS.replace("DEPTH", "[0.012, 0.006]") + """
-[points]
-O = [0, 0]
-A = [0.2, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "arm"
-speed = 50.0
-[run]
-positions = 12
-gravity = [0, -9.81]
-""",
-    "two_arms": BARS.replace("DEPTH", "0.006") + """
-[points]
-O = [0, 0]
-A = [0.2, 0]
-B = [0.3, 0]
-[links.ground]
-points = ["O"]
-[links.upper]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.fore]
-points = ["A", "B"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "upper"
-speed = 5.0
-[[drives]]
-link = "fore"
-on = "upper"
-speed = -9.0
-[run]
-positions = 12
-""",
-    "block_on_beam": BARS.replace("DEPTH", "0.006") + """
-[points]
-O = [0, 0]
-C = [0, -0.1]
-D = [0, 0.2]
-A = [0, 0.05]
-[links.ground]
-points = ["O", "C"]
-[links.crank]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.block]
-points = ["A"]
-mass = 0.05
-[links.rocker]
-points = ["C", "D"]
-section = "bar"
-material = "steel"
-[sliders.slot]
-link = "block"
-on = "rocker"
-through = "A"
-direction = [0, 1]
-[[drives]]
-link = "crank"
-speed = 20.0
-[run]
-positions = 12
-""",
-    "third_crank": BARS.replace("DEPTH", "0.006") + """
-[points]
-O = [0, 0]
-P = [0.1, 0]
-Q = [0.2, 0]
-A = [0.03, 0.04]
-B = [0.13, 0.04]
-C = [0.23, 0.04]
-[links.ground]
-points = ["O", "P", "Q"]
-[links.one]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[links.two]
-points = ["P", "B"]
-section = "bar"
-material = "steel"
-[links.three]
-points = ["Q", "C"]
-section = "bar"
-material = "steel"
-[links.bar]
-points = ["A", "B", "C"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "one"
-start = 0.3
-speed = 20.0
-[run]
-positions = 7
-""",
-    "rigidities": BARS.replace("DEPTH", "0.006") + """
-[sections.known]
-shape = "rigidities"
-EA = 1e7
-EI = 40.0
-mass_per_length = 0.5
-[points]
-O = [0, 0]
-A = [0.2, 0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "known"
-[[drives]]
-link = "arm"
-speed = 50.0
-[run]
-positions = 12
-""",
-}  # fmt: skip
+    "tapered": edited(ARM, ("depth = 0.006", "depth = [0.012, 0.006]"), TWELVE) + "gravity = [0, -9.81]\n",
+    "two_arms": edited(
+        ARM,
+        ("A = [0.2, 0]", "A = [0.2, 0]\nB = [0.3, 0]"),
+        ("[links.arm]", linked(STEEL, fore="AB") + "[links.upper]"),
+        (
+            'link = "arm"\nspeed = 50.0',
+            'link = "upper"\nspeed = 5.0\n[[drives]]\nlink = "fore"\non = "upper"\nspeed = -9.0',
+        ),
+        TWELVE,
+    ),
+    "block_on_beam": edited(
+        ARM,
+        ("A = [0.2, 0]", "C = [0, -0.1]\nD = [0, 0.2]\nA = [0, 0.05]"),
+        ('["O"]', '["O", "C"]'),
+        ("[links.arm]", linked(STEEL, rocker="CD") + linked("mass = 0.05", block="A") + "[links.arm]"),
+        ("[[drives]]", '[sliders.slot]\nlink = "block"\non = "rocker"\nthrough = "A"\ndirection = [0, 1]\n[[drives]]'),
+        ("speed = 50.0", "speed = 20.0"),
+        TWELVE,
+    ),
+    "third_crank": edited(
+        ARM,
+        ("A = [0.2, 0]", "P = [0.1, 0]\nQ = [0.2, 0]\nA = [0.03, 0.04]\nB = [0.13, 0.04]\nC = [0.23, 0.04]"),
+        ('["O"]', '["O", "P", "Q"]'),
+        ("[[drives]]", linked(STEEL, two="PB", three="QC", bar="ABC") + "[[drives]]"),
+        ("speed = 50.0", "start = 0.3\nspeed = 20.0"),
+        ("positions = 8", "positions = 7"),
+    ),
+    "rigidities": edited(
+        ARM,
+        ("[points]", '[sections.known]\nshape = "rigidities"\nEA = 1e7\nEI = 40.0\nmass_per_length = 0.5\n[points]'),
+        (STEEL, 'section = "known"'),
+        TWELVE,
+    ),
+}
 
 
 @pytest.mark.parametrize("name", ODD)
 def test_scenes_of_every_kind_have_a_whole_report(name, tmp_path):
     scene = tmp_path / f"{name}.toml"
-    scene.write_text(f'title = "{name}"\n{ODD[name]}')
+    scene.write_text(ODD[name])
     refine = [] if name == "third_crank" else ["--refine"]
     assert main([str(scene), *refine, "--quiet", "-o", str(tmp_path / "out")]) == 0
     folder = tmp_path / "out" / name
@@ -548,7 +432,7 @@ def test_scenes_of_every_kind_have_a_whole_report(name, tmp_path):
 def test_the_stress_of_a_tapered_arm(tmp_path):
     """A steady arm losing half its depth: rho w^2 l^2 times the integral of s (1 - s/2) ds from xi, over 1 - xi/2."""
     scene = tmp_path / "arm.toml"
-    scene.write_text("title = 'arm'" + ODD["tapered"].replace("gravity = [0, -9.81]", ""))
+    scene.write_text(edited(ODD["tapered"], ("gravity = [0, -9.81]", "")))
     assert main([str(scene), "--quiet", "-o", str(tmp_path / "out")]) == 0
     summary = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
     xi = np.linspace(0.0, 1.0, 100001)
@@ -560,11 +444,10 @@ def test_the_stress_of_a_tapered_arm(tmp_path):
 
 def parallelogram(count, start=0.1):
     """A parallelogram of 0.1 m cranks on an 0.3 m base, looked at near where it lies flat: gravity alone bends it."""
-    bars = {"crank": ["O", "A"], "coupler": ["A", "B"], "rocker": ["D", "B"]}
-    links = {name: {"points": points, "section": "bar", "material": "steel"} for name, points in bars.items()}
+    scene = tomllib.loads(PARALLELOGRAM)
     return {
-        "points": {"O": [0, 0], "A": [0.06, 0.08], "B": [0.36, 0.08], "D": [0.3, 0]},
-        "links": {"ground": {"points": ["O", "D"]}, **links},
+        "points": scene["points"],
+        "links": scene["links"],
         "drives": [{"link": "crank", "start": start, "speed": 1e-3}],
         "run": {"positions": count, "gravity": [0, -9.81]},
     }
@@ -596,13 +479,7 @@ def test_refining_keeps_away_from_singular_positions():
 
 def test_a_check_without_beams_has_nothing_to_compare(tmp_path, capsys):
     scene = tmp_path / "block.toml"
-    scene.write_text(
-        "[points]\nO = [0, -0.1]\nA = [0, 0]\n[links.ground]\npoints = ['O']\n"
-        "[links.block]\npoints = ['A']\nrigid = true\nmass = 2.0\n"
-        "[sliders.guide]\nlink = 'block'\nthrough = 'A'\ndirection = [1, 0]\n"
-        "[[drives]]\nslider = 'guide'\nlaw = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]\n"
-        "[run]\npositions = 5\n"
-    )
+    scene.write_text(PUSHED)
     assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
     assert "nothing to compare" in capsys.readouterr().out
     assert data_of(tmp_path / "out" / "block")["summary"]["check"]["passed"] is None
@@ -615,7 +492,7 @@ def test_advice_for_slender_links():
     (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Slender links"]
     assert 'beams = "timoshenko"' in text
     material = {"steel": {"E": 210e9, "density": 7850, "poisson": 0.3}}
-    softer = results_of(sections=bar, materials=material, run={**ARM["run"], "beams": "timoshenko"})
+    softer = results_of(sections=bar, materials=material, run={**HANGING["run"], "beams": "timoshenko"})
     (text,) = [one.text for one in findings(softer) if one.heading == "Slender links"]
     assert "where moments come in at its ends (" in text
     assert "timoshenko" not in text
@@ -623,7 +500,7 @@ def test_advice_for_slender_links():
 
 def test_charts_and_maps_have_gaps_where_positions_were_left_out():
     """Eight positions of an arm at 1e-3 rad/s over 7 s, of which the third to fifth are not there."""
-    scene = scene_from_dict({**ARM, "run": {"positions": 8, "duration": 7.0, "gravity": [0, -9.81]}}, "arm")
+    scene = scene_from_dict({**HANGING, "run": {"positions": 8, "duration": 7.0, "gravity": [0, -9.81]}}, "arm")
     course = scene_motion_at(scene, np.array([0.0, 1.0, 5.0, 6.0, 7.0]))
     results = Results(scene, deflection(course, scene.sections), left_out=3)
     over = axis(results)

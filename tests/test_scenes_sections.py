@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scene_texts import FOUR_BAR, QUICK_RETURN, edited
+from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import deflection, displacement_of, extremes, sample
 from kinelast.command import main
@@ -10,43 +10,17 @@ from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 
-ARM = """
-[materials.steel]
-E = 200e9
-density = 8000
-poisson = 0.25
-expansion = "12e-6 1/K"
-yield = "300 MPa"
-
-[sections.bar]
-shape = "rectangle"
-depth = "20 mm"
-width = "10 mm"
-
-[points]
-O = [0, 0]
-A = [0.4, 0]
-
-[links.ground]
-points = ["O"]
-
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-
-[[drives]]
-link = "arm"
-law = [{curve = "dwell", duration = 1}]
-
-[[loads]]
-link = "arm"
-point = "A"
-force = [0, "-100 N"]
-
-[run]
-positions = 2
-"""
+LOADED_ARM = edited(
+    ARM,
+    (
+        "E = 210e9\ndensity = 7850",
+        'E = 200e9\ndensity = 8000\npoisson = 0.25\nexpansion = "12e-6 1/K"\nyield = "300 MPa"',
+    ),
+    ("depth = 0.006\nwidth = 0.01", 'depth = "20 mm"\nwidth = "10 mm"'),
+    ("A = [0.2, 0]", "A = [0.4, 0]"),
+    ("speed = 50.0", 'law = [{curve = "dwell", duration = 1}]'),
+    ("[run]\npositions = 8", '[[loads]]\nlink = "arm"\npoint = "A"\nforce = [0, "-100 N"]\n[run]\npositions = 2'),
+)
 A, I, L, P = 2e-4, 0.01 * 0.02**3 / 12, 0.4, 100.0  # noqa: E741
 E = 200e9
 
@@ -65,12 +39,12 @@ class TestSections:
     """Sections against the cantilever of the handbooks."""
 
     def test_a_slender_arm(self):
-        assert tip(ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
+        assert tip(LOADED_ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
 
     @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
     def test_shear_counts_in_timoshenkos_theory(self, given):
         # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
-        text = edited(ARM, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'), ("poisson = 0.25", given))
+        text = edited(LOADED_ARM, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'), ("poisson = 0.25", given))
         k = 10 * 1.25 / (12 + 11 * 0.25)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
 
@@ -80,7 +54,7 @@ class TestSections:
          ('shape = "rigidities"\nEA = 1e7\nEI = 1000\nmass_per_length = 1\nkGA = "3 MN"', 3e6)],
     )  # fmt: skip
     def test_any_shape_may_tell_its_shear_rigidity(self, shape, kGA):
-        plain = edited(ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
+        plain = edited(LOADED_ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
         if "rigidities" in shape:
             plain = edited(plain, ('material = "steel"', ""))
         sheared = edited(plain, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'))
@@ -91,7 +65,7 @@ class TestSections:
 
     def test_two_sizes_taper(self):
         # A cantilever whose depth grows linearly from h at the tip to H: by integrals of x^2/(E I(x)).
-        text = edited(ARM, ('depth = "20 mm"', 'depth = ["20 mm", "10 mm"]'))
+        text = edited(LOADED_ARM, ('depth = "20 mm"', 'depth = ["20 mm", "10 mm"]'))
         x = (np.arange(200000) + 0.5) / 200000 * L
         depth = 0.02 - 0.01 * x / L
         expected = np.mean(P * (L - x) ** 2 / (E * 0.01 * depth**3 / 12)) * L
@@ -104,20 +78,20 @@ class TestSections:
     @pytest.mark.parametrize("shape", ['"circle"\ndiameter', '"tube"\ninner = "5 mm"\nouter'])
     def test_round_sections_taper_too(self, shape):
         drawn = '"rectangle"\ndepth = "20 mm"\nwidth = "10 mm"'
-        text = edited(ARM, (drawn, f'{shape} = ["20 mm", "10 mm"]'))
+        text = edited(LOADED_ARM, (drawn, f'{shape} = ["20 mm", "10 mm"]'))
         hole = 0.005 if "inner" in shape else 0.0
         x = (np.arange(200000) + 0.5) / 200000 * L
         inertia = np.pi * ((0.02 - 0.01 * x / L) ** 4 - hole**4) / 64
         assert tip(text) == pytest.approx(-1j * np.mean(P * (L - x) ** 2 / (E * inertia)) * L, rel=1e-8)
 
     def test_stress_and_yield_come_from_shape_and_material(self):
-        text = edited(ARM, ("force", "moment = 0\nforce"))
+        text = edited(LOADED_ARM, ("force", "moment = 0\nforce"))
         found = bent(text)
         assert sample(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
         assert found.sections[0].yield_stress == 300e6
 
     def test_rigid_links_have_stress_but_do_not_bend(self):
-        found = bent(edited(ARM, ('material = "steel"', 'material = "steel"\nrigid = true')))
+        found = bent(edited(LOADED_ARM, ('material = "steel"', 'material = "steel"\nrigid = true')))
         assert sample(found, "left", [0.0])[0, 0, 0] == pytest.approx(P * L * 0.01 / I, rel=1e-12)
         assert np.abs(found.w).max() == 0.0
 
@@ -127,14 +101,14 @@ class TestSections:
          ('temperature = "9 K"\nbeams = [{from = "O", to = "A", temperature = "50 K"}]', 6e-4)],
     )  # fmt: skip
     def test_warm_beams_are_longer(self, where, strain):
-        longer = tip(edited(ARM, ('material = "steel"', f'material = "steel"\n{where}')))
+        longer = tip(edited(LOADED_ARM, ('material = "steel"', f'material = "steel"\n{where}')))
         assert longer.real == pytest.approx(strain * L, rel=1e-12)
-        assert longer.imag == pytest.approx(tip(ARM).imag, rel=1e-12)
+        assert longer.imag == pytest.approx(tip(LOADED_ARM).imag, rel=1e-12)
 
     def test_beams_may_close_a_ring(self):
         # A square frame pulled at two opposite corners: its sides bend to F a/4 at their ends, a half the diagonal.
         square = edited(
-            ARM,
+            LOADED_ARM,
             ("A = [0.4, 0]", "A = [0.4, 0]\nB = [0.2, 0.2]\nC = [0.2, -0.2]"),
             ('["O", "A"]\n', '["O", "A", "B", "C"]\nbeams = [["O", "B"], ["B", "A"], ["A", "C"], ["C", "O"]]\n'),
             ('[0, "-100 N"]', '["100 N", 0]'),
@@ -175,7 +149,7 @@ class TestSoftJoints:
     """Joints that give way or do not fit."""
 
     def soft(self, keys):
-        return tip(edited(ARM, ("[[drives]]", f"[joints.O]\n{keys}\n[[drives]]"))) - tip(ARM)
+        return tip(edited(LOADED_ARM, ("[[drives]]", f"[joints.O]\n{keys}\n[[drives]]"))) - tip(LOADED_ARM)
 
     def test_compliance_gives_way_along_the_force(self):
         assert self.soft('compliance = "2e-6 m/N"') == pytest.approx(-1j * 2e-6 * P, rel=1e-9)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_texts import edited, linked
 from sources import number, shipped, three_ways
 
 from kinelast.scene.reading import SceneError, scene_from_text, scene_motion
@@ -109,7 +110,10 @@ class TestFlapMechanism:
 
     def test_triangles_of_joints_in_one_line_are_refused(self):
         # The source's Figure 3: a lever 4-5-9 as three bars.
-        lever = """
+        bars = linked(
+            "rigid = true\nmass = 1\ncenter = [0, 0]", crank="OA", one="AB", two="BC", three="AC", rocker="CD"
+        )
+        lever = f"""
             [points]
             O = [0, 0]
             A = [0.1, 0.1]
@@ -118,36 +122,12 @@ class TestFlapMechanism:
             D = [0.5, 0]
             [links.ground]
             points = ["O", "D"]
-            [links.crank]
-            points = ["O", "A"]
-            rigid = true
-            mass = 1
-            center = "O"
-            [links.one]
-            points = ["A", "B"]
-            rigid = true
-            mass = 1
-            center = "A"
-            [links.two]
-            points = ["B", "C"]
-            rigid = true
-            mass = 1
-            center = "C"
-            [links.three]
-            points = ["A", "C"]
-            rigid = true
-            mass = 1
-            center = "C"
-            [links.rocker]
-            points = ["C", "D"]
-            rigid = true
-            mass = 1
-            center = "D"
+            {bars}
             [[drives]]
             link = "crank"
-            law = [{curve = "cycloidal", duration = 1, by = 0.1}]
+            law = [{{curve = "cycloidal", duration = 1, by = 0.1}}]
             """
         with pytest.raises(SceneError, match=r"pinned to one another in one line.*make them one link") as caught:
             scene_from_text(lever)
         assert caught.value.table == "links.one"
-        assert scene_from_text(lever.replace("B = [0.3, 0.1]", "B = [0.3, 0.2]")).labels == ()
+        assert scene_from_text(edited(lever, ("B = [0.3, 0.1]", "B = [0.3, 0.2]"))).labels == ()

@@ -12,7 +12,7 @@ import balance
 import numpy as np
 import pytest
 from exact import Equations
-from mechanisms import ALL, bar, four_bar, lumps, replaced, slider_crank, turn
+from mechanisms import ALL, bar, four_bar, lumps, motion_of, replaced, slider_crank, turn
 
 from rigid import (
     Link,
@@ -29,10 +29,6 @@ from rigid import (
     reactions,
     structure,
 )
-
-
-def course(case):
-    return motion(case.mechanism, case.drive, case.rate, case.rate2)
 
 
 def loads_about_origins(going, position):
@@ -60,7 +56,7 @@ def loads_about_origins(going, position):
 def test_equal_one_dense_system_of_all_links(name, position):
     """Transposed constraint matrix times multipliers balances the loads of all links at once."""
     case = ALL[name]()
-    going = course(case)
+    going = motion_of(case)
     mechanism = case.mechanism
     q = np.stack([going.origin.real, going.origin.imag, np.angle(going.direction)], 1)[1:, :, position].ravel()
     equations = Equations(mechanism, cmath)
@@ -93,7 +89,7 @@ def test_equal_one_dense_system_of_all_links(name, position):
 @pytest.mark.parametrize("name", ALL)
 def test_the_ground_takes_what_momentum_leaves(name):
     """Shaking force and moment: applied loads less the rate of momentum, summed over mass points."""
-    going = course(ALL[name]())
+    going = motion_of(ALL[name]())
     forces = reactions(going)
     force, twist = balance.missing_force(going)
     np.testing.assert_allclose(forces.ground_force, force, rtol=0, atol=1e-12 * abs(force).max())
@@ -160,7 +156,7 @@ class TestClosedForms:
         case = four_bar(loads=(PointLoad("coupler", "B", 10.0, 1.0, law=lambda motion: np.cos(motion.drive[0])),))
         plain = four_bar(loads=(PointLoad("coupler", "B", 10.0, 1.0),))
         free = four_bar(loads=())
-        efforts = [drive_efforts(course(c), reactions(course(c)))[0] for c in (case, plain, free)]
+        efforts = [drive_efforts(motion_of(c), reactions(motion_of(c)))[0] for c in (case, plain, free)]
         np.testing.assert_allclose(
             efforts[0] - efforts[2], (efforts[1] - efforts[2]) * np.cos(case.drive[0]), rtol=0, atol=1e-12
         )

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
-from mechanisms import ALL, steel_four_bar
-from standard_beams import cantilever, still, supported
+from mechanisms import ALL, cantilever, motion_of, steel_four_bar, still, supported
 
 from elastic import (
     RIGID,
@@ -219,7 +218,7 @@ class TestStress:
         """A fine grid's largest is never above, and below by no more than its spacing allows."""
         case = ALL[name]()
         sections = [section_of(rectangle(0.012, 0.008), E) for _ in case.sections]
-        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), sections)
+        solved = deflection(motion_of(case), sections)
         found = extremes(solved, [kind])[kind]
         grid = np.linspace(0, 1, 2001)
         parts = ("left", "right") if kind == "normal" else (kind,)
@@ -360,7 +359,7 @@ class TestAccuracy:
 
     def test_every_point_is_where_its_neighbours_see_it(self):
         case = ALL["six-bar"]()
-        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        solved = deflection(motion_of(case), case.sections)
         found = point_displacements(solved)
         greatest = max(np.abs(value).max() for value in found.values())
         np.testing.assert_allclose(found["coupler", "P"], found["rod", "P"], atol=1e-12 * greatest)
@@ -368,7 +367,7 @@ class TestAccuracy:
 
     def test_rotation_of_a_link_without_beams_is_that_of_its_axes(self):
         case = ALL["RRP"]()
-        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        solved = deflection(motion_of(case), case.sections)
         np.testing.assert_array_equal(angle_error(solved, "block"), 0.0)
 
 
@@ -424,7 +423,7 @@ class TestCautions:
         """Of two arms the one that is heavy, where its weight is across."""
         case = ALL["arm"]()
         sections = [Section(1e7, 1e9), Section(1e7, 2.0)]
-        solved = deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), sections)
+        solved = deflection(motion_of(case), sections)
         found = exceedances(solved, kinds=["deflection"])
         greatest = np.abs(extremes(solved, ["w"])["w"].value[1])
         assert [one.beam for one in found] == [1]

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import steel_four_bar
-from standard_beams import cantilever, propped, still, supported
+from mechanisms import cantilever, propped, steel_four_bar, still, supported
 
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkages import bar, four_bar, linkage, slider_crank, three_cranks
+from mechanisms import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 
 from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture
 from rigid.forces import self_stresses
@@ -38,13 +38,13 @@ def freedoms(chain):
 
 class TestRanks:
     def test_four_bar_and_slider_crank(self):
-        for mechanism in (four_bar(), slider_crank()):
+        for mechanism in (four_bar_linkage(), slider_crank_linkage()):
             found = mechanism_mobility(mechanism)
             assert (int(found.mobility), int(found.hyperstaticity), found.loops) == (1, 0, 1)
             assert found.sides_agree
 
     def test_at_many_positions_at_once(self):
-        mechanism = four_bar()
+        mechanism = four_bar_linkage()
         turning = motion(mechanism, np.linspace(0, 2 * np.pi, 9))
         found = mobility(planar_chain(posture(turning)))
         np.testing.assert_array_equal(found.mobility, np.ones(9))
@@ -88,7 +88,7 @@ class TestRanks:
     @settings(max_examples=30)
     @given(st.floats(-5, 5), st.floats(-3.1, 3.1), st.floats(-1e3, 1e3), st.booleans())
     def test_units_and_axes_do_not_matter(self, power, angle, away, redundant):
-        mechanism = three_cranks() if redundant else four_bar()
+        mechanism = three_cranks() if redundant else four_bar_linkage()
         size = 10**power
         turn = np.exp(1j * angle)
         links = tuple(
@@ -115,7 +115,7 @@ class TestRanks:
             mechanism_mobility(linkage({"O": 0, "A": 1, "B": 2}, "O", (("arm", "A", "B"),)))
 
     def test_positions_that_do_not_close_are_refused(self):
-        reaching = motion(four_bar(), np.linspace(0, 6, 5))
+        reaching = motion(four_bar_linkage(), np.linspace(0, 6, 5))
         lost = Posture(reaching.mechanism, np.where(np.arange(5) == 3, np.nan, reaching.origin), reaching.direction)
         with pytest.raises(MechanismError, match="does not close"):
             mobility(planar_chain(lost))
@@ -249,18 +249,18 @@ class TestThirdCrank:
         places["G"] = 0.37 + 0.03j
         mechanism = replace(three_cranks(), drawing=places)
         shorter = tuple(
-            bar("third", "G", "C", places) if link.name == "third" else replace_point(link, "G", places["G"])
+            drawn_bar("third", "G", "C", places) if link.name == "third" else replace_point(link, "G", places["G"])
             for link in mechanism.links
         )
         found = mechanism_mobility(replace(mechanism, links=shorter))
         assert (int(found.mobility), int(found.hyperstaticity)) == (0, 0)
 
     def test_what_cannot_be_put_together_names_the_open_joint(self):
-        long = replace(four_bar(), links=(*four_bar().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
+        long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         with pytest.raises(MechanismError, match=r'does not close near its drawing: pin "\w" of "\w+" and "\w+"'):
             assembled(long)
         with pytest.raises(MechanismError, match='link "rocker": none of its points is drawn'):
-            assembled(replace(four_bar(), drawing={"O": 0, "A": 0.1j}))
+            assembled(replace(four_bar_linkage(), drawing={"O": 0, "A": 0.1j}))
 
     @pytest.mark.parametrize("off", [0.02, -0.03, 0.02j])
     def test_slider_on_a_moving_link_is_put_together(self, off):
@@ -278,8 +278,8 @@ class TestThirdCrank:
         assert here.direction[2] == pytest.approx(here.direction[3], abs=1e-14)
 
     def test_slider_that_is_not_on_its_line_is_put_there(self):
-        drawn = {**slider_crank().drawing, "B": 0.29 - 0.01j}
-        here = assembled(replace(slider_crank(), drawing=drawn))
+        drawn = {**slider_crank_linkage().drawing, "B": 0.29 - 0.01j}
+        here = assembled(replace(slider_crank_linkage(), drawing=drawn))
         assert here.point("piston", "B").imag == pytest.approx(0.02, abs=1e-15)
         assert abs(here.point("rod", "B") - here.point("piston", "B")) < 1e-15
         assert here.direction[here.mechanism.index["piston"]] == pytest.approx(1, abs=1e-15)
@@ -294,8 +294,8 @@ def replace_point(link, point, place):
 
 class TestAssurGroups:
     def test_dyads_by_their_pairs(self):
-        assert [g.name for g in assur_groups(four_bar())] == ["driven link", "dyad RRR, class II"]
-        assert [g.name for g in assur_groups(slider_crank())] == ["driven link", "dyad RRP, class II"]
+        assert [g.name for g in assur_groups(four_bar_linkage())] == ["driven link", "dyad RRR, class II"]
+        assert [g.name for g in assur_groups(slider_crank_linkage())] == ["driven link", "dyad RRP, class II"]
         links = (
             Link("ground", {"O": 0, "D": -0.2j}),
             Link("crank", {"O": 0, "A": 0.1}),
@@ -345,7 +345,7 @@ class TestVelocityLaw:
     @settings(max_examples=20, deadline=None)
     def test_of_an_offset_slider_crank(self, angle):
         r, rod, e = 0.1, abs(0.3 - 0.08j), 0.02
-        mechanism = slider_crank()
+        mechanism = slider_crank_linkage()
         chain = planar_chain(assembled(replace(mechanism, drawing=drawn_slider_crank(r, rod, e, angle))))
         height = r * np.sin(angle) - e
         slope = -r * np.sin(angle) - height * r * np.cos(angle) / np.sqrt(rod**2 - height**2)
@@ -360,7 +360,7 @@ def drawn_slider_crank(r, rod, e, angle):
 
 class TestStaticSide:
     def test_transpose_holds_the_velocities_of_a_motion(self):
-        turning = motion(four_bar(), [0.4], 3.0)
+        turning = motion(four_bar_linkage(), [0.4], 3.0)
         chain = planar_chain(posture(turning))
         matrix = static_matrix(chain)[0]
         spin = turning.angular_velocity[1:, 0]

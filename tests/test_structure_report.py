@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from linkages import four_bar, linkage, slider_crank, three_cranks
+from mechanisms import four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 
 from kinelast.structure.planar_report import structure_text
 from kinelast.structure.skeleton import skeleton, skeleton_svg
@@ -23,7 +23,7 @@ def section(text, name):
 
 class TestText:
     def test_four_bar(self):
-        text = structure_text(four_bar())
+        text = structure_text(four_bar_linkage())
         assert "Kutzbach count: 3 (4 - 1) - 2 * 4 - 0 = 1" in text
         assert "mobility m = 1, hyperstaticity h = 0, mobility index m - h = 1" in text
         assert "I_c = 4 unknowns, E_c = 3 equations, rank r_c = 3" in text
@@ -39,7 +39,7 @@ class TestText:
         )
 
     def test_every_line_fits_a_terminal(self):
-        for mechanism in (four_bar(), slider_crank(), three_cranks(extra=True)):
+        for mechanism in (four_bar_linkage(), slider_crank_linkage(), three_cranks(extra=True)):
             assert all(len(line) <= 120 and line == line.rstrip() for line in structure_text(mechanism).splitlines())
 
     def test_redundancy_names_the_joints_and_the_link_held_too_often(self):
@@ -52,7 +52,7 @@ class TestText:
         assert re.search(r"redundant link, 1 condition too many +third", section(text, "Groups"))
 
     def test_drives_that_do_not_determine_it_are_told(self):
-        text = structure_text(replace(four_bar(), drives=()))
+        text = structure_text(replace(four_bar_linkage(), drives=()))
         assert "drives: 0, but m = 1" in text
         assert "none: links" in section(text, "Groups")
 
@@ -92,7 +92,7 @@ class TestText:
         assert "make them one link with three points" in told
 
     def test_what_cannot_be_put_together_still_has_its_graph(self):
-        long = replace(four_bar(), links=(*four_bar().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
+        long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         text = structure_text(long)
         assert "m and h are not known: the mechanism does not close" in text
         assert "Bars (4) and nodes (4)" in text
@@ -131,17 +131,17 @@ def words(svg):
 
 
 class TestSkeleton:
-    @pytest.mark.parametrize("mechanism", [four_bar(), slider_crank(), three_cranks(extra=True)])
+    @pytest.mark.parametrize("mechanism", [four_bar_linkage(), slider_crank_linkage(), three_cranks(extra=True)])
     def test_every_link_and_joint_is_named_once(self, mechanism):
         names = [link.name for link in mechanism.links[1:]]
         names += {point for link in mechanism.links for point in link.points}
         assert sorted(words(skeleton_svg(mechanism))) == sorted(names)
 
     def test_the_same_picture_every_time(self):
-        assert skeleton_svg(slider_crank()) == skeleton_svg(slider_crank())
+        assert skeleton_svg(slider_crank_linkage()) == skeleton_svg(slider_crank_linkage())
 
     def test_links_are_drawn_where_they_are(self):
-        axes = skeleton(four_bar()).axes[0]
+        axes = skeleton(four_bar_linkage()).axes[0]
         ends = {tuple(np.round(line.get_xydata()[[0, -1]], 12).ravel()) for line in axes.lines}
         assert {(0.0, 0.0, 0.06, 0.08), (0.06, 0.08, 0.3, 0.21)} <= ends
 
@@ -158,7 +158,7 @@ class TestSkeleton:
         assert set(words(skeleton_svg(mechanism))) == {"crank", "plate", "shoe", *"OABCS"}
 
     def test_what_does_not_close_is_refused(self):
-        long = replace(four_bar(), links=(*four_bar().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
+        long = replace(four_bar_linkage(), links=(*four_bar_linkage().links[:3], Link("rocker", {"D": 0.0, "B": 9.0})))
         with pytest.raises(MechanismError, match="does not close"):
             skeleton_svg(long)
 

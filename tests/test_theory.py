@@ -18,12 +18,19 @@ from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
 from kinelast.figures.theory import vibration_estimate
+from kinelast.figures.trust import findings
 from kinelast.folder import Request
 from kinelast.run import computed
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.error import SceneError
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
+PARALLELOGRAM_BARS = edited(
+    FOUR_BAR,
+    ("A = [0.1, 0.0]", "A = [0.0, 0.1]"),
+    ("B = [0.28, 0.24]", "B = [0.35, 0.1]"),
+    ("positions = 36", "positions = 8"),
+)
 
 
 def scene_at(speed, run=""):
@@ -64,9 +71,19 @@ def test_vibration_is_asked_for_by_name():
 def test_axial_forces_are_in_the_cheap_estimate():
     """Thin links that hardly move bend under their weight; nothing vibrates, but their axial forces count."""
     text = edited(FOUR_BAR, ('"100 rad/s"', '"0.2 rad/s"'), ('depth = "6 mm"', 'depth = "0.5 mm"'))
-    results = computed(scene_from_text(text), Request(theory="elastodynamic"))
+    results = computed(scene_from_text(text), Request(theory=ELASTODYNAMIC))
     estimate = vibration_estimate(results.quasi_static, results.period)
     assert 0.5 < estimate / results.answer.missed < 2
+
+
+def test_where_vibration_cannot_be_answered_that_is_said():
+    """A parallelogram passes its flat position: by accuracy the error is unknown, by name it is a mistake."""
+    flat = edited(PARALLELOGRAM_BARS, ("positions = 8", 'positions = 8\naccuracy = "5 %"'))
+    found = computed(scene_from_text(flat), Request())
+    assert (found.answer.theory, found.answer.accurate) == (QUASI_STATIC, False)
+    assert any("vibration cannot be answered" in finding.text for finding in findings(found))
+    with pytest.raises(SceneError, match="vibration cannot be answered"):
+        computed(scene_from_text(flat), Request(theory=ELASTODYNAMIC))
 
 
 def test_the_command_goes_before_the_scene():
@@ -173,3 +190,61 @@ class TestSpeeds:
     def test_what_is_no_range_is_told(self, words, capsys):
         assert main(["steel_four_bar", "--speeds", words]) == 2
         assert "20 rad/s : 200 rad/s : 100" in capsys.readouterr().err
+
+
+PRESSED = """
+[sections.thin]
+shape = "rigidities"
+EA = "1 MN"
+EI = "2 N m^2"
+mass_per_length = "0.1 kg/m"
+[points]
+O = [0.0, 0.0]
+A = [0.05, 0.0]
+B = [0.15, 0.0]
+C = [0.25, 0.0]
+D = [0.35, 0.0]
+E = [0.45, 0.0]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = "0.1 kg"
+center = "O"
+[links.rod]
+points = {points}
+section = "thin"
+{beams}
+[links.piston]
+points = ["E"]
+rigid = true
+mass = "0.1 kg"
+[sliders.cylinder]
+link = "piston"
+on = "ground"
+through = "E"
+direction = [1.0, 0.0]
+[[drives]]
+link = "crank"
+speed = "1 rad/s"
+[[loads]]
+link = "piston"
+point = "E"
+force = ["-{force} N", "0 N"]
+[run]
+positions = 24
+"""
+WHOLE = ('["A", "E"]', "")
+DIVIDED = ('["A", "B", "C", "D", "E"]', 'beams = [["A", "B"], ["B", "C"], ["C", "D"], ["D", "E"]]')
+
+
+@pytest.mark.parametrize(("points", "beams"), [WHOLE, DIVIDED], ids=["one beam", "four beams"])
+@pytest.mark.parametrize(("force", "level"), [(5, None), (30, False), (100, True)])
+def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
+    """Euler: pi^2 EI/l^2 = 123 N; less than a tenth of it, a quarter, and more than half."""
+    text = PRESSED.replace("{points}", points).replace("{beams}", beams).replace("{force}", str(force))
+    found = [one for one in computed(scene_from_text(text), Request()).exceedances if one.kind == "axial force"]
+    assert [one.severe for one in found] == ([] if level is None else [level])
+    if found:
+        assert found[0].figure == pytest.approx(force / (np.pi**2 * 2 / 0.4**2), rel=0.03)

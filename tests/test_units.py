@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import ALL, replaced
+from mechanisms import ALL, motion_of, replaced
 
 from elastic import PRIMARY, deflection
-from rigid import LineLoad, PinDrive, PointLoad, motion
+from rigid import LineLoad, PinDrive, PointLoad
 
 EPS = np.finfo(float).eps
 BOUND = 50
@@ -66,7 +66,7 @@ def dimension(L, M, T):
 
 class TestUnits:
     def solved(self, case):
-        return deflection(motion(case.mechanism, case.drive, case.rate, case.rate2), case.sections)
+        return deflection(motion_of(case), case.sections)
 
     @pytest.mark.parametrize("units", [(2.0**-20, 2.0**13, 2.0**-5), (2.0**30, 2.0**-40, 2.0**7)])
     @pytest.mark.parametrize("name", [name for name in ALL if name not in BY_ELIMINATION])

@@ -15,8 +15,18 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 import scipy.optimize
-from mechanisms import ALL, bar, rigid_sections, steel_four_bar
-from standard_beams import cantilever, propped, still, supported
+from mechanisms import (
+    ALL,
+    bar,
+    cantilever,
+    motion_of,
+    propped,
+    rigid_sections,
+    simeon_slider_crank,
+    steel_four_bar,
+    still,
+    supported,
+)
 
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered
 from elastic.assessment import exceedances, harmonics, period_of, quasi_static_error
@@ -227,7 +237,7 @@ class TestMechanism:
         """What is called settled is so: a much finer answer is no more than 0.1 % lower, and never higher."""
         for make in ALL.values():
             case = make()
-            course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+            course = motion_of(case)
             usual, fine = (natural_frequencies(course, case.sections, 3, 6, settled=settled) for settled in (1e-3, 0.0))
             known = np.isfinite(usual.omega)
             assert (usual.omega[known] <= fine.omega[known] * (1 + 1.5e-3)).all()
@@ -247,7 +257,7 @@ class TestMechanism:
     def test_rigid_is_the_limit_of_stiff(self):
         """What is 1e6 times as stiff differs by about 1e-6."""
         case = ALL["six-bar"]()
-        course = motion(case.mechanism, case.drive, case.rate, case.rate2)
+        course = motion_of(case)
         stiff = [RIGID if number % 2 else section for number, section in enumerate(case.sections)]
         nearly = [
             Section(1e6 * section.EA, 1e6 * section.EI) if number % 2 else section
@@ -386,17 +396,9 @@ class TestForcing:
 
     def test_estimate_for_simeon(self):
         """Over 0 to 0.1 s Simeon's published rod is 4.7 % (rms) off the quasi-static one."""
-        rod = Section(EA=2e11 * 0.008**2, EI=2e11 * 0.008**4 / 12)
-        links = (
-            Link("ground", {"O": 0.0}),
-            bar("crank", "O", "A", 0.15, 0.0),
-            bar("rod", "A", "B", 0.3, 0.151104 / 0.3),
-            Link("block", {"B": 0.0}),
-        )
-        guide = Slider("guide", "block", "ground", "B", origin=0.0, direction=1.0)
-        mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0.0, "A": 0.15, "B": 0.45}, (guide,))
-        course = motion(mechanism, np.linspace(0, 15, 40), 150.0)
-        (found,) = exceedances(deflection(course, [RIGID, rod]), kinds=["vibration"])
+        case = simeon_slider_crank()
+        course = motion(case.mechanism, np.linspace(0, 15, 40), 150.0)
+        (found,) = exceedances(deflection(course, case.sections), kinds=["vibration"])
         assert 0.047 / 1.5 < found.figure < 0.047 * 1.5
 
     def test_speed_alone_where_there_is_no_cycle(self):

@@ -7,7 +7,7 @@ compliance is a polynomial to round-off.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -54,9 +54,8 @@ class Division:
 
 def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], columns: tuple[int, ...]) -> Division:
     """How the beams of these sections are divided, by their tapers and the blocks on them."""
-    if not blocks and not any(section.taper for section in sections):
-        rows = (len(sections),) + (1,) * len(columns)
-        return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, blocks)
+    if not blocks and (whole := _undivided(sections, len(columns))):
+        return whole
     pieces: list[tuple[int, Any, Any]] = []
     for number, section in enumerate(sections):
         marks = [np.full(columns, mark) for mark in (piece_ends(section) if section.taper else (0.0, 1.0))]
@@ -65,6 +64,15 @@ def division_of(sections: tuple[Section, ...], blocks: tuple[Block, ...], column
         pieces += [(number, low, high - low) for low, high in pairwise(marks)]
     beam, start, width = (np.array(part) for part in zip(*pieces, strict=True))
     return Division(beam, start, width, sections, blocks)
+
+
+@lru_cache(maxsize=64)
+def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
+    """Every beam as one piece, for columns of `ndim` axes; None where one is tapered."""
+    if any(section.taper for section in sections):
+        return None
+    rows = (len(sections),) + (1,) * ndim
+    return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, ())
 
 
 def on_pieces(field: str, amplitudes: Amplitudes, division: Division, length: Any, compliance: Compliance) -> Any:

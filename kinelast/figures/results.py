@@ -23,6 +23,7 @@ from elastic.assessment import (
     stress_range,
 )
 from elastic.vibration import Frequencies, natural_frequencies
+from kinelast.figures.divided_links import divided_links
 from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.reading import Scene
 from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
@@ -183,7 +184,8 @@ class Results:
         if self.whole is None:
             known = None if self.ill.any() else self.extremes
             kinds = [kind for kind in LIMITS if kind != "vibration" or self.answer is None]
-            return exceedances(self.counted_deflection, self.frequencies, period, kinds, known)
+            found = exceedances(self.counted_deflection, self.frequencies, period, kinds, known)
+            return [*found, *divided_links(self.scene, self.quasi_static, self.counted)]
         found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
         shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
         return [*found, *(replace(one, position=None) for one in shown)]

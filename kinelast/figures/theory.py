@@ -82,7 +82,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
     Raises
     ------
     SceneError
-        Vibration is asked for and cannot be answered: a singular position, a block that leaves its beam.
+        Vibration is asked for by name and cannot be answered: a singular position, a block that leaves its beam.
     """
     others = _others(plain)
     if theory.accuracy is not None and not math.isnan(period):
@@ -90,7 +90,12 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
         if estimate + math.fsum(others.values()) <= theory.accuracy:
             errors = {"vibration": estimate, **others}
             return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, estimate)
-    found = _vibrating(scene, plain.motion, theory, period)
+    try:
+        found = _vibrating(scene, plain.motion, theory, period)
+    except SceneError:
+        if theory.name:
+            raise
+        return Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
     missed = float(theory_error(found).course.max())
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
     if theory.accuracy is not None and missed + math.fsum(others.values()) <= theory.accuracy:

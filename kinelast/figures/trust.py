@@ -150,6 +150,8 @@ def _theory(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, THEORY, text)
         return
     how = "Quasi-static: vibration changes less than is asked for."
+    if math.isnan(answer.missed):
+        how = "Quasi-static: vibration cannot be answered, the cycle holds positions that are singular or out of reach."
     if results.vibrates:
         how = "Elastodynamic: the links vibrate, and feel the axial forces of the motion. Without vibration the answer"
         how += f" would be {percent(answer.missed)} off."

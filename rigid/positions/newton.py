@@ -9,14 +9,15 @@ import numpy as np
 
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
-from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place, point_of
+from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place
 from rigid.plane import ROUND_OFF, number
+from rigid.positions.drive_path import size_of
 from rigid.positions.placement import Placement
 from rigid.postures import Posture
 
 STEPS = 40
-TOLERANCE = 1e-14
-FITS = 1e-10
+TOLERANCE = 1e-14  # of a step, in radians or sizes of the mechanism
+FITS = 1e-10  # opening of surplus joints that counts as closed, in radians or sizes of the mechanism
 
 
 def _shape(placed: Placement) -> tuple[int, ...]:
@@ -39,13 +40,10 @@ def require_closed(placed: Placement, group: Group) -> None:
     """Make a driven group nan where surplus joints do not fit."""
     if not group.cut:
         return
-    size = sum(
-        np.abs(point_of(placed, joint.child, joint.at_child) - placed.origin[joint.child]) for joint in group.cut
-    )
+    size = size_of(placed.mechanism)
     for joint in group.cut:
-        open_ = np.abs(gap_of(placed, joint)) > FITS * (1.0 + size)
-        lost = np.where(open_, np.nan, 0.0)
-        placed.origin[joint.child] = placed.origin[joint.child] + lost
+        closed = _within(joint, gap_of(placed, joint), FITS, FITS * size)
+        placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
 def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
@@ -57,16 +55,27 @@ def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
     return closure(group, tree, cut)
 
 
-def _round_off(placed: Placement, joint: Joint) -> Columns:
-    """What a gap may come to by round-off alone."""
+def _shut(placed: Placement, joint: Joint, gap: Columns) -> Any:
+    """Whether a cut joint is closed but for round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return ROUND_OFF * (size if joint.slider is None else size + 1.0)
+    return _within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
+
+
+def _within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
+    """Whether a gap is within an angle [rad] and a length [m]."""
+    if joint.slider is None:
+        return np.abs(gap) <= length
+    return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
 
 
 def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
     """Coordinates of the free joints that close the group; nan where none are found."""
-    sense = np.array([group.tree[number].sense for number in group.free]).reshape(-1, *[1] * (coordinates.ndim - 1))
+    free = [group.tree[number] for number in group.free]
+    column = (-1, *[1] * (coordinates.ndim - 1))
+    sense = np.array([joint.sense for joint in free]).reshape(column)
+    size = size_of(placed.mechanism)
+    unit = np.array([1.0 if joint.slider is None else size for joint in free]).reshape(column)
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf
     with np.errstate(all="ignore"):
@@ -75,10 +84,10 @@ def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
             gaps = [gap_of(placed, place.joint) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
-            settled = np.all(np.abs(step) < TOLERANCE * (1 + np.abs(coordinates)), axis=0)
+            settled = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)
             # Near a singular position round-off in the gaps keeps the steps from vanishing: there is no better place.
-            length = np.abs(step).max(axis=0)
-            shut = [np.abs(gap) <= _round_off(placed, place.joint) for gap, place in zip(gaps, closed.cut, strict=True)]
+            length = (np.abs(step) / unit).max(axis=0)
+            shut = [_shut(placed, place.joint, gap) for gap, place in zip(gaps, closed.cut, strict=True)]
             settled |= np.all(shut, axis=0) & (length > before / 4)
             before = length
             if closed.tensions:

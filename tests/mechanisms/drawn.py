@@ -1,4 +1,4 @@
-"""Linkages as drawn, for the tests of structure."""
+"""Linkages of rigid links without mass, as long and shaped as drawn."""
 
 from dataclasses import replace
 
@@ -7,12 +7,12 @@ import numpy as np
 from rigid import Link, Mechanism, PinDrive, Slider
 
 
-def bar(name, start, end, places):
+def drawn_bar(name, start, end, places):
     """A link of two points, as long as drawn."""
     return Link(name, {start: 0.0, end: abs(complex(places[end]) - complex(places[start]))})
 
 
-def plate(name, points, places):
+def drawn_plate(name, points, places):
     """A link of several points, shaped as drawn, in axes of its own."""
     turn = np.exp(0.7j)
     return Link(name, {point: (complex(places[point]) - complex(places[points[0]])) * turn for point in points})
@@ -20,20 +20,20 @@ def plate(name, points, places):
 
 def linkage(places, ground, bars=(), plates=(), drives=(), sliders=()):
     links = [Link("ground", {point: complex(places[point]) for point in ground})]
-    links += [bar(name, *ends, places) for name, *ends in bars]
-    links += [plate(name, points, places) for name, points in plates]
+    links += [drawn_bar(name, *ends, places) for name, *ends in bars]
+    links += [drawn_plate(name, points, places) for name, points in plates]
     return Mechanism(tuple(links), tuple(drives), places, tuple(sliders))
 
 
-FOUR_BAR = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
+FOUR_BAR_PLACES = {"O": 0, "A": 0.06 + 0.08j, "B": 0.3 + 0.21j, "D": 0.35}
 
 
-def four_bar(**changes):
+def four_bar_linkage(**changes):
     bars = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))
-    return replace(linkage(FOUR_BAR, "OD", bars, drives=[PinDrive("crank", "O")]), **changes)
+    return replace(linkage(FOUR_BAR_PLACES, "OD", bars, drives=[PinDrive("crank", "O")]), **changes)
 
 
-def slider_crank():
+def slider_crank_linkage():
     places = {"O": 0, "A": 0.1j, "B": 0.3 + 0.02j}
     links = linkage(places, "O", (("crank", "O", "A"), ("rod", "A", "B"))).links
     guide = Slider("guide", "piston", "ground", "B", 0.02j, 1.0)

@@ -1,0 +1,47 @@
+"""Buckling where a link is several beams: Euler's load of each alone says nothing of the whole."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, deflection
+from elastic.assessment import LIMITS, Exceedance, least_axial_force
+from kinelast.scene.data import Scene
+from kinelast.scene.motion import scene_motion_at
+
+KIND = "axial force"
+
+
+def divided_links(scene: Scene, plain: Deflection, counted: Any) -> list[Exceedance]:
+    """What the mechanism as a whole is pressed with, past its limit; nothing where all links are one beam.
+
+    Looked at where the beams of each of its links are pressed most.
+
+    Parameters
+    ----------
+    plain
+        The quasi-static deflection.
+    counted
+        Which positions count, bool, shape (positions,).
+    """
+    owners = np.array([at for at, _ in scene.mechanism.beams], int)
+    divided = [at for at in np.unique(owners) if np.count_nonzero(owners == at) > 1]
+    if not divided or not counted.any():
+        return []
+    from elastic.elastodynamics import buckling_factor
+
+    pressed = np.where(counted, -least_axial_force(plain), -np.inf)
+    positions = np.unique([pressed[owners == at].max(axis=0).argmax() for at in divided])
+    course = scene_motion_at(scene, plain.motion.time[positions])
+    factor = buckling_factor(deflection(course, plain.sections, plain.joints))
+    known = np.where(np.isfinite(factor), factor, np.inf)
+    worst = int(known.argmin())
+    share, limit = 1.0 / float(known[worst]), LIMITS[KIND]
+    if not limit.passed(share):
+        return []
+    words = f"the mechanism is pressed with {share:.2g} times the load at which it buckles, its links taken whole"
+    beyond = limit.far_passed(share)
+    bound = limit.beyond if beyond else limit.watch
+    return [Exceedance(KIND, None, int(positions[worst]), share, bound, beyond, words)]
