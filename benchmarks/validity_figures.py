@@ -38,7 +38,7 @@ def read() -> list[dict[str, str]]:
 
 def column(rows: Rows, *names: str) -> Any:
     """Sum of columns, shape (rows,); nan where nothing was measured."""
-    return np.sum([[float(each[name] or "nan") for each in rows] for name in names], axis=0)
+    return np.sum([[float(each.get(name) or "nan") for each in rows] for name in names], axis=0)
 
 
 def pairs(rows: Rows) -> dict[str, tuple[Any, Any]]:

@@ -25,7 +25,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at
 from rigid import MechanismError, Motion
 
-SURE = 10.0  # times too low the cheap estimate hardly ever is: 1 of 142 mechanisms, docs/validity.md
+SURE = 10.0  # times too low the cheap estimate hardly ever is: 2 of 142 mechanisms, docs/validity.md
 EPS = float(np.finfo(float).eps)
 
 
