@@ -102,10 +102,10 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         _integrate(scene, progress)
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
-    if long and (request.nonlinear or request.solid or not request.theory_of(scene).plain):
-        advice = "--theory quasi-static takes any"
-        raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
     if long:
+        if request.nonlinear or request.solid or not request.theory_of(scene).plain:
+            advice = "--theory quasi-static takes any"
+            raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
     else:

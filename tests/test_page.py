@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Page, started
+from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.command import main
@@ -365,26 +366,7 @@ def test_it_shows_what_was_put_in(driver, tmp_path):
 
 
 def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
-    block = """[points]
-O = [0, -0.1]
-A = [0, 0]
-[links.ground]
-points = ['O']
-[links.block]
-points = ['A']
-rigid = true
-mass = 2.0
-[sliders.guide]
-link = 'block'
-through = 'A'
-direction = [1, 0]
-[[drives]]
-slider = 'guide'
-law = [{curve = 'cycloidal', by = 0.03, duration = 0.1}]
-[run]
-positions = 5
-"""
-    page = page_of(driver, tmp_path, block, "--check", "--refine")
+    page = page_of(driver, tmp_path, PUSHED, "--check", "--refine")
     text = page.run("return document.body.innerText")
     assert "nothing to compare" in text
     assert "agrees" not in text

@@ -5,7 +5,7 @@ from elastic.elastodynamics.speed_map import SpeedMap, speed_map
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
-from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
+from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, share_base, theory_error
 from elastic.elastodynamics.transient import transient
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "buckling_factor",
     "elastodynamic",
     "large_displacement_error",
+    "share_base",
     "speed_map",
     "theory_error",
     "transient",

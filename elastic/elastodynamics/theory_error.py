@@ -41,11 +41,16 @@ def theory_error(found: Elastodynamic) -> TheoryError:
     """What vibration changes of the quasi-static answer: the difference of the two, computed."""
     plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
     greatest = np.abs(vibrating).max(axis=(1, 2))
-    greatest = np.maximum(greatest, UNBENT * greatest.max(initial=0.0))
+    greatest = share_base(greatest)
     with np.errstate(invalid="ignore", divide="ignore"):
         course = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
         peak = np.abs(np.abs(plain).max(axis=(1, 2)) / greatest - 1)
     return TheoryError(course, peak, large_displacement_error(found.deflection))
+
+
+def share_base(largest: Any) -> Any:
+    """What errors of beams are shares of: the largest deflection of each, or what counts as that, shape (beams,)."""
+    return np.maximum(largest, UNBENT * largest.max(initial=0.0))
 
 
 def large_displacement_error(bent: Deflection) -> float:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import Deflection, sample
+from elastic.elastodynamics import share_base
 from kinelast.figures.comparisons import NonlinearCheck
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 ELEMENTS = 8  # to a beam
 FEWEST, ENOUGH = 16, 96  # positions of a cycle
-UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck:
@@ -50,11 +50,11 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     except (NotCheckedError, DoesNotCloseError) as error:
         raise SceneError(scene.path, "", "", f"the nonlinear check: {error}") from None
     largest = np.abs(found.chord).max(axis=(1, 2))
-    taken = np.maximum(largest, UNBENT * largest.max(initial=0.0))
+    base = share_base(largest)
 
     def apart(bent: Deflection) -> dict[str, float]:
         away = np.abs(sample(bent, "chord", found.xi)[:, ::stride] - found.chord).max(axis=(1, 2))
-        return dict(zip(scene.labels, (away / np.where(taken > 0, taken, 1.0)).tolist(), strict=True))
+        return dict(zip(scene.labels, (away / np.where(base > 0, base, 1.0)).tolist(), strict=True))
 
     return NonlinearCheck(
         ELEMENTS,
@@ -72,10 +72,10 @@ def _damping(results: Results) -> Any:
     """beta of every beam [s]: that of the answer, or of the lowest natural frequency."""
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
-    theory, frequencies = results.scene.theory, results.frequencies
-    lowest = frequencies.lowest if frequencies else math.inf
-    own = np.array(theory.damping or (math.nan,) * len(results.scene.labels))
-    return np.where(np.isnan(own), 2 * theory.damping_ratio / lowest, own)
+    from kinelast.figures.theory import damping_of
+
+    frequencies = results.frequencies
+    return damping_of(results.scene).settled(frequencies.lowest if frequencies else math.inf).beams
 
 
 def solid_check(results: Results) -> SolidComparison:

@@ -6,18 +6,20 @@ import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from elastic import Deflection, extremes
-from elastic.elastodynamics import Damping, SpeedMap, speed_map
+from elastic.elastodynamics import SpeedMap, speed_map
+from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from kinelast.scene.motion import scene_motion_at
-from rigid import ConstantSpeed, MechanismError, Motion, PinDrive
+from rigid import ConstantSpeed, MechanismError, PinDrive
 
 FIELDS = ("w", "chord", "mises")
 KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
@@ -59,16 +61,10 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
     own = abs(scene.laws[0].speed)
     speed = np.linspace(*asked)
-
-    def motion_at(time: Any) -> Motion:
-        return scene_motion_at(scene, time)
-
-    theory = scene.theory
-    damping = Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
+    motion_at = partial(scene_motion_at, scene)
     try:
-        found = speed_map(
-            motion_at, 2 * math.pi / own, (speed / own).tolist(), scene.sections, _largest, scene.joints, damping
-        )
+        ratios, period = (speed / own).tolist(), 2 * math.pi / own
+        found = speed_map(motion_at, period, ratios, scene.sections, _largest, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     least, most = float(found.omega.min()), float(found.omega.max())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -84,14 +84,14 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
     SceneError
         Vibration is asked for by name and cannot be answered: a singular position, a block that leaves its beam.
     """
-    others = _others(plain)
+    others = {} if theory.accuracy is None else _others(plain)
     if theory.accuracy is not None and not math.isnan(period):
         estimate = SURE * vibration_estimate(plain, period)
         if estimate + math.fsum(others.values()) <= theory.accuracy:
             errors = {"vibration": estimate, **others}
             return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, estimate)
     try:
-        found = _vibrating(scene, plain.motion, theory, period)
+        found = _vibrating(scene, plain.motion, period)
     except SceneError:
         if theory.name:
             raise
@@ -132,12 +132,15 @@ def _others(bent: Deflection) -> dict[str, float]:
     }
 
 
-def _vibrating(scene: Scene, motion: Motion, theory: Theory, period: float) -> Elastodynamic:
-    def motion_at(time: Any) -> Motion:
-        return scene_motion_at(scene, time)
+def damping_of(scene: Scene) -> Damping:
+    """beta of every beam whose material tells it, and the damping ratio for the others."""
+    theory = scene.theory
+    return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
-    damping = Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
-    given = scene.sections, scene.joints, damping
+
+def _vibrating(scene: Scene, motion: Motion, period: float) -> Elastodynamic:
+    motion_at = partial(scene_motion_at, scene)
+    given = scene.sections, scene.joints, damping_of(scene)
     try:
         if math.isnan(period):
             return transient(motion, motion_at, *given)
