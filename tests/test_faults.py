@@ -119,8 +119,8 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_pa
     cases, out = scenes(tmp_path / "in", 4, long=[2, 3]), tmp_path / "out"
     number = getattr(signal, name)
     run = started(cases, "-o", out, "--jobs", jobs, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
-    wait_for(lambda: (out / "s1").exists() and hidden(out))
-    time.sleep(0.2)  # into the long scenes
+    wait_for(lambda: (out / "s0").exists() and (out / "s1").exists() and hidden(out))
+    time.sleep(1.0)  # into the long scenes, and until the first two are counted
     if name == "SIGINT":
         os.killpg(run.pid, number)  # as a keyboard sends it
     else:
