@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -105,8 +106,11 @@ class Sample:
 
         first, last = int(number.min(initial=0)), int(number.max(initial=0))
         sequence = qmc.Sobol(len(self.low), scramble=True, rng=self.seed)
-        sequence.fast_forward(first)
-        return sequence.random(last - first + 1)[number - first]
+        if first:
+            sequence.fast_forward(first)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that only powers of 2 are evenly spread
+            return sequence.random(last - first + 1)[number - first]
 
     @cached_property
     def _drawn(self) -> Any:
