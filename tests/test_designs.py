@@ -143,9 +143,9 @@ def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread
 
 def test_a_design_that_cannot_be_is_a_row_with_its_reason():
     press = MECHANISMS["press"][0]
-    paths = ["sections.rod.inner", "links.rod.length", "materials.aluminium.E"]
-    good = [0.008, 0.18, 70e9]
-    values = np.array([good, [0.012, 0.18, 70e9], [0.008, -0.1, 70e9], [0.008, 0.045, 70e9], [0.008, 0.01, 70e9], good])
+    paths = ["sections.rod.inner", "links.rod.length", "links.crank.length"]
+    good = [0.008, 0.18, 0.05]
+    values = [good, [0.012, 0.18, 0.05], [0.008, -0.1, 0.05], [0.008, 0.045, 0.05], [0.008, 0.01, 0.001], good]
     found = evaluate(press, paths, values, ["deflection", "reach"])
     assert list(np.isfinite(found.columns["deflection"])) == [True, False, False, False, False, True]
     assert found.columns["deflection"][0] == found.columns["deflection"][5]
@@ -166,11 +166,13 @@ def test_a_design_that_cannot_be_is_a_row_with_its_reason():
 
 def wrong(tables, paths, values):
     """What a single run of a design says that cannot be."""
-    with pytest.raises(SceneError) as caught:
+    try:
         for path, value in zip(paths, values, strict=True):
             tables = with_value(tables, path, value)
         single(tables)
-    return str(caught.value)
+    except SceneError as error:
+        return str(error)
+    raise AssertionError("nothing is wrong")
 
 
 def test_numbers_of_a_file_are_known_by_their_paths():
@@ -235,7 +237,7 @@ def test_a_figure_that_there_is_none_of_is_told_with_the_nearest():
 def test_limits_and_the_output_are_judged_design_by_design():
     tables = copy.deepcopy(STEEL)
     tables["run"]["output"] = "B"
-    tables["limits"] = {"deflection": "1 mm", "output": "2 mm", "links": {"crank": {"safety": 8}}}
+    tables["limits"] = {"deflection": "1 mm", "output": "2 mm", "links": {"crank": {"safety": 1.5}}}
     values = [[depth] for depth in (0.004, 0.006, 0.01)]
     found = evaluate(tables, ["sections.bar.depth"], values, ["acceptable", "output_error", "mass"])
     for row, (depth,) in enumerate(values):
