@@ -160,7 +160,7 @@ def test_a_design_that_cannot_be_is_a_row_with_its_reason():
     assert found.reason[3] == f'{1 - share:.0%} of the positions are out of reach: the joint "B" opens'
     assert f"{1 - share:.0%} of the positions are out of reach" in alone[3]
     assert 'the joint "B" opens' in alone[3]
-    assert found.reason[4] == 'cannot be assembled: the joint "B" is out of reach at every position'
+    assert found.reason[4] == 'the mechanism cannot be assembled: the joint "B" is out of reach at every position'
     assert 'the joint "B" is out of reach at every position' in alone[4]
 
 
