@@ -1,0 +1,1 @@
+"""Designs: figures of many at once, how they change with what, and which is best."""
