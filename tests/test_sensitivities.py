@@ -1,20 +1,11 @@
 """Claim: derivatives of figures are right to 1e-8, know their own error, and tell where a figure has none."""
 
-from dataclasses import dataclass, field
-
 import mpmath
 import numpy as np
 import pytest
+from figure_table import Table
 
 from kinelast.designs.sensitivities import sensitivities
-
-
-@dataclass
-class Table:
-    """Figures of many designs, as `sensitivities` asks for them."""
-
-    columns: dict
-    place: dict = field(default_factory=dict)
 
 
 def arm(lib, depth, width, length, E, density, tip, acceleration):

@@ -163,6 +163,4 @@ def _gathered(
     for side in (below, above):  # the only one there is
         error = np.where(np.isnan(slope), side.error, error)
         slope = np.where(np.isnan(slope), side.value, slope)
-    return Sensitivities(
-        names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still)
-    )
+    return Sensitivities(names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still))
