@@ -18,6 +18,24 @@ GAIN = 1e-6  # of the cost: what is better by less is not
 
 
 @dataclass(frozen=True)
+class Neighbours:
+    """Designs close by, at distances of `RADII`.
+
+    Attributes
+    ----------
+    tried, feasible, better
+        How many of each distance were tried, keep all limits, and are better besides.
+    best
+        The best of those, as shares of the variables; None where none is better.
+    """
+
+    tried: tuple[int, ...]
+    feasible: tuple[int, ...]
+    better: tuple[int, ...]
+    best: np.ndarray | None
+
+
+@dataclass(frozen=True)
 class Certificate:
     """First-order conditions of an optimum (Karush, Kuhn, Tucker), and neighbours.
 
@@ -29,17 +47,16 @@ class Certificate:
         Per cent that the cost falls by for one per cent more of each limit, shape (limits,); 0 where it does not hold
         the design.
     low, high
-        Per cent that the cost falls by for each per cent of a variable's range that its bound gives way, shape
-        (variables,); 0 where that does not hold the design.
+        Per cent that the cost falls by for each per cent of a variable's range (as the problem counts it) that its
+        bound gives way, shape (variables,); 0 where that does not hold the design.
     residual
-        Of the stationarity: what no multiplier of 0 or more balances, as a share of the cost's gradient.
+        Of the stationarity: what no multiplier of 0 or more balances of the cost's gradient, as a share of that
+        gradient or of the mean one towards neighbours, whichever is greater.
     kinked
         Whether cost or a limit that holds has a kink there, so that there is more than one gradient and the residual
         says less.
-    neighbours, feasible, better
-        How many designs close by were tried, of each of `RADII`, keep all limits, and are better besides.
-    best
-        The best of those, as shares of the variables; None where none is better.
+    neighbours
+        Designs close by.
     """
 
     margin: np.ndarray
@@ -48,10 +65,7 @@ class Certificate:
     high: np.ndarray
     residual: float
     kinked: bool
-    neighbours: tuple[int, ...]
-    feasible: tuple[int, ...]
-    better: tuple[int, ...]
-    best: np.ndarray | None
+    neighbours: Neighbours
 
 
 def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certificate:
@@ -65,25 +79,25 @@ def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certific
     found = np.zeros(len(columns))
     if len(columns):
         found = lsq_linear(columns.T, slope, (0.0, np.inf), tol=1e-14).x
-    left = slope - columns.T @ found
-    length = float(np.linalg.norm(slope))
     multiplier, low, high = np.zeros(len(margin)), np.zeros(len(shares)), np.zeros(len(shares))
     first, second = int(holds.sum()), int(holds.sum() + at_low.sum())
     multiplier[holds], low[at_low], high[at_high] = found[:first], found[first:second], found[second:]
-    residual = float(np.linalg.norm(left)) / length if length else 0.0
+    around, steepness = _neighbours(problem, shares, seed)
+    size = max(float(np.linalg.norm(slope)), steepness)
+    residual = float(np.linalg.norm(slope - columns.T @ found)) / size if size else 0.0
     kinked_there = bool(kinked[0].any() or kinked[1:][holds].any())
-    return Certificate(margin, multiplier, low, high, residual, kinked_there, *_neighbours(problem, shares, seed))
+    return Certificate(margin, multiplier, low, high, residual, kinked_there, around)
 
 
 def _gradients(problem: Problem, shares: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, its slopes, margins, their slopes, and which of all have a kink: as exact as differences are."""
-    at, span = problem.values(shares), problem.high - problem.low
+    at, span = problem.values(shares), problem.span
     found = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
     row = {name: k for k, name in enumerate(found.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
-    slope, kinked = found.slope[rows] * span, found.kink[rows]
+    slope, kinked = found.slope[rows] * problem.rate(at), found.kink[rows]
     if not np.isfinite(slope).all():  # a bound beyond which there is nothing
-        rough = linearized(problem, shares)
+        rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + KEPT, rough.margin_slope, kinked
     judged = problem.judged_by({name: found.figure[k : k + 1] for name, k in row.items()})
     signs = np.array([(1.0 if limit.least else -1.0) / (abs(limit.bound) or 1.0) for limit in problem.limits])
@@ -92,10 +106,8 @@ def _gradients(problem: Problem, shares: np.ndarray) -> tuple[float, np.ndarray,
     return float(judged.cost[0]), sign * slope[0], judged.margin[:, 0] + KEPT, margin_slope, kinked
 
 
-def _neighbours(
-    problem: Problem, shares: np.ndarray, seed: int
-) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...], np.ndarray | None]:
-    """How many designs close by are tried, feasible and better, and the best of the last."""
+def _neighbours(problem: Problem, shares: np.ndarray, seed: int) -> tuple[Neighbours, float]:
+    """Designs close by, and the mean slope of the cost towards the farthest of them."""
     cube = qmc.Sobol(len(shares), rng=np.random.default_rng(seed)).random(NEIGHBOURS)
     around = np.multiply.outer(RADII, 2 * cube - 1).reshape(-1, len(shares))
     tried = np.clip(shares + around, 0.0, 1.0)
@@ -105,6 +117,9 @@ def _neighbours(
     better = feasible & (gain > GAIN * abs(judged.cost[0]))
     if judged.violation[0] > 0:
         better = judged.violation[1:] < (1 - GAIN) * judged.violation[0]
-    best = tried[judged.order()[judged.order() > 0][0] - 1] if better.any() else None
+    order = judged.order()
+    best = tried[order[order > 0][0] - 1] if better.any() else None
     counts = [tuple(int(n) for n in each.reshape(len(RADII), -1).sum(axis=1)) for each in (feasible, better)]
-    return (NEIGHBOURS,) * len(RADII), counts[0], counts[1], best
+    far = gain[:NEIGHBOURS] / np.linalg.norm(tried[:NEIGHBOURS] - shares, axis=1)
+    far = abs(far[np.isfinite(far)])
+    return Neighbours((NEIGHBOURS,) * len(RADII), *counts, best), float(far.mean()) if len(far) else 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
-from kinelast.designs.search import Found, Tell, evolved, from_many_starts, local_search
+from kinelast.designs.search import Found, Tell, evolved, from_many_starts, local_searches
 
 ROUNDS = 4  # local searches from a better neighbour, at most
 
@@ -66,11 +66,10 @@ def optimum(
         raise ValueError("no design that was tried has all the figures that are asked for")
     best = searches[0]
     found = certificate(problem, best.end, seed)
-    for round_ in range(ROUNDS):
-        if found.best is None:
+    for _ in range(ROUNDS):
+        if found.neighbours.best is None:
             break
-        tell("searches from neighbours", round_, ROUNDS)
-        closer = local_search(problem, found.best)
+        closer = local_searches(problem, [found.neighbours.best], tell)[0]
         if closer.rank >= best.rank:
             break
         best = closer

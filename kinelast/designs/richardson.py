@@ -41,7 +41,7 @@ def steps(scale: np.ndarray) -> np.ndarray:
     -------
     Shape (levels, variables).
     """
-    return np.multiply.outer(RATIO ** -np.arange(FIRST, FIRST + LEVELS, dtype=float), scale)
+    return np.asarray(np.multiply.outer(RATIO ** -np.arange(FIRST, FIRST + LEVELS, dtype=float), scale))
 
 
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Limit:
@@ -93,4 +93,4 @@ def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:
         jumps = abs(np.diff(value, axis=0)) / (rounded[1:] + rounded[:-1])
     known = np.isfinite(jumps)
     last = known & (known[::-1].cumsum(axis=0)[::-1] <= 5)  # of the five smallest steps
-    return np.maximum(1.0, CERTAIN * np.where(last, jumps, 0.0).max(axis=0, initial=0.0))
+    return np.asarray(np.maximum(1.0, CERTAIN * np.where(last, jumps, 0.0).max(axis=0, initial=0.0)))

@@ -1,15 +1,17 @@
-"""The best design: local searches from many starts, or a population that evolves, each step one call for all designs."""
+"""Searches for the best design: local ones from many starts, or a population that evolves; a step is one call."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
+from scipy.optimize import differential_evolution, least_squares, minimize
 from scipy.stats import qmc
 
 from kinelast.designs.problem import Linear, Problem, linearized
+from kinelast.designs.together import together
 
 SAMPLED = 64  # designs to a variable, of which the best are starts
 MOST_SAMPLED = 1024
@@ -63,12 +65,7 @@ def from_many_starts(
     first
         One more start, shape (variables,).
     """
-    starts = _starts(problem, seed, first)
-    found = []
-    for number, start in enumerate(starts):
-        tell("local searches", number, len(starts))
-        found.append(local_search(problem, start))
-    return sorted(found, key=lambda each: each.rank)
+    return local_searches(problem, _starts(problem, seed, first), tell)
 
 
 def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
@@ -102,41 +99,71 @@ def evolved(problem: Problem, seed: int = 0, first: np.ndarray | None = None, te
         cost, [(0.0, 1.0)] * variables, vectorized=True, updating="deferred", polish=False, popsize=POPULATION,
         maxiter=GENERATIONS, rng=np.random.default_rng(seed), x0=first, callback=on_generation, tol=1e-8,
     )  # fmt: skip
-    return [local_search(problem, np.asarray(result.x))]
+    return local_searches(problem, [np.asarray(result.x)], tell)
 
 
-def local_search(problem: Problem, start: np.ndarray) -> Found:
-    """Sequential quadratic programming from a start; the best design that it has come by."""
+def local_searches(problem: Problem, starts: Sequence[np.ndarray], tell: Tell = _unheard) -> list[Found]:
+    """Where sequential quadratic programming ends from several starts at once; the best first."""
+    calls = [0]
+
+    def answers(asked: list[np.ndarray]) -> list[Linear]:
+        calls[0] += 1
+        tell("steps of local searches", calls[0], ITERATIONS)
+        return linearized(problem, asked)
+
+    found = together([partial(_local_search, np.asarray(start, float), problem) for start in starts], answers)
+    return sorted(found, key=lambda each: each.rank)
+
+
+def _local_search(start: np.ndarray, problem: Problem, ask: Callable[[np.ndarray], Linear]) -> Found:
+    """The best design that a local search comes by from a start.
+
+    Least squares first where that is what is sought, then sequential quadratic programming where there are limits.
+    """
     known: dict[bytes, Linear] = {}
 
     def at(shares: np.ndarray) -> Linear:
         shares = np.clip(shares, 0.0, 1.0)
         key = shares.tobytes()
         if key not in known:
-            known[key] = linearized(problem, shares)
+            known[key] = ask(shares)
         return known[key]
 
-    unit = abs(at(start).cost) or 1.0
-    if not np.isfinite(unit):
+    def best() -> Linear:
+        return min(known.values(), key=lambda each: (each.violation, each.cost))
+
+    first = at(start)
+    if not np.isfinite(first.cost):
         return Found(start, start, np.nan, np.inf)
+    with np.errstate(all="ignore"):
+        if problem.parts:
+            _least_squares(at, start)
+        if problem.limits or not problem.parts:
+            _quadratic_programming(at, best().shares, bool(problem.limits))
+    return Found(start, best().shares, best().cost, best().violation)
 
-    def cost(shares: np.ndarray) -> float:
-        value = at(shares).cost / unit
-        return value if np.isfinite(value) else LOST
 
+def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray) -> None:
+    unit = float(np.linalg.norm(at(start).parts)) or 1.0
+    least_squares(
+        lambda shares: _known(at(shares).parts / unit, LOST), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
+        jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=ITERATIONS,
+        x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15,
+    )  # fmt: skip
+
+
+def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool) -> None:
+    unit = abs(at(start).cost) or 1.0
     constraints = {
         "type": "ineq",
         "fun": lambda shares: _known(at(shares).margin, -LOST),
         "jac": lambda shares: _known(at(shares).margin_slope, 0.0),
     }
-    with np.errstate(all="ignore"):
-        minimize(
-            cost, start, jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), bounds=[(0.0, 1.0)] * len(start),
-            constraints=[constraints] if problem.limits else [], method="SLSQP",
-            options={"maxiter": ITERATIONS, "ftol": PRECISION},
-        )  # fmt: skip
-    best = min(known.values(), key=lambda each: (each.violation, each.cost))
-    return Found(start, best.shares, best.cost, best.violation)
+    minimize(
+        lambda shares: float(_known(np.array(at(shares).cost / unit), LOST)), start, bounds=[(0.0, 1.0)] * len(start),
+        jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
+        method="SLSQP", options={"maxiter": ITERATIONS, "ftol": PRECISION},
+    )  # fmt: skip
 
 
 def _known(values: np.ndarray, instead: float) -> np.ndarray:

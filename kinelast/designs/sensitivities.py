@@ -70,7 +70,7 @@ class Sensitivities:
     def logarithmic(self) -> np.ndarray:
         """Per cent of the figure to one per cent of the variable, shape (figures, variables)."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.slope * self.at / self.figure[:, None]
+            return np.asarray(self.slope * self.at / self.figure[:, None])
 
 
 def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | None = None) -> Sensitivities:
@@ -131,18 +131,18 @@ class _Tried:
     def smooth(self) -> np.ndarray:
         """Whether a moved design has what is largest where those that are moved less to that side have it."""
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
-        return np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1]
+        return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
         """Whether, close by, what is largest is where the design itself has it; shape (figures, sides, variables)."""
-        return self.place[:, :, -1] == self.own_place[:, None, None]
+        return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
     """Largest relative change tried, to both sides, that leaves what is largest where it is; (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
-    return way.max(axis=2).min(axis=1)
+    return np.asarray(way.max(axis=2).min(axis=1))
 
 
 def _gathered(
@@ -154,7 +154,7 @@ def _gathered(
     rough = ROUND_OFF * np.maximum(abs(own), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
     both = tried.unmoved.all(axis=1)
     middle = limit(np.where(both, served[1] - served[0], np.nan) / (right - left), 2 * rough / (right - left), order=2)
-    below, above = (limit((each - own) / by, 2 * rough / abs(by), 1) for each, by in zip(served, (left, right)))
+    below, above = (limit((served[k] - own) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right)))
     gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
     kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
     kink &= ~(both & watched[:, None])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from scipy.special import ndtri
@@ -101,13 +102,13 @@ def sample(tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0) -> np
     """Designs within tolerances by scrambled Sobol points, shape (repeats, points, variables)."""
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
     shares = [_points(len(at), SAMPLE, np.random.default_rng(each)) for each in seeds]
-    return np.asarray(at) + scattered(tolerances, np.stack(shares))
+    return np.asarray(np.asarray(at) + scattered(tolerances, np.stack(shares)))
 
 
 def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
     """Points within the unit cube, none of them on its faces."""
     points = np.asarray(qmc.Sobol(variables, rng=rng).random(count))
-    return np.clip(points, 2.0**-33, 1 - 2.0**-33)
+    return np.asarray(np.clip(points, 2.0**-33, 1 - 2.0**-33))
 
 
 def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
@@ -128,16 +129,17 @@ def _scatter(values: np.ndarray) -> Scatter:
     """The distribution of a figure, (repeats, points)."""
     known = np.isfinite(values)
     if not known.any():
-        return Scatter(*[np.nan] * 7, np.full(5, np.nan), 0.0)
+        return Scatter(nan, nan, nan, nan, nan, nan, nan, np.full(5, nan), 0.0)
     every = values[known]
     sets = [_moments(own[good]) for own, good in zip(values, known, strict=True) if good.any()]
-    error = np.std(sets, axis=0, ddof=1) / np.sqrt(len(sets)) if len(sets) > 1 else np.full(5, np.nan)
-    return Scatter(*_moments(every), float(every.min()), float(every.max()), error, float(known.mean()))
+    error = np.std(sets, axis=0, ddof=1) / np.sqrt(len(sets)) if len(sets) > 1 else np.full(5, nan)
+    mean, deviation, low, median, high = _moments(every)
+    return Scatter(mean, deviation, low, median, high, float(every.min()), float(every.max()), error, known.mean())
 
 
-def _moments(values: np.ndarray) -> np.ndarray:
+def _moments(values: np.ndarray) -> tuple[float, ...]:
     """Mean, standard deviation and quantiles."""
-    return np.array([values.mean(), values.std(), *np.quantile(values, QUANTILES)])
+    return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
 
 
 def variance_shares(
