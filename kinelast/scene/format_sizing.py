@@ -42,7 +42,7 @@ class PathTable(Table, frozen=True, kw_only=True):
 class OptimizeTable(Table, frozen=True, kw_only=True):
     """Which figure is to be made small or large, with which numbers, within which limits."""
 
-    variables: dict[str, tuple[Amount, Amount]]
+    variables: dict[str, tuple[Amount, Amount]] = field(default_factory=dict)
     minimize: str | None = None
     maximize: str | None = None
     limits: dict[str, Amount | BoundTable] = field(default_factory=dict)
