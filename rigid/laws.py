@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import polynomial
 
-from rigid.parts import Reals
+from rigid.parts import Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
@@ -86,17 +86,18 @@ class Segment:
 class ConstantSpeed:
     """The coordinate grows at one rate from its start.
 
-    `start` [rad or m] and `speed` [rad/s or m/s]. Called with times [s] of any shape, it returns coordinate, rate and
-    acceleration of the same shape.
+    `start` [rad or m] and `speed` [rad/s or m/s], or arrays of shape (designs, 1). Called with times [s] of any shape,
+    it returns coordinate, rate and acceleration of the same shape, or (designs, positions).
     """
 
-    start: float
-    speed: float
+    start: Real
+    speed: Real
 
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s]."""
         time = np.asarray(time, float)
-        return self.start + self.speed * time, np.full(time.shape, self.speed), np.zeros(time.shape)
+        coordinate = self.start + self.speed * time
+        return coordinate, np.full(coordinate.shape, self.speed), np.zeros(coordinate.shape)
 
 
 @dataclass(frozen=True)

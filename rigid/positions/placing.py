@@ -106,7 +106,7 @@ def _dense(path: Path) -> bool:
     places = path.asked
     covered = places.min() - NEAR <= path.begin <= places.max() + NEAR
     covered |= bool(path.turn) and np.ptp(places) >= path.turn - NEAR
-    return bool(covered and np.abs(places[1:] - places[:-1]).max(initial=0.0) <= min(NEAR, path.stride))
+    return bool(covered and np.abs(places[..., 1:] - places[..., :-1]).max(initial=0.0) <= min(NEAR, path.stride))
 
 
 def _firm(sines: Any) -> bool:
@@ -142,7 +142,7 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
-    shape = (*branch.designs[:1], drive.shape[1]) if branch.designs else drive.shape[1:]
+    shape = (*branch.designs[:1], drive.shape[-1]) if branch.designs else drive.shape[1:]
 
     def wide(values: Any) -> Any:
         return values.reshape(shape)
