@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.numbers import Variable, read_value, variable
 from kinelast.designs.problem import Limit
 from kinelast.designs.tolerances import Tolerance
+from kinelast.designs.variables import Variable, read_value, variable
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
+from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
 from kinelast.scene.format_sizing import Amount, BoundTable, OptimizeTable, ToleranceTable
 from kinelast.scene.units import Quantity
 
@@ -88,7 +89,7 @@ def sought(tables: Tables, table: SceneTable, units: Mapping[str, str]) -> Sough
         The table is missing, or names what there is not, or bounds are the wrong way round.
     """
     asked = table.optimize
-    if asked is None:
+    if not asked.variables and asked.minimize is None and asked.maximize is None:
         raise fault("optimize", "", 'the table is missing: say what to minimize, as in minimize = "mass"')
     if (asked.minimize is None) == (asked.maximize is None):
         raise fault("optimize", "minimize", "expected one figure, to minimize or to maximize")
@@ -116,6 +117,33 @@ def _range(tables: Tables, path: str, low: Amount, high: Amount) -> tuple[float,
     return first, last
 
 
+def _own_limits(table: SceneTable, units: Mapping[str, str]) -> list[Limit]:
+    """The limits of a scene."""
+    limits = table.limits
+    found = [*_of_links("", limits, units)]
+    for name, own in limits.links.items():
+        found += _of_links(name, own, units)
+    if limits.output is not None and "output_error" in units:
+        found.append(Limit("output_error", float(limits.output)))
+    return found
+
+
+def _of_links(link: str, table: LimitsTable | LinkLimitsTable, units: Mapping[str, str]) -> list[Limit]:
+    """Limits of every beam of a link, or of all: a limit of the largest of them would have more kinks."""
+    return [
+        Limit(figure, float(value), kind == "safety")
+        for kind, value in (("deflection", table.deflection), ("chord", table.chord), ("safety", table.safety))
+        if value is not None
+        for figure in _each(kind, units, link)
+    ]
+
+
+def _each(kind: str, units: Mapping[str, str], link: str = "") -> list[str]:
+    """A figure of every beam, of one link or of all, where there are such figures; else the one of all."""
+    own = [name for name in units if name.startswith(f"{kind}.") and link in ("", name.split(".")[1])]
+    return own or [kind]
+
+
 def _limits(asked: OptimizeTable, units: Mapping[str, str]) -> Sequence[Limit]:
     """The limits under [optimize.limits]."""
     limits = []
@@ -126,7 +154,8 @@ def _limits(asked: OptimizeTable, units: Mapping[str, str]) -> Sequence[Limit]:
             raise fault("optimize.limits", f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
         for value, least in ((bound.most, False), (bound.least, True)):
             if value is not None:
-                limits.append(Limit(name, figure_value(value, units[name], name), least))
+                bound_ = figure_value(value, units[name], name)
+                limits += [Limit(each, bound_, least) for each in _each(name, units)]
     return limits
 
 

@@ -61,7 +61,7 @@ class Base:
         return frozenset(key for figure in self.figures for key in figure.fields)
 
 
-def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str] | None) -> Base:
+def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
     """A scene and its numbers and figures by name; raises as `evaluate`."""
     table = parse_scene(tables)
     places = tuple(place_of(table, path) for path in paths)
@@ -69,7 +69,7 @@ def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[s
     require_determined(scene)
     output = scene.output
     known = figures_of(scene, output)
-    names = [name for name in SUMMARY if name in known] if figures is None else figures
+    names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinelast.designs.bars import Bars, bars_svg
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.designs.tolerances import REPEATS, SAMPLE, FirstOrder, Scatter, Tolerance
+from kinelast.designs.tolerances import FirstOrder, Scatter, Tolerance
 from kinelast.designs.variables import Variable
 from kinelast.numbers import number, quantity
 
@@ -38,6 +38,8 @@ class Toleranced:
         Sobol's indices, by figure: alone, and with all it acts together with; shapes (variables,).
     units
         Of the figures.
+    designs
+        How many were sampled.
     """
 
     variables: tuple[Variable, ...]
@@ -47,6 +49,7 @@ class Toleranced:
     sampled: Mapping[str, Scatter]
     shares: Mapping[str, tuple[np.ndarray, np.ndarray]]
     units: Mapping[str, str]
+    designs: int
 
 
 def tolerance_figures(found: Toleranced) -> dict[str, Any]:
@@ -62,7 +65,7 @@ def tolerance_figures(found: Toleranced) -> dict[str, Any]:
         for one, tolerance in zip(found.variables, found.tolerances, strict=True)
     ]
     figures = [_figure(found, row, name) for row, name in enumerate(found.nominal.figures)]
-    return {"designs": REPEATS * SAMPLE, "numbers": numbers, "figures": figures}
+    return {"designs": found.designs, "numbers": numbers, "figures": figures}
 
 
 def _figure(found: Toleranced, row: int, name: str) -> dict[str, Any]:
@@ -116,7 +119,9 @@ def tolerance_bars(found: Toleranced) -> str:
         sampled, unit = found.sampled[name], found.units[name]
         shares = np.where(np.isfinite(found.shares[name][1]), found.shares[name][1], found.first.share[row])
         order = [int(column) for column in np.argsort(-shares, kind="stable") if shares[column] > 0.005]
-        bars = tuple((found.variables[column].path, shares[column], f"{number(100 * shares[column], 3)} %") for column in order)
+        bars = tuple(
+            (found.variables[column].path, shares[column], f"{number(100 * shares[column], 3)} %") for column in order
+        )
         if bars and sampled.known:
             value, low, high = (quantity(each, unit) for each in (found.nominal.figure[row], sampled.low, sampled.high))
             charts.append(Bars(f"{name}, {value}: 95 % of all from {low} to {high}; why", bars))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import nan
 
 import numpy as np
 from scipy.special import ndtri
@@ -12,10 +12,11 @@ from scipy.stats import norm, qmc, sobol_indices, uniform
 
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
 
-REPEATS, SAMPLE = 8, 2048  # sets of points that are scrambled apart, and points of each
+REPEATS = 8  # sets of points that are scrambled apart
+DESIGNS = 2048  # by default, in all sets together
 QUANTILES = (0.025, 0.5, 0.975)
 WITHIN = 3.0  # standard deviations that a tolerance of a normal distribution stands for
-INDEX_SAMPLE = 1024
+INDEX_SAMPLE = 256  # times two more than there are variables: designs for Sobol's indices
 
 
 @dataclass(frozen=True)
@@ -98,11 +99,19 @@ class Scatter:
     known: float
 
 
-def sample(tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0) -> np.ndarray:
-    """Designs within tolerances by scrambled Sobol points, shape (repeats, points, variables)."""
+def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
+    """Designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
+
+    As many as are asked for, or more: points of a set are a power of two.
+    """
     seeds = np.random.SeedSequence(seed).spawn(REPEATS)
-    shares = [_points(len(at), SAMPLE, np.random.default_rng(each)) for each in seeds]
+    shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
     return np.asarray(np.asarray(at) + scattered(tolerances, np.stack(shares)))
+
+
+def points_for(designs: int) -> int:
+    """Points of each of the repeated sets for so many designs or more: a power of two."""
+    return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
 
 
 def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -117,22 +126,23 @@ def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray
 
 
 def scatter(
-    figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
+    figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
 ) -> dict[str, Scatter]:
     """Distributions of all figures over designs that scatter within tolerances, from one call for all designs."""
-    designs = sample(tolerances, at, seed)
-    found = figures_of(designs.reshape(-1, designs.shape[-1]))
-    return {name: _scatter(np.asarray(each, float).reshape(REPEATS, SAMPLE)) for name, each in found.columns.items()}
+    tried = sample(tolerances, at, designs, seed)
+    found = figures_of(tried.reshape(-1, tried.shape[-1]))
+    return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
 
 
 def _scatter(values: np.ndarray) -> Scatter:
     """The distribution of a figure, (repeats, points)."""
     known = np.isfinite(values)
     if not known.any():
+        nan = math.nan
         return Scatter(nan, nan, nan, nan, nan, nan, nan, np.full(5, nan), 0.0)
     every = values[known]
     sets = [_moments(own[good]) for own, good in zip(values, known, strict=True) if good.any()]
-    error = np.std(sets, axis=0, ddof=1) / np.sqrt(len(sets)) if len(sets) > 1 else np.full(5, nan)
+    error = np.std(sets, axis=0, ddof=1) / np.sqrt(len(sets)) if len(sets) > 1 else np.full(5, math.nan)
     mean, deviation, low, median, high = _moments(every)
     return Scatter(mean, deviation, low, median, high, float(every.min()), float(every.max()), error, known.mean())
 
