@@ -11,7 +11,7 @@ import numpy as np
 
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
-from rigid.parts import Complex, MechanismError, Real
+from rigid.parts import MechanismError, Real
 from rigid.plane import dot
 
 FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
@@ -27,7 +27,7 @@ class Drawing:
     mechanism: Mechanism
     rows: Any = None
 
-    def at(self, point: str) -> Complex:
+    def at(self, point: str) -> Any:
         """Drawn place of a point or of a slider's point [m]."""
         sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
         if point not in self.mechanism.drawing and point in sliders:
@@ -39,7 +39,7 @@ class Drawing:
         return place if isinstance(place, np.ndarray) else complex(place)
 
     @cached_property
-    def _directions(self) -> dict[int, Complex]:
+    def _directions(self) -> dict[int, Any]:
         """What the drawing tells: links with two drawn points, and what slides on them or they on."""
         index = self.mechanism.index
         found: dict[int, Any] = {0: 1.0 + 0j}
@@ -51,28 +51,28 @@ class Drawing:
             found[other] = found[one] * turn
         return found
 
-    def _seen(self, link: int) -> Complex | None:
+    def _seen(self, link: int) -> Any:
         """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
         if len(drawn) < 2:
             return None
         seen = self.at(drawn[1]) - self.at(drawn[0])
-        own = body.points[drawn[1]] - body.points[drawn[0]]
+        own: Any = body.points[drawn[1]] - body.points[drawn[0]]
         if np.any(abs(seen) == 0) or np.any(abs(own) == 0):
             same = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
             raise MechanismError(same, links=(body.name,))
         return seen / own * abs(own) / abs(seen)
 
-    def direction(self, link: int) -> Complex:
+    def direction(self, link: int) -> Any:
         """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
         return self._directions.get(link, 1.0 + 0j)
 
-    def along(self, joint: Joint) -> Complex:
+    def along(self, joint: Joint) -> Any:
         """Unit vector of a slider's line as drawn."""
         return self.direction(joint.owner) * joint.line
 
-    def side(self, distance: Real, joints: Sequence[str]) -> Real:
+    def side(self, distance: Any, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
         size: Any = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints)
         if np.any(abs(distance) <= FLAT * np.where(size, size, 1.0)):

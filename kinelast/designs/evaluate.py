@@ -188,7 +188,7 @@ def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     )
     many = len(found.columns) > 1
     own = slice(1, None) if many else slice(None)
-    reason = np.broadcast_to(_reasons(found)[own], len(rows))
+    reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
     figures = {}
     for figure in base.figures:
         value, place = figure.of(found)
@@ -222,8 +222,8 @@ def _reasons(found: Found) -> Any:
                 reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
     for block in found.bent.blocks:
         off = (reached & np.isnan(block.xi)).any(axis=-1)
-        at, beam = motion.mechanism.beams[block.beam]
-        link = motion.mechanism.links[at].name
+        number, beam = motion.mechanism.beams[block.beam]
+        link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
     lost = (reason == "") & found.bent.lost.all(axis=-1)
     reason[lost] = "singular at every position"

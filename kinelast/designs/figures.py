@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Extreme, extremes
+from elastic import FIELDS, Deflection
 from elastic.assessment import angle_error, euler_ratio
+from elastic.cycle_maxima import Maximum, cycle_maxima
 from elastic.sampling import displacement_of
 from kinelast.figures.results import WELL, drive_words
 from kinelast.scene.data import Scene
@@ -54,9 +55,9 @@ class Found:
         return np.where(well.any(axis=-1, keepdims=True), well, ~self.bent.lost)
 
     @cached_property
-    def extremes(self) -> dict[str, Extreme]:
-        """Extremes of the fields that are wanted, of every beam."""
-        return extremes(self.bent, sorted(self.wanted))
+    def maxima(self) -> dict[str, Maximum]:
+        """Greatest magnitudes of the fields that are wanted, of every beam over the positions that count."""
+        return cycle_maxima(self.bent, sorted(self.wanted), self.counted)
 
     def largest(self, values: Any) -> tuple[Any, Any]:
         """Largest magnitude over the positions that count, shape (..., designs), and the position."""
@@ -78,7 +79,7 @@ class Found:
 
     def of_beams(self, key: str) -> tuple[Any, Any]:
         """Largest magnitude of a field of every beam, shape (beams, ...), and the position."""
-        return self.largest(self.extremes[key].value)
+        return self.maxima[key].value, self.maxima[key].position
 
 
 Values = tuple[Any, Any]
@@ -127,12 +128,12 @@ def _along_beams(scene: Scene) -> Iterable[Figure]:
         return
     for name, key in ALONG.items():
         unit = FIELDS[key].unit
-        yield Figure(name, unit, lambda found, key=key: _greatest(found, key), (key,))
+        yield Figure(name, unit, partial(_greatest, key=key), (key,))
         for beam, label in enumerate(scene.labels):
-            yield Figure(f"{name}.{label}", unit, lambda found, key=key, beam=beam: _of_beam(found, key, beam), (key,))
-    yield Figure("safety", "1", lambda found: _safety(found, range(len(found.scene.labels))), ("mises",))
+            yield Figure(f"{name}.{label}", unit, partial(_of_beam, key=key, beam=beam), (key,))
+    yield Figure("safety", "1", partial(_safety, beams=range(len(scene.labels))), ("mises",))
     for beam, label in enumerate(scene.labels):
-        yield Figure(f"safety.{label}", "1", lambda found, beam=beam: _safety(found, (beam,)), ("mises",))
+        yield Figure(f"safety.{label}", "1", partial(_safety, beams=(beam,)), ("mises",))
     yield Figure("buckling", "1", lambda found: _over_all(found, euler_ratio(found.bent)))
 
 
@@ -140,7 +141,7 @@ def _of_motion(scene: Scene) -> Iterable[Figure]:
     yield Figure("mass", "kg", _mass)
     words = drive_words(scene.mechanism)
     for number, (name, _, _, unit) in enumerate(words):
-        figure = Figure(f"drive_effort.{name}", unit, lambda found, number=number: _effort(found, number))
+        figure = Figure(f"drive_effort.{name}", unit, partial(_effort, number=number))
         yield figure
         if len(words) == 1:
             yield Figure("drive_effort", unit, figure.of)

@@ -245,7 +245,7 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
     if leaf.unit or len(units) == 1:
         return leaf.unit or units[0]
     if isinstance(leaf, Abscissa):
-        against = next(node for node in reversed(parents) if isinstance(node, msgspec.Struct)).against
+        against = parents[2].against
         return "s" if against is None else "rad" if against.link else "m"
     if keys[0] == "gears":
         gear = table.gears[keys[1]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
@@ -134,7 +135,7 @@ class Scene:
     materials: Mapping[str, Material]
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
-    outlines: Mapping[str, tuple[complex, ...]]
+    outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
     made_of: tuple[Making, ...] = ()

@@ -84,7 +84,7 @@ def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str,
 
 def _lies_along(slider: Slider, link: Link, beam: Beam) -> Any:
     """Whether a slider's line is that of a beam."""
-    way = link.points[beam.end] - link.points[beam.start]
+    way: Any = link.points[beam.end] - link.points[beam.start]
     off = slider.origin - link.points[beam.start]
     leaves = abs(cross(way, slider.direction)) + abs(cross(slider.direction, off))
     return leaves <= ALONG * abs(way)

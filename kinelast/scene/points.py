@@ -13,7 +13,7 @@ from kinelast.scene.parsing import check_name
 from rigid import GROUND, Link
 from rigid.parts import Complex
 
-Points = Mapping[str, Complex]
+Points = Mapping[str, Any]
 
 
 def drawn_places(scene: SceneTable) -> dict[str, Complex]:
@@ -76,8 +76,8 @@ def drawn_direction(link: Link, places: Points) -> Any:
     drawn = [point for point in link.points if point in places]
     if len(drawn) < 2:
         return None
-    seen = places[drawn[1]] - places[drawn[0]]
-    own = link.points[drawn[1]] - link.points[drawn[0]]
+    seen: Any = places[drawn[1]] - places[drawn[0]]
+    own: Any = link.points[drawn[1]] - link.points[drawn[0]]
     if not some(seen) or not some(own):
         return None
     turned = seen / own

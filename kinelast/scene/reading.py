@@ -155,7 +155,7 @@ def _label(body: Body, number: int) -> str:
 
 def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
-    steady = [law.speed for drive, law in zip(drives, laws, strict=True)
+    steady: list[Any] = [law.speed for drive, law in zip(drives, laws, strict=True)
               if drive.turns and isinstance(law, ConstantSpeed) and some(law.speed)]  # fmt: skip
     rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
