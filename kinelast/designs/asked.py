@@ -161,8 +161,7 @@ def _limits(asked: OptimizeTable, units: Mapping[str, str]) -> Sequence[Limit]:
 
 def figure_value(given: Amount, unit: str, name: str) -> float:
     """A bound of a figure in its SI unit."""
-    kind = type("Bound", (Quantity,), {"expected": f"a number in {unit}" if unit else "a number", "units": (unit,)})
     try:
-        return float(kind.read(given))
+        return Quantity.of_unit(unit, given)
     except ValueError as error:
         raise fault("optimize.limits", f'"{name}"', str(error)) from None

@@ -119,7 +119,7 @@ def _neighbours(problem: Problem, shares: np.ndarray, seed: int) -> tuple[Neighb
         better = judged.violation[1:] < (1 - GAIN) * judged.violation[0]
     order = judged.order()
     best = tried[order[order > 0][0] - 1] if better.any() else None
-    counts = [tuple(int(n) for n in each.reshape(len(RADII), -1).sum(axis=1)) for each in (feasible, better)]
+    well, gaining = (tuple(int(n) for n in each.reshape(len(RADII), -1).sum(axis=1)) for each in (feasible, better))
     far = gain[:NEIGHBOURS] / np.linalg.norm(tried[:NEIGHBOURS] - shares, axis=1)
     far = abs(far[np.isfinite(far)])
-    return Neighbours((NEIGHBOURS,) * len(RADII), *counts, best), float(far.mean()) if len(far) else 0.0
+    return Neighbours((NEIGHBOURS,) * len(RADII), well, gaining, best), float(far.mean()) if len(far) else 0.0

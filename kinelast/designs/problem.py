@@ -90,7 +90,7 @@ class Problem:
     @property
     def by_ratio(self) -> np.ndarray:
         """Which variables count by their ratio to the bounds, as these are far apart; shape (variables,)."""
-        return (self.low > 0) & (self.high >= FAR * self.low)
+        return np.asarray((self.low > 0) & (self.high >= FAR * self.low))
 
     def judged(self, shares: np.ndarray) -> Judged:
         """How good designs are, of shares of shape (designs, variables)."""

@@ -60,7 +60,7 @@ def _written(place: Place, there: Any, value: float) -> Any:
     if isinstance(place.leaf, int):
         return round(value)
     if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
-        own = float(type("Unit", (Quantity,), {"units": (unit,)}).read(f"1 {form[2]}"))
+        own = Quantity.of_unit(unit, f"1 {form[2]}")
         return f"{value / own:.{DIGITS}g} {form[2].strip()}"
     bare = getattr(place.leaf[0] if isinstance(place.leaf, Sizes) else place.leaf, "per_length", 1.0) == 1.0
     if isinstance(there, int | float) and bare and not isinstance(place.leaf, Direction):

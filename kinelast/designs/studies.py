@@ -12,6 +12,7 @@ from kinelast.designs.asked import scattered, sought
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.designs.figures import Figure
 from kinelast.designs.figures import figures_of as known_figures
+from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.optimum import optimum
 from kinelast.designs.optimum_files import Solved
 from kinelast.designs.problem import Problem
@@ -171,7 +172,7 @@ def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
     table = parse_scene(tables)
     scene = scene_from_dict(tables)
     own = _path_figures(table, scene)
-    base = evaluate(tables, [], np.zeros((1, 0)), [*known_figures(scene, scene.output), *own])
+    base = evaluate(tables, [], np.zeros((1, 0)), _known_figures(table, scene, own))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
     asked = sought(tables, table, known)
     paths = [one.path for one in asked.variables]
@@ -187,6 +188,13 @@ def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
         raise fault("optimize", "", str(error)) from None
     after = figures_of(best.values[None]).columns
     return Solved(asked, best, base.units, _first(base.columns), _first(after))
+
+
+def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:
+    """All figures that a limit or a goal may name; those of vibration, which take long, where one does."""
+    named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
+    vibration = [each.name for each in frequency_figures(scene) if each.name in named]
+    return [*known_figures(scene, scene.output), *vibration, *own]
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:

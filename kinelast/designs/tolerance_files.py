@@ -138,5 +138,5 @@ def shares_told(figures: Sequence[Mapping[str, Any]]) -> list[str]:
         most = max(each["shares"], key=lambda share: share["together"] or share["first_order"] or 0.0)
         share = most["together"] or most["first_order"] or 0.0
         low, high = quantity(sampled["low"], unit), quantity(sampled["high"], unit)
-        said.append(f"{each['name']}: 95 % from {low} to {high}; {number(100 * share, 2)} % of that by {most['path']}")
+        said.append(f"{each['name']}: 95 % from {low} to {high}; {number(100 * share, 3)} % of that by {most['path']}")
     return said
