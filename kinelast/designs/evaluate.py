@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Section, deflection
+from elastic import deflection
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
 from kinelast.designs.figures import Figure, Found
@@ -138,7 +138,7 @@ def _computed(base: Base, group: Rows) -> Iterator[Part]:
         group = group.without(rows)
     while len(group.rows):
         try:
-            scene = built(table_with(base, group), base.scene.name)
+            scene = _wide(base, built(table_with(base, group), base.scene.name), len(group.rows) + 1)
         except (SceneError, MechanismError) as error:
             wrong = getattr(error, "designs", None)
             if wrong is None or not len(wrong):
@@ -156,52 +156,55 @@ def _computed(base: Base, group: Rows) -> Iterator[Part]:
         return
 
 
+def _wide(base: Base, scene: Scene, count: int) -> Scene:
+    """A scene of many designs, its sections as arrays, so that all figures have an axis for them whatever differs."""
+    if not scene.sections or not any(base.on_axis):
+        return scene
+    first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
+    return replace(scene, sections=(first, *scene.sections[1:]))
+
+
 def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
     """The designs of a scene that stands for many, as many at a time as stay in the cache."""
     if not any(base.on_axis):
         yield from _answered(base, scene, group.rows)
         return
-    count = len(group.rows) + 1
-    step = max(columns_of(scene.mechanism, scene.run.positions) // scene.run.positions, 2) - 1
-    for first in range(1, count, step):
-        yield from _some(base, scene, group, np.arange(first, min(first + step, count)))
+    positions = scene.run.positions
+    step = max(columns_of(scene.mechanism, positions) // positions, 2) - 1
+    for first in range(0, len(group.rows), step):
+        yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
 
 
-def _some(base: Base, scene: Scene, group: Rows, rows: Any) -> Iterator[Part]:
-    """Some designs after the scene as it stands: what picks the branch for all does not depend on the others."""
-    designs = (len(group.rows) + 1, 1)
+def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Iterator[Part]:
+    """Some designs behind the scene as it stands, which picks the branch for all, as often again as fills the arrays.
+
+    So what a design comes to does not depend on the others: even the last digits of numpy's products change with the
+    size of the arrays.
+    """
+    rows = np.zeros(step + 1, int)
+    rows[1 : len(which) + 1] = which + 1
     try:
-        yield from _answered(base, of_designs(scene, np.concatenate([[0], rows]), designs), group.rows[rows - 1])
+        yield from _answered(base, of_designs(scene, rows, (len(group.rows) + 1, 1)), group.rows[which])
     except (SceneError, MechanismError, TableError) as error:
-        if len(rows) == 1:
-            yield Part(group.rows[rows - 1], str(error), {})
+        if len(which) == 1:
+            yield Part(group.rows[which], str(error), {})
             return
-        for half in np.array_split(rows, 2):
-            yield from _some(base, scene, group, half)
+        for half in np.array_split(which, 2):
+            yield from _some(base, scene, group, half, step)
 
 
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     """Figures of designs at all positions; a row 0 before them is left out."""
     course = scene_motion_at(scene, scene_times(scene))
-    found = Found(
-        scene, deflection(course, _wide(base, scene, len(rows) + 1), joints=scene.joints), base.output, base.fields
-    )
+    found = Found(scene, deflection(course, scene.sections, joints=scene.joints), base.output, base.fields)
     many = len(found.columns) > 1
-    own = slice(1, None) if many else slice(None)
+    own = slice(1, len(rows) + 1) if many else slice(None)
     reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
     figures = {}
     for figure in base.figures:
         value, place = figure.of(found)
         figures[figure.name] = np.atleast_1d(value)[own], None if place is None else np.atleast_1d(place)[own]
     yield Part(rows, reason, figures)
-
-
-def _wide(base: Base, scene: Scene, count: int) -> tuple[Section, ...]:
-    """The sections of a scene; of many designs so that the deflection has an axis for them whatever differs."""
-    sections = scene.sections
-    if not sections or not any(base.on_axis):
-        return sections
-    return replace(sections[0], EA=np.broadcast_to(sections[0].EA, (count, 1))), *sections[1:]
 
 
 def _reasons(found: Found) -> Any:
