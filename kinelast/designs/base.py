@@ -11,6 +11,7 @@ import msgspec
 
 from kinelast.designs.figures import Figure, chosen, figures_of
 from kinelast.designs.frequency_figures import frequency_figures
+from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.variables import Place, place_of
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
@@ -69,7 +70,8 @@ def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[s
     scene = built(table, "scene")
     require_determined(scene)
     output = scene.output
-    known = {**figures_of(scene, output), **{each.name: each for each in frequency_figures(scene)}}
+    further = [*output_range_figures(output), *frequency_figures(scene)]
+    known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
     names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)

@@ -15,6 +15,7 @@ from kinelast.designs.figures import figures_of as known_figures
 from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.optimum import optimum
 from kinelast.designs.optimum_files import Solved
+from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerance_files import Toleranced
@@ -194,7 +195,8 @@ def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> li
     """All figures that a limit or a goal may name; those of vibration, which take long, where one does."""
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
     vibration = [each.name for each in frequency_figures(scene) if each.name in named]
-    return [*known_figures(scene, scene.output), *vibration, *own]
+    swings = [each.name for each in output_range_figures(scene.output)]
+    return [*known_figures(scene, scene.output), *swings, *vibration, *own]
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
