@@ -242,6 +242,10 @@ def _request(options: argparse.Namespace) -> Request | str:
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,
+        sensitivities=options.sensitivities,
+        tolerances=options.tolerances,
+        samples=options.samples,
+        optimize=options.optimize,
     )
     try:
         require_pictures(request)

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
 USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
-        "speeds.csv", "speeds.svg"}  # fmt: skip
+        "speeds.csv", "speeds.svg", "sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg",
+        "optimum.csv", "optimum.toml"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -53,6 +54,10 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+    sensitivities: bool = False
+    tolerances: bool = False
+    samples: int | None = None
+    optimize: bool = False
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""

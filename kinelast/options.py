@@ -14,6 +14,7 @@ MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
 MOST_DESIGNS = 10_000_000
+MOST_SAMPLES = 1_000_000
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -43,6 +44,7 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
         (options.stations, options.fields, "--stations belongs to --fields, which is not asked for"),
         (options.frames, options.animate, "--frames belongs to --animate, which is not asked for"),
         (options.format, options.animate, "--format belongs to --animate, which is not asked for"),
+        (options.samples, options.tolerances, "--samples belongs to --tolerances, which is not asked for"),
     ):
         if given is not None and not needed:
             parser.error(why)
@@ -131,6 +133,15 @@ def _parser() -> argparse.ArgumentParser:
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
+    add("--sensitivities", action="store_true", help="how every figure changes with every number (sensitivities.*)")
+    add("--tolerances", action="store_true", help="ranges of all figures under [tolerances] (tolerances.*)")
+    add(
+        "--samples",
+        type=_at_least(16, MOST_SAMPLES),
+        metavar="N",
+        help="designs to sample for --tolerances [2048]",
+    )
+    add("--optimize", action="store_true", help="the best design by [optimize], as a scene of its own (optimum.toml)")
     add(
         "--jobs",
         type=_at_least(0),

@@ -11,7 +11,7 @@ import numpy as np
 from elastic import deflection
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
-from kinelast.designs.figures import Found
+from kinelast.designs.figures import Figure, Found
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at, scene_times
@@ -50,7 +50,7 @@ class Designs:
 
 
 def evaluate(
-    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str] | None = None
+    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
     """Figures of many designs of a scene, which differ in some of its numbers.
 
@@ -65,7 +65,7 @@ def evaluate(
     values
         Of every design, in the SI units of the variables, shape (designs, paths).
     figures
-        Names; where left out those of a design's summary. Only what is asked for is computed.
+        Names, or figures of one's own; where left out those of a design's summary. Only what is asked for is computed.
 
     Raises
     ------

@@ -150,6 +150,20 @@ class Quantity(float):
         quantity.unit, quantity.per_length, quantity.each = unit, 1.0, each
         return quantity
 
+    @classmethod
+    def of_unit(cls, unit: str, value: object) -> float:
+        """A number or a text with its unit in a given SI unit; "1" for none.
+
+        Raises
+        ------
+        ValueError
+            As `read`.
+        """
+        none = unit in ("", "1")
+        expected = "a number" if none else f"a number, or a text with a unit, in {unit}"
+        kind: type[Quantity] = type("Any", (Quantity,), {"expected": expected, "units": ("",) if none else (unit,)})
+        return float(kind.read(value))
+
     def within(self, unit: str) -> Any:
         """The number in the one of `units` that is meant: a bare length is in the file's own."""
         number = float(self) if self.each is None else self.each
