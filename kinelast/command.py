@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> int:
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
     if options.structure:
         return _structures(tasks, options, BAD_INPUT if problems else FINE)
-    if options.sweep:
+    if options.sweep or options.design is not None:
         return _sweeps(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
@@ -194,8 +194,8 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
 
 
 def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
-    """The designs of every scene's sweep, one line of output for each scene."""
-    from kinelast.sweep import Asked, try_sweep
+    """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
+    from kinelast.sweep import Asked, try_design, try_sweep
 
     asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most)
 
@@ -206,7 +206,10 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
     try:
         with progress(options) as report:
             for task in tasks:
-                outcome = try_sweep(task, asked, report, tell)
+                if options.design is None:
+                    outcome = try_sweep(task, asked, report, tell)
+                else:
+                    outcome = try_design(task, options.design)
                 status = max(status, outcome.status)
                 if outcome.status >= BAD_INPUT:
                     say(_named_once(outcome.line, task), sys.stderr)

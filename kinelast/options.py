@@ -124,6 +124,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--sweep", action="store_true", help="compute the designs of the scene's [sweep] instead (designs.csv)")
     add(
+        "--design",
+        type=_at_least(0),
+        metavar="N",
+        help="write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)",
+    )
+    add(
         "--most",
         type=_at_least(1),
         default=MOST_DESIGNS,
