@@ -158,7 +158,11 @@ class Store:
 
 
 def put(path: Path, content: bytes, *more: Path) -> None:
-    """Write a file that appears in its place as a whole, and is there even if the machine fails right after."""
+    """Write a file that appears in its place as a whole.
+
+    Its content is on the disk before its name is. Whether the name is, is left to the system: where the machine fails
+    right after, a chunk may be missing and is computed again.
+    """
     unfinished = path.with_name(f".{path.name}{UNFINISHED}")
     try:
         with unfinished.open("wb") as file:
@@ -173,12 +177,6 @@ def put(path: Path, content: bytes, *more: Path) -> None:
         with suppress(OSError):
             unfinished.unlink()
         raise
-    with suppress(OSError):  # not every system opens folders
-        place = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(place)
-        finally:
-            os.close(place)
 
 
 def sync(file: int) -> None:
