@@ -120,6 +120,8 @@ def _run(options: argparse.Namespace) -> int:
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
     if options.structure:
         return _structures(tasks, options, BAD_INPUT if problems else FINE)
+    if options.sweep:
+        return _sweeps(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
@@ -188,6 +190,30 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
         elif not options.quiet:
             say(text, sys.stdout)
             say(outcome.line, sys.stdout)
+    return status
+
+
+def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
+    """The designs of every scene's sweep, one line of output for each scene."""
+    from kinelast.sweep import Asked, try_sweep
+
+    asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most)
+
+    def tell(sentence: str) -> None:
+        if not options.quiet:
+            say(sentence, sys.stderr)
+
+    try:
+        with progress(options) as report:
+            for task in tasks:
+                outcome = try_sweep(task, asked, report, tell)
+                status = max(status, outcome.status)
+                if outcome.status >= BAD_INPUT:
+                    say(_named_once(outcome.line, task), sys.stderr)
+                elif not options.quiet:
+                    say(outcome.line, sys.stdout)
+    except (KeyboardInterrupt, StoppedError) as stop:
+        return _stopped(INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number, "")
     return status
 
 

@@ -13,6 +13,7 @@ MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
+MOST_DESIGNS = 10_000_000
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -118,6 +119,14 @@ def _parser() -> argparse.ArgumentParser:
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
     add(
         "--stills", action="store_true", help="also draw curves, maps and the mechanism as SVG for print (stills/*.svg)"
+    )
+    add("--sweep", action="store_true", help="compute the designs of the scene's [sweep] instead (designs.csv)")
+    add(
+        "--most",
+        type=_at_least(1),
+        default=MOST_DESIGNS,
+        metavar="N",
+        help="designs that a sweep may have [%(default)s]",
     )
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")

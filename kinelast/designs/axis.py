@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Any
 
-import msgspec
 import numpy as np
 
 from kinelast.designs.base import Base
-from kinelast.designs.variables import Place, changed, replaced
+from kinelast.designs.variables import Place, changed, replaced, within_bounds
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction, Size, Sizes
 from kinelast.scene.units import Quantity
 from rigid.plane import unit
-
-COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +76,7 @@ def numbers_at_fault(base: Base, group: Rows) -> Iterator[tuple[Any, Any]]:
         values, shown = group.values[:, k], place.variable
         leaf = Size if isinstance(place.leaf, Sizes) else type(place.leaf)
         known = issubclass(leaf, Quantity)
-        wrong = fine & ~(leaf.holds(values) if known else np.isfinite(values) & _within(base, place, values))
+        wrong = fine & ~(leaf.holds(values) if known else within_bounds(base.table, place, values))
         fine &= ~wrong
         at = np.flatnonzero(wrong)
         if len(at):
@@ -90,21 +87,3 @@ def numbers_at_fault(base: Base, group: Rows) -> Iterator[tuple[Any, Any]]:
                 for value in values[at]
             ]
             yield group.rows[at], np.array(said, object)
-
-
-def _within(base: Base, place: Place, values: Any) -> Any:
-    """Whether plain numbers are within the bounds that the file's format sets."""
-    node: Any = base.table
-    for key in place.keys[:-1]:
-        node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]
-    if not isinstance(node, msgspec.Struct):
-        return np.ones(len(values), bool)
-    hint = get_type_hints(type(node), include_extras=True)[place.keys[-1]]
-    metas = [meta for part in (hint, *get_args(hint)) if get_origin(part) is Annotated for meta in get_args(part)[1:]]
-    holds = np.ones(len(values), bool)
-    for meta in metas:
-        for name, compare in COMPARED.items():
-            bound = getattr(meta, name)
-            if bound is not None:
-                holds &= compare(values, bound)
-    return holds

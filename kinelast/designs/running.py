@@ -25,7 +25,9 @@ Report = Callable[[str, int, int], None]
 class Compute(Protocol):
     """What computes designs: pickled, and called anywhere, in any order."""
 
-    units: Mapping[str, str]
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the columns by their names."""
 
     def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
         """Columns by name, each of shape (last - first,), of designs first to last - 1, and reasons for what is nan."""

@@ -12,9 +12,10 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import msgspec
+import numpy as np
 
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import SceneTable
@@ -25,6 +26,7 @@ from kinelast.scene.units import Quantity
 
 Tables = Mapping[str, Any]
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
+COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
 NEAR = 3000  # numbers of a file among which the nearest to a wrong path is looked for
 
@@ -95,18 +97,22 @@ def read_value(tables: Tables, path: str, text: Any) -> float:
     >>> read_value(tables, "sections.bar.depth", "5 mm")
     0.005
     """
-    place = place_of(parse_scene(tables), path)
+    table = parse_scene(tables)
+    return value_at(table, place_of(table, path), text)
+
+
+def value_at(table: SceneTable, place: Place, text: Any) -> float:
+    """The same for a place in parsed tables."""
     found = place.variable
     try:
         value = _read(place.leaf, text)
     except ValueError as error:
-        raise fault("", path, str(error)) from None
+        raise fault("", found.path, str(error)) from None
     if isinstance(value, Quantity):
         if value.unit not in ("", found.unit):
-            raise fault("", path, f"expected {value.expected}, in {found.unit}, got {text}")
+            raise fault("", found.path, f"expected {value.expected}, in {found.unit}, got {text}")
         return float(value.within(found.unit))
-    if not isinstance(place.leaf, Quantity | Sizes | Direction):
-        parse_scene(with_value(tables, path, value))
+    require_bounds(table, place, value)
     return float(value)
 
 
@@ -256,6 +262,30 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
         turns = parents[2].slider is None if keys[0] == "drives" else parents[2].at is not None
     turning = [unit for unit in units if "rad" in unit or unit == "N m"]
     return next(unit for unit in units if (unit in turning) == turns)
+
+
+def require_bounds(table: SceneTable, place: Place, value: float) -> None:
+    """Raise where a plain number of the file is not within the bounds that the format sets."""
+    if not within_bounds(table, place, np.array([value]))[0]:
+        raise fault("", place.variable.path, f"expected a number within its bounds, got {value:g}")
+
+
+def within_bounds(table: SceneTable, place: Place, values: Any) -> Any:
+    """Whether plain numbers are within the bounds that the file's format sets, bool, shape of the values."""
+    node: Any = table
+    for key in place.keys[:-1]:
+        node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]
+    holds = np.isfinite(values)
+    if not isinstance(node, msgspec.Struct):
+        return holds
+    hint = get_type_hints(type(node), include_extras=True)[place.keys[-1]]
+    metas = [meta for part in (hint, *get_args(hint)) if get_origin(part) is Annotated for meta in get_args(part)[1:]]
+    for meta in metas:
+        for name, compare in COMPARED.items():
+            bound = getattr(meta, name)
+            if bound is not None:
+                holds &= compare(values, bound)
+    return holds
 
 
 def replaced(node: Any, keys: tuple[Any, ...], value: Any) -> Any:

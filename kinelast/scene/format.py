@@ -21,6 +21,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.quantities import (
     Acceleration,
     Area,
@@ -165,6 +166,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
     springs: list[SpringTable] = field(default_factory=list)
     limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
+    sweep: SweepTable = field(default_factory=SweepTable)
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:

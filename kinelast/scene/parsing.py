@@ -21,6 +21,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.format_sweep import RangeTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -53,6 +54,7 @@ NESTED = {
     "against": AgainstTable,
     "driver": JointNameTable,
     "follower": JointNameTable,
+    "vary": RangeTable,
 }
 
 
