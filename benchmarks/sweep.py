@@ -1,7 +1,7 @@
 """What a sweep costs: a chunk of designs, all that is not computing, a million four-bars, a thousand cores on paper.
 
-`python benchmarks/sweep.py [COUNT]` sweeps so many four-bars at 72 positions (1,000,000), and finds the greatest value of
-every field over the links and the cycle exactly. The rest takes a minute.
+`python benchmarks/sweep.py [COUNT]` sweeps so many four-bars at 72 positions (1,000,000; 0: none), and finds the
+greatest value of every field over the links and the cycle exactly. The rest takes a minute.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ from kinelast.designs import store
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import CSV, PARQUET, encoded
 
-JOBS, CORES = 2, 1000
-CHUNKS = 200  # of which nothing is computed, to see what else they cost
+JOBS = 2
+DESIGNS = four_bars(1_000_000).chunk
+FEW_AND_MANY = 40, 240  # chunks of which nothing is computed: what one more of them costs
+HERE = "this process"
 
 
 @dataclass(frozen=True)
@@ -53,31 +55,38 @@ def processor_seconds(call: Callable[[], Any], rounds: int = 5) -> float:
 
 
 def chunk_costs(seconds: float, ready: Ready) -> list[dict[str, Any]]:
-    """What a chunk costs besides computing, per store and way, also as a share of the second that it takes."""
+    """What a chunk costs besides computing, per store and way, also as a share of what it takes in all."""
     rows = []
     for name in (CSV, PARQUET):
         store.SMALL = 10**9 if name == CSV else 0
         content = processor_seconds(lambda name=name: encoded(name, 0, ready.columns, ready.units, ready.reasons))
         for way, options in ways():
             with tempfile.TemporaryDirectory() as folder, options as more:
-                count = CHUNKS * len(ready.reasons)
-                run_plan(4 * len(ready.reasons), ready, Path(folder) / "warm", {}, len(ready.reasons), **more)
-                start = time.perf_counter()
-                run_plan(count, ready, Path(folder) / "sweep", {}, len(ready.reasons), **more)
-                each = (time.perf_counter() - start) / CHUNKS
-                size = sum(map(len, tree(Path(folder) / "sweep").values())) / CHUNKS
+                few, many = (kept_chunks(Path(folder) / str(count), count, ready, more) for count in FEW_AND_MANY)
+                size = sum(map(len, tree(Path(folder) / str(FEW_AND_MANY[0])).values())) / FEW_AND_MANY[0]
+            wall, own = (np.array(many) - np.array(few)) / (FEW_AND_MANY[1] - FEW_AND_MANY[0])
+            here = own - content * (way == HERE)
             rows.append(
                 {
                     "store": name,
                     "way": way,
-                    "computed [s]": seconds,
-                    "encoded, where it is computed [ms]": 1e3 * content,
-                    "a chunk of which nothing is computed [ms]": 1e3 * each,
-                    "share of the whole [%]": 100 * each / (each + seconds),
-                    "kB a chunk": size / 1e3,
+                    "computed, processor [s]": seconds,
+                    "encoded there, processor [ms]": 1e3 * content,
+                    "handed out and kept here, processor [ms]": 1e3 * here,
+                    "share of that [%]": 100 * (content + here) / seconds,
+                    "wall, nothing computed [ms]": 1e3 * wall,
+                    "kB": size / 1e3,
                 }
             )
     return rows
+
+
+def kept_chunks(folder: Path, count: int, ready: Ready, options: dict[str, Any]) -> tuple[float, float]:
+    """Seconds on the wall, and of the processor here, that it takes to keep so many chunks."""
+    designs = len(ready.reasons)
+    begin, own = time.perf_counter(), time.process_time()
+    run_plan(count * designs, ready, folder, {}, designs, **options)
+    return time.perf_counter() - begin, time.process_time() - own
 
 
 class Local:
@@ -108,7 +117,7 @@ class Cluster:
 
 def ways() -> list[tuple[str, Any]]:
     """Ways to compute chunks."""
-    return [("this process", Local(1)), (f"{JOBS} processes", Local(JOBS)), (f"dask, {JOBS} workers", Cluster())]
+    return [(HERE, Local(1)), (f"{JOBS} processes", Local(JOBS)), (f"dask, {JOBS} workers", Cluster())]
 
 
 def swept(count: int) -> dict[str, Any]:
@@ -141,39 +150,35 @@ def swept(count: int) -> dict[str, Any]:
 
 
 def on_paper(seconds: float, costs: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """How many cores one process can hand chunks to and keep them, and what a billion designs take on a thousand."""
+    """How many cores one process can hand chunks to and keep them, by what a chunk costs it."""
     rows = []
     for cost in costs:
-        if cost["store"] == PARQUET and cost["way"] != "this process":
-            each = cost["a chunk of which nothing is computed [ms]"] / 1e3
-            for chunk in (seconds, 10 * seconds):
-                bytes_a_second = CORES * cost["kB a chunk"] / 1e3 / seconds
-                # A longer chunk has as many more rows: what is sent and kept of it grows, what is done once does not.
-                most = chunk / each if chunk == seconds else None
-                rows.append(
-                    {
-                        "way": cost["way"],
-                        "chunk [s]": chunk,
-                        "cores that one process keeps busy": most,
-                        f"MB a second of {CORES} cores": bytes_a_second,
-                    }
-                )
+        if cost["store"] == PARQUET and cost["way"] != HERE:
+            rate = 1e3 / cost["handed out and kept here, processor [ms]"]
+            rows.append(
+                {
+                    "way": cost["way"],
+                    "chunks a second, at most": rate,
+                    "cores that keeps busy": rate * seconds,
+                    "a billion designs on that many [h]": 1e9 / DESIGNS / rate / 3600,
+                    "MB a second to keep": rate * cost["kB"] / 1e3,
+                }
+            )
     return rows
 
 
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    evaluation = four_bars(count)
-    columns, reasons = evaluation(0, evaluation.chunk)
-    seconds = processor_seconds(lambda: evaluation(0, evaluation.chunk))
+    evaluation = four_bars(1_000_000)
+    columns, reasons = evaluation(0, DESIGNS)
+    seconds = processor_seconds(lambda: evaluation(0, DESIGNS))
     costs = chunk_costs(seconds, Ready(dict(columns), evaluation.units, list(map(str, reasons))))
-    tables = {"chunks": costs}
+    tables = {"chunks": costs, "on paper": on_paper(seconds, costs)}
     if count:
         store.SMALL = 100_000
         tables["swept"] = [swept(count)]
-    measuring.report(
-        "sweep", "What a sweep costs beside computing its designs", tables, [f"{evaluation.chunk} designs a chunk"]
-    )
+    notes = [f"{DESIGNS} designs a chunk; load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"]
+    measuring.report("sweep", "What a sweep costs beside computing its designs", tables, notes)
 
 
 if __name__ == "__main__":

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")  # before numpy is loaded, also in processes to come
-
+import measuring  # noqa: F401  # before numpy: one thread, also in processes to come
 import numpy as np
 
 from kinelast import shipped_scenes
@@ -28,7 +25,10 @@ MAXIMA = ("N", "V", "M", "u", "deflection", "phi", "chord", "stress")  # of all 
 
 @dataclass(frozen=True)
 class Spread:
-    """Designs that fill a box evenly, each by its number alone: multiples of roots of a golden ratio's kin, modulo 1."""
+    """Designs that fill a box evenly, each by its number alone.
+
+    Multiples of powers of 1/g modulo 1, where g^(d + 1) = g + 1 in d dimensions; for d = 1 the golden ratio.
+    """
 
     count: int
     paths: tuple[str, ...] = tuple(BOUNDS)

@@ -197,7 +197,7 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
     """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
     from kinelast.sweep import Asked, try_design, try_sweep
 
-    asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most)
+    asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most, options.scheduler)
 
     def tell(sentence: str) -> None:
         if not options.quiet:

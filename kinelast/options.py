@@ -48,6 +48,8 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
     ):
         if given is not None and not needed:
             parser.error(why)
+    if options.scheduler and not options.sweep:
+        parser.error("--scheduler belongs to --sweep, which is not asked for")
     if options.theory and options.accuracy:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
     options.stations = options.stations or STATIONS
@@ -136,6 +138,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="N",
         help="designs that a sweep may have [%(default)s]",
     )
+    add(
+        "--scheduler",
+        metavar="ADDRESS",
+        help='of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
+    )
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
@@ -153,9 +160,13 @@ def _parser() -> argparse.ArgumentParser:
         type=_at_least(0),
         default=1,
         metavar="N",
-        help="scenes side by side, 0: as many as cores [%(default)s]",
+        help="processes: scenes, or designs of a sweep, side by side; 0: as many as cores [%(default)s]",
     )
-    add("--resume", action="store_true", help="skip scenes whose results are there, from the same file and options")
+    add(
+        "--resume",
+        action="store_true",
+        help="skip scenes, and parts of a sweep, whose results are there, from the same file and options",
+    )
     add("--quiet", action="store_true", help="print nothing but errors")
     add("--version", action="store_true", help="print the version and stop")
     return parser

@@ -49,6 +49,7 @@ class Asked:
     jobs: int = 1
     resume: bool = False
     most: int = 10_000_000
+    scheduler: str | None = None
 
 
 def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
@@ -120,7 +121,16 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
-        plan.count, evaluation, task.folder, identity, evaluation.chunk, asked.jobs, None, progress, tell, asked.resume
+        plan.count,
+        evaluation,
+        task.folder,
+        identity,
+        evaluation.chunk,
+        asked.jobs,
+        asked.scheduler,
+        progress,
+        tell,
+        asked.resume,
     )
     manifest = outcome.manifest
     if manifest.failed:

@@ -53,7 +53,8 @@ def rows(folder):
     return columns, [reason for _, reasons in parts for reason in reasons]
 
 
-def test_every_design_is_there_once_with_all_digits(tmp_path, kind):
+def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch):
+    monkeypatch.setattr(store, "BLOCK", 400)
     sweep(tmp_path, jobs=2)
     columns, reasons = rows(tmp_path)
     number = np.arange(COUNT)

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,7 @@ class Manifest:
         return len(numbers) * self.chunk - (self.chunks * self.chunk - self.designs if last in numbers else 0)
 
 
+@cache
 def versions() -> dict[str, str]:
     """What has a say in the last digits of a figure and in the bytes of a file."""
     found = {"kinelast": version(), "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}

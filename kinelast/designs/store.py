@@ -15,6 +15,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from kinelast.designs.manifest import NAME, Manifest, manifest_bytes
 from kinelast.folder import RequestError
 
 SMALL = 100_000  # designs
+BLOCK = 10_000  # rows that are read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
 NUMBER, REASON = "design", "reason"  # the columns that every store has
 UNFINISHED = ".part"
@@ -158,7 +160,11 @@ class Store:
 
 
 def put(path: Path, content: bytes, *more: Path) -> None:
-    """Write a file that appears in its place as a whole, and is there even if the machine fails right after."""
+    """Write a file that appears in its place as a whole.
+
+    Its content is on the disk before its name is. Whether the name is, is left to the system: where the machine fails
+    right after, a chunk may be missing and is computed again.
+    """
     unfinished = path.with_name(f".{path.name}{UNFINISHED}")
     try:
         with unfinished.open("wb") as file:
@@ -173,12 +179,6 @@ def put(path: Path, content: bytes, *more: Path) -> None:
         with suppress(OSError):
             unfinished.unlink()
         raise
-    with suppress(OSError):  # not every system opens folders
-        place = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(place)
-        finally:
-            os.close(place)
 
 
 def sync(file: int) -> None:
@@ -205,7 +205,7 @@ def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, 
     with (folder / CSV).open(newline="", encoding="utf-8") as file:
         rows = csv.reader(file)
         head = next(rows)
-        while block := [row for row, _ in zip(rows, range(10_000))]:  # noqa: B905
+        while block := list(islice(rows, BLOCK)):
             *cells, reasons = zip(*block, strict=True)
             yield (
                 {
