@@ -32,6 +32,8 @@ class VibratingStructure:
         Of all links' coordinates, shape (positions, n, n).
     held
         Combinations of coordinates that joints keep zero, shape (rows, positions, n).
+    level
+        With how many inner polynomials of the beams every coordinate comes in, shape (n,): joints know those of 0.
     """
 
     def __init__(
@@ -60,28 +62,43 @@ class VibratingStructure:
             part = slice(first, first + len(own_links[0].mass))
             self.stiffness[:, part, part] = np.array([one.stiffness for one in own_links])
             self.mass[:, part, part] = np.array([one.mass for one in own_links])
+        self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
         self.held: list[Any] = []
         for number, place in enumerate(self._places):
             self._join(number, place, joints.get(place.joint.name, JointCompliance()))
 
-    def frequencies(self, modes: int) -> Any:
-        """[rad/s], rising, shape (modes, positions); infinite where nothing can vibrate."""
+    def frequencies(self, modes: int, inner: int) -> Any:
+        """With so many of the inner polynomials [rad/s], rising, shape (modes, positions); infinite: nothing vibrates."""
         omega = np.full((modes, len(self.mass)), np.inf)
-        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)
         if self.mass.shape[-1] > LARGE:
-            parts = zip(self.stiffness, self.mass, rows, strict=True)
+            kept = self.level <= inner
+            rows = np.array(self.held).swapaxes(0, 1)[..., kept]
+            parts = zip(*(whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass)), rows, strict=True)
             return np.array([lowest_sparse(*part, modes) for part in parts]).T
+        for chosen, stiffness, mass, level in self._unheld:
+            kept = level <= inner
+            if kept.any():
+                parts = (np.ascontiguousarray(whole[:, kept][:, :, kept]) for whole in (stiffness, mass))
+                omega[:, chosen] = _lowest(*parts, modes)
+        return omega
+
+    @cached_property
+    def _unheld(self) -> list[tuple[Any, Any, Any, Any]]:
+        """Stiffness and mass of what the joints leave free, by the number of conditions: positions, both, levels.
+
+        Joints hold but what is at the ends of beams, so what is within them stays as it is.
+        """
+        at_ends = self.level == 0
+        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
+        within, found = self.level[~at_ends], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in np.unique(ranks):
-            of_rank = np.flatnonzero(ranks == rank)
-            free = basis[of_rank, rank:]
-            if free.shape[1]:
-                stiffness, mass = (
-                    free @ whole[of_rank] @ free.swapaxes(-1, -2) for whole in (self.stiffness, self.mass)
-                )
-                omega[:, of_rank] = _lowest(stiffness, mass, modes)
-        return omega
+            chosen = np.flatnonzero(ranks == rank)
+            free = basis[chosen, rank:]
+            both = [_reduced(whole[chosen], free, at_ends) for whole in (self.stiffness, self.mass)]
+            found.append((chosen, *both, np.concatenate([np.zeros(free.shape[1], int), within])))
+        return found
 
     def _unit_of_length(self) -> float:
         """About the size of the mechanism [m]."""
@@ -202,6 +219,14 @@ class VibratingStructure:
 def _block(number: int | None) -> str:
     """Name of the point under the block of a joint."""
     return f"under joint {number}"
+
+
+def _reduced(whole: Any, free: Any, at_ends: Any) -> Any:
+    """A matrix for what is free of the coordinates at the ends, shape (positions, n free, n ends), and all others."""
+    ends, rest = whole[:, at_ends], whole[:, ~at_ends]
+    across = free @ ends[:, :, ~at_ends]
+    own = free @ ends[:, :, at_ends] @ free.swapaxes(-1, -2)
+    return np.block([[own, across], [across.swapaxes(-1, -2), rest[:, :, ~at_ends]]])
 
 
 def _lowest(stiffness: Any, mass: Any, modes: int) -> Any:
