@@ -194,7 +194,7 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """What to say of a scene whose folder is there."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
-    if others := foreign(task.folder):
+    if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
     failed = figures["failed"]
     for name, fault in failed.items():

@@ -64,7 +64,9 @@ def _lines(table: Reals) -> bytes:
     if np.isinf(table).any():  # for which JSON has no word
         rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
         return ("\n".join(rows) + "\n").encode()
-    return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
+    encode = msgspec.json.Encoder().encode
+    lines = b"\n".join([encode(row)[1:-1] for row in table.tolist()])
+    return (lines.replace(b"null", b"") if np.isnan(table).any() else lines) + b"\n"
 
 
 class FieldFile:
