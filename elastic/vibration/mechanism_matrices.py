@@ -75,29 +75,31 @@ class VibratingStructure:
             rows = np.array(self.held).swapaxes(0, 1)[..., kept]
             parts = zip(*(whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass)), rows, strict=True)
             return np.array([lowest_sparse(*part, modes) for part in parts]).T
-        for chosen, stiffness, mass, level in self._unheld:
-            kept = level <= inner
-            if kept.any():
-                parts = (np.ascontiguousarray(whole[:, kept][:, :, kept]) for whole in (stiffness, mass))
-                omega[:, chosen] = _lowest(*parts, modes)
+        for chosen, per_stiffness, level in self._unheld:
+            count = np.searchsorted(level, inner, side="right")
+            if count:
+                omega[:, chosen] = _lowest(per_stiffness[:, :count, :count], modes)
         return omega
 
     @cached_property
-    def _unheld(self) -> list[tuple[Any, Any, Any, Any]]:
-        """Stiffness and mass of what the joints leave free, by the number of conditions: positions, both, levels.
+    def _unheld(self) -> list[tuple[Any, Any, Any]]:
+        """Mass per stiffness of what the joints leave free, by the number of conditions: positions, matrices, levels.
 
-        Joints hold but what is at the ends of beams, so what is within them stays as it is.
+        Joints hold but what is at the ends of beams, so what is within them stays as it is. Levels rise: triangular
+        factors of the first coordinates are the first parts of those of all.
         """
         at_ends = self.level == 0
         rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
-        within, found = self.level[~at_ends], []
+        within = np.flatnonzero(~at_ends)
+        within, found = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in np.unique(ranks):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
-            both = [_reduced(whole[chosen], free, at_ends) for whole in (self.stiffness, self.mass)]
-            found.append((chosen, *both, np.concatenate([np.zeros(free.shape[1], int), within])))
+            both = [_reduced(whole[chosen], free, at_ends, within) for whole in (self.stiffness, self.mass)]
+            level = np.concatenate([np.zeros(free.shape[1], int), self.level[within]])
+            found.append((chosen, _mass_per_stiffness(*both), level))
         return found
 
     def _unit_of_length(self) -> float:
@@ -221,21 +223,26 @@ def _block(number: int | None) -> str:
     return f"under joint {number}"
 
 
-def _reduced(whole: Any, free: Any, at_ends: Any) -> Any:
-    """A matrix for what is free of the coordinates at the ends, shape (positions, n free, n ends), and all others."""
-    ends, rest = whole[:, at_ends], whole[:, ~at_ends]
-    across = free @ ends[:, :, ~at_ends]
+def _reduced(whole: Any, free: Any, at_ends: Any, within: Any) -> Any:
+    """A matrix for what is free of the coordinates at the ends, shape (positions, n free, n ends), and those within."""
+    ends = whole[:, at_ends]
+    across = free @ ends[:, :, within]
     own = free @ ends[:, :, at_ends] @ free.swapaxes(-1, -2)
-    return np.block([[own, across], [across.swapaxes(-1, -2), rest[:, :, ~at_ends]]])
+    return np.block([[own, across], [across.swapaxes(-1, -2), whole[:, within[:, None], within]]])
 
 
-def _lowest(stiffness: Any, mass: Any, modes: int) -> Any:
-    """Lowest frequencies of stacked structures: by the largest mass per stiffness, so that none needs to have mass."""
+def _mass_per_stiffness(stiffness: Any, mass: Any) -> Any:
+    """Symmetric matrices whose eigenvalues are 1/omega^2, so that no coordinate needs to have mass."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     factor = np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :]))
     factor = factor * scale[:, None, :]
-    per_stiffness = np.linalg.eigvalsh(factor @ mass @ factor.swapaxes(-1, -2))[:, ::-1].T[:modes]
-    moving = per_stiffness > MASSLESS * np.maximum(per_stiffness[:1], 0.0)
-    omega = np.full((modes, len(stiffness)), np.inf)
-    omega[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
+    return factor @ mass @ factor.swapaxes(-1, -2)
+
+
+def _lowest(per_stiffness: Any, modes: int) -> Any:
+    """Lowest frequencies of stacked structures, by the largest mass per stiffness."""
+    greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
+    moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)
+    omega = np.full((modes, len(per_stiffness)), np.inf)
+    omega[: len(greatest)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, greatest, 1.0)), np.inf)
     return omega
