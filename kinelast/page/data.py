@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,38 +14,80 @@ from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from rigid import PinDrive
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
+PACKED = 400_000  # bytes of numbers from which they are compressed: below, the time is worth more
 STORED = ("N", "M", "u", "w")
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
+EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
 
 class Numbers:
-    """Arrays one behind the other, and where each begins.
+    """Rows over the positions one behind the other, and what they belong to.
 
     Attributes
     ----------
     places
-        By name: "d" (float64) or "f" (float32), number of the first entry among those of its kind, shape.
+        By name: "d" (float64) or "f" (float32); shape without the positions; whether they are complex, their parts rows
+        of their own; per row its value where that is the same at all positions, None where the row is stored.
+    integrals
+        By name of an array of coefficients, of which field's all but the first follow by integration, how many times,
+        and the factor for every piece.
     """
 
     def __init__(self) -> None:
-        self.places: dict[str, tuple[str, int, tuple[int, ...]]] = {}
+        self.places: dict[str, tuple[str, tuple[int, ...], bool, list[float | None]]] = {}
+        self.integrals: dict[str, tuple[str, int, list[float]]] = {}
         self._parts: dict[str, list[Any]] = {"d": [], "f": []}
-        self._ends = {"d": 0, "f": 0}
 
     def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Put an array behind the others of its kind; complex ones get a last axis of two."""
+        """Put an array, positions last, behind the others of its kind."""
         values = np.asarray(values)
-        if np.iscomplexobj(values):
-            values = np.ascontiguousarray(values).view(float).reshape(*values.shape, 2)
-        self.places[name] = (kind, self._ends[kind], values.shape)
-        self._parts[kind].append(np.ascontiguousarray(values, "<f8" if kind == "d" else "<f4"))
-        self._ends[kind] += values.size
+        shape, vectors = values.shape[:-1], np.iscomplexobj(values)
+        rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
+        rows = rows.reshape(-1, values.shape[-1])
+        alike = (rows == rows[:, :1]).all(axis=1)
+        first = rows[:, 0].tolist()
+        same = [value if one else None for value, one in zip(first, alike.tolist(), strict=True)]
+        self.places[name] = (kind, shape, vectors, same)
+        self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
-    def bytes(self) -> bytes:
-        """All float64, then all float32, little-endian."""
-        return b"".join(part.tobytes() for kind in "df" for part in self._parts[kind])
+    def bytes(self) -> tuple[bytes, bool]:
+        """All float64, then all float32, little-endian; and whether they are packed.
+
+        Packed: the first bytes of all numbers of a kind, then the second ones and so on, which are more alike, deflated.
+        """
+        whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
+        if sum(part.nbytes for part in whole) <= PACKED:
+            return b"".join(part.tobytes() for part in whole), False
+        planes = (part.view(np.uint8).reshape(-1, part.itemsize).T.tobytes() for part in whole)
+        return zlib.compress(b"".join(planes), 1), True
+
+
+def add_fields(store: Numbers, results: Results, taken: Any) -> None:
+    """Put the coefficients of the fields there, but what follows from others of them by integration, to round-off."""
+    bent, fields = results.deflection, field_coefficients(results)
+    for field, values in fields.items():
+        name, kept = f"field.{field}", len(values)
+        if field in INTEGRALS and bent.division.whole:
+            of, count, rigidity = INTEGRALS[field]
+            rows = zip(bent.length, (getattr(section, rigidity) for section in bent.sections), strict=True)
+            factors = np.array([np.ravel(length)[0] ** count / np.ravel(size)[0] for length, size in rows])
+            if _integrates(values, fields[of], count, factors):
+                kept = count
+                store.integrals[name] = (f"field.{of}", count, factors.tolist())
+        store.add(name, taken(values[:kept]))
+
+
+def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
+    """Whether coefficients are those of another field so many times integrated, to the last digits."""
+    if len(values) != len(source) + count or not np.isfinite(factors).all():
+        return False
+    products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
+    found = source * factors[:, None] / np.array(products, float)[:, None, None]
+    off, greatest = np.abs(found - values[count:]), np.abs(values[count:]).max(axis=(0, 2), initial=0.0)
+    return bool((np.isnan(found) == np.isnan(values[count:])).all() and not (off > 4 * EPS * greatest[:, None]).any())
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
@@ -74,7 +118,7 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
-    """All arrays of the page at the positions `kept`; positions are the last axis (but for the parts of vectors)."""
+    """All arrays of the page at the positions `kept`."""
     motion, bent, store = results.motion, results.deflection, Numbers()
     count = len(motion.time)
     every = len(kept) == count
@@ -94,12 +138,10 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     forces = bent.forces
     for name, values in (("force", forces.force), ("ground_force", [forces.ground_force])):
         store.add(name, np.array([taken(np.asarray(value, complex)) for value in values]).reshape(-1, len(kept)))
-    for name, values in (("moment", forces.moment), ("ground_moment", [forces.ground_moment])):
-        store.add(name, np.array([taken(np.asarray(value, float)) for value in values]).reshape(-1, len(kept)))
+    store.add("ground_moment", taken(np.asarray(forces.ground_moment, float))[None])
     store.add("counted", taken(results.counted.astype(float)), "f")
     if results.scene.labels:
-        for field, values in field_coefficients(results).items():
-            store.add(f"field.{field}", taken(values))
+        add_fields(store, results, taken)
         if not bent.division.whole:
             store.add("piece.start", taken(bent.division.start))
             store.add("piece.width", taken(bent.division.width))
@@ -114,6 +156,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
         "arrays": store.places,
+        "integrals": store.integrals,
         "positions": len(kept),
         "of": len(results.motion.time),
         "left_out": results.left_out,

@@ -35,7 +35,9 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     results = results.shown
     kept = kept_positions(results, found)
     store = numbers_of(results, kept)
-    scene = {"summary": figures, "model": model_of(results, kept, store), "text": results.scene.text}
+    numbers, packed = store.bytes()
+    model = {**model_of(results, kept, store), "packed": packed}
+    scene = {"summary": figures, "model": model, "text": results.scene.text}
     words = figures["scene"]
     return filled(
         "report.html",
@@ -44,7 +46,7 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
             "source": _text(words["source"].strip()),
             "gist": _text(gist),
             "scene": as_data(scene),
-            "numbers": b64encode(store.bytes()),
+            "numbers": b64encode(numbers),
             "uplot": _chart_library(),
             **shared_parts(SCRIPTS),
         },

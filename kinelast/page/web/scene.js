@@ -10,18 +10,53 @@ function bytesOf(id) {
 
 const { summary, model, text: sceneText } = read("scene");
 const N = model.positions;
-const arrays = (() => {
-  const bytes = bytesOf("numbers");
-  const doubles = Object.values(model.arrays).filter(([kind]) => kind === "d");
-  const total = doubles.reduce((sum, [, , shape]) => sum + shape.reduce((a, b) => a * b, 1), 0);
-  const found = {};
-  for (const [name, [kind, first, shape]] of Object.entries(model.arrays)) {
-    const count = shape.reduce((a, b) => a * b, 1);
-    const values = kind === "d" ? new Float64Array(bytes.buffer, 8 * first, count) : new Float32Array(bytes.buffer, 8 * total + 4 * first, count);
+async function inflated(id) {
+  const stream = new Blob([bytesOf(id)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// The rows of all arrays as they are stored: one kind behind the other, packed by the significance of their bytes.
+async function storedRows() {
+  const kinds = { d: Float64Array, f: Float32Array }, counts = { d: 0, f: 0 }, rows = {};
+  for (const [kind, , , same] of Object.values(model.arrays)) counts[kind] += N * same.filter((value) => value === null).length;
+  let bytes = model.packed ? await inflated("numbers") : bytesOf("numbers"), at = 0;
+  for (const [kind, Kind] of Object.entries(kinds)) {
+    const long = Kind.BYTES_PER_ELEMENT, count = counts[kind], own = model.packed ? new Uint8Array(long * count) : bytes.subarray(at, at + long * count);
+    if (model.packed) for (let plane = 0; plane < long; plane++) for (let k = 0; k < count; k++) own[long * k + plane] = bytes[at + plane * count + k];
+    rows[kind] = new Kind(own.buffer, own.byteOffset, count);
+    at += long * count;
+  }
+  return rows;
+}
+
+// Every array with its positions last; of vectors x, y, x, y.
+const arrays = await (async () => {
+  const rows = await storedRows(), at = { d: 0, f: 0 }, found = {};
+  for (const [name, [kind, shape, vectors, same]] of Object.entries(model.arrays)) {
+    const values = new Float64Array(same.length * N), parts = vectors ? 2 : 1;
+    same.forEach((value, r) => {
+      const from = Math.floor(r / parts) * parts * N + (r % parts);
+      for (let i = 0; i < N; i++) values[from + parts * i] = value === null ? rows[kind][at[kind] + i] : value;
+      if (value === null) at[kind] += N;
+    });
     found[name] = { values, shape };
   }
+  for (const [name, [of, times, factors]] of Object.entries(model.integrals)) found[name] = integrated(found[name].values, found[of], times, factors);
   return found;
 })();
+
+// Coefficients of a field of which the first are known, and the rest those of another that is so many times integrated.
+function integrated(first, { values, shape: [order, pieces] }, times, factors) {
+  const whole = new Float64Array((order + times) * pieces * N);
+  whole.set(first);
+  for (let k = 0; k < order; k++) {
+    let product = 1;
+    for (let d = 1; d <= times; d++) product *= k + d;
+    for (let piece = 0; piece < pieces; piece++)
+      for (let i = 0; i < N; i++) whole[((k + times) * pieces + piece) * N + i] = (values[(k * pieces + piece) * N + i] * factors[piece]) / product;
+  }
+  return { values: whole, shape: [order + times, pieces] };
+}
 
 const row = (name, k = 0) => arrays[name].values.subarray(k * N, (k + 1) * N);
 const has = (name) => name in arrays;
