@@ -3,11 +3,10 @@
 import json
 import re
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Page, started
+from browser import Page, accessibility_faults
 from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
@@ -22,13 +21,6 @@ from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])
 EXACT = 1e-12
-
-
-@pytest.fixture(scope="module")
-def driver():
-    opened = started()
-    yield opened
-    opened.quit()
 
 
 class Reports(dict):
@@ -440,14 +432,8 @@ def test_paper_has_no_blank_page(driver, reports):
 )
 def test_it_is_accessible(name, wish, driver, reports):
     """By axe-core's rules, of which the script comes with axe-selenium-python."""
-    axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
     page = Page(driver, reports[name] / "report.html", media={"prefers-color-scheme": wish})
-    page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
-    found = driver.execute_async_script("const done = arguments[arguments.length - 1]; axe.run().then(done)")
-    told = [
-        (rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found["violations"]
-    ]
-    assert told == []
+    assert accessibility_faults(page) == []
 
 
 def test_the_table_of_a_batch(driver, tmp_path):

@@ -68,7 +68,7 @@ class VibratingStructure:
             self._join(number, place, joints.get(place.joint.name, JointCompliance()))
 
     def frequencies(self, modes: int, inner: int) -> Any:
-        """With so many of the inner polynomials [rad/s], rising, shape (modes, positions); infinite: nothing vibrates."""
+        """[rad/s], rising, shape (modes, positions), with so many inner polynomials; infinite if nothing vibrates."""
         omega = np.full((modes, len(self.mass)), np.inf)
         if self.mass.shape[-1] > LARGE:
             kept = self.level <= inner

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,58 +10,16 @@ import numpy as np
 
 from elastic import FIELDS, coefficients
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.page.arrays import Numbers
 from rigid import PinDrive
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
-PACKED = 400_000  # bytes of numbers from which they are compressed: below, the time is worth more
 STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
 EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
-
-
-class Numbers:
-    """Rows over the positions one behind the other, and what they belong to.
-
-    Attributes
-    ----------
-    places
-        By name: "d" (float64) or "f" (float32); shape without the positions; whether they are complex, their parts rows
-        of their own; per row its value where that is the same at all positions, None where the row is stored.
-    integrals
-        By name of an array of coefficients, of which field's all but the first follow by integration, how many times,
-        and the factor for every piece.
-    """
-
-    def __init__(self) -> None:
-        self.places: dict[str, tuple[str, tuple[int, ...], bool, list[float | None]]] = {}
-        self.integrals: dict[str, tuple[str, int, list[float]]] = {}
-        self._parts: dict[str, list[Any]] = {"d": [], "f": []}
-
-    def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Put an array, positions last, behind the others of its kind."""
-        values = np.asarray(values)
-        shape, vectors = values.shape[:-1], np.iscomplexobj(values)
-        rows = np.stack([values.real, values.imag], axis=-2) if vectors else values
-        rows = rows.reshape(-1, values.shape[-1])
-        alike = (rows == rows[:, :1]).all(axis=1)
-        first = rows[:, 0].tolist()
-        same = [value if one else None for value, one in zip(first, alike.tolist(), strict=True)]
-        self.places[name] = (kind, shape, vectors, same)
-        self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
-
-    def bytes(self) -> tuple[bytes, bool]:
-        """All float64, then all float32, little-endian; and whether they are packed.
-
-        Packed: the first bytes of all numbers of a kind, then the second ones and so on, which are more alike, deflated.
-        """
-        whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
-        if sum(part.nbytes for part in whole) <= PACKED:
-            return b"".join(part.tobytes() for part in whole), False
-        planes = (part.view(np.uint8).reshape(-1, part.itemsize).T.tobytes() for part in whole)
-        return zlib.compress(b"".join(planes), 1), True
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:

@@ -16,8 +16,8 @@ from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts", "curves",
-           "maps", "answer", "figures", "main")  # fmt: skip
+SCRIPTS = ("numbers", "dom", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
+           "curves", "maps", "answer", "figures", "main")  # fmt: skip
 
 
 def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:
@@ -42,9 +42,9 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     return filled(
         "report.html",
         {
-            "title": _text(words["title"]),
-            "source": _text(words["source"].strip()),
-            "gist": _text(gist),
+            "title": text_of(words["title"]),
+            "source": text_of(words["source"].strip()),
+            "gist": text_of(gist),
             "scene": as_data(scene),
             "numbers": b64encode(numbers),
             "uplot": _chart_library(),
@@ -63,7 +63,7 @@ def as_data(value: Any) -> bytes:
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
-def _text(words: str) -> bytes:
+def text_of(words: str) -> bytes:
     """Words as text of a page, never as markup."""
     return escape(words).encode("utf-8", "replace")
 

@@ -1,49 +1,10 @@
 // What the page holds: the figures as JSON, the polynomials as numbers, and their values anywhere.
 const read = (id) => JSON.parse($(id).textContent);
 
-function bytesOf(id) {
-  const text = atob($(id).textContent.trim());
-  const bytes = new Uint8Array(text.length);
-  for (let k = 0; k < text.length; k++) bytes[k] = text.charCodeAt(k);
-  return bytes;
-}
-
 const { summary, model, text: sceneText } = read("scene");
 const N = model.positions;
-async function inflated(id) {
-  const stream = new Blob([bytesOf(id)]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-// The rows of all arrays as they are stored: one kind behind the other, packed by the significance of their bytes.
-async function storedRows() {
-  const kinds = { d: Float64Array, f: Float32Array }, counts = { d: 0, f: 0 }, rows = {};
-  for (const [kind, , , same] of Object.values(model.arrays)) counts[kind] += N * same.filter((value) => value === null).length;
-  let bytes = model.packed ? await inflated("numbers") : bytesOf("numbers"), at = 0;
-  for (const [kind, Kind] of Object.entries(kinds)) {
-    const long = Kind.BYTES_PER_ELEMENT, count = counts[kind], own = model.packed ? new Uint8Array(long * count) : bytes.subarray(at, at + long * count);
-    if (model.packed) for (let plane = 0; plane < long; plane++) for (let k = 0; k < count; k++) own[long * k + plane] = bytes[at + plane * count + k];
-    rows[kind] = new Kind(own.buffer, own.byteOffset, count);
-    at += long * count;
-  }
-  return rows;
-}
-
-// Every array with its positions last; of vectors x, y, x, y.
-const arrays = await (async () => {
-  const rows = await storedRows(), at = { d: 0, f: 0 }, found = {};
-  for (const [name, [kind, shape, vectors, same]] of Object.entries(model.arrays)) {
-    const values = new Float64Array(same.length * N), parts = vectors ? 2 : 1;
-    same.forEach((value, r) => {
-      const from = Math.floor(r / parts) * parts * N + (r % parts);
-      for (let i = 0; i < N; i++) values[from + parts * i] = value === null ? rows[kind][at[kind] + i] : value;
-      if (value === null) at[kind] += N;
-    });
-    found[name] = { values, shape };
-  }
-  for (const [name, [of, times, factors]] of Object.entries(model.integrals)) found[name] = integrated(found[name].values, found[of], times, factors);
-  return found;
-})();
+const arrays = await unpacked(model, N);
+for (const [name, [of, times, factors]] of Object.entries(model.integrals)) arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
 
 // Coefficients of a field of which the first are known, and the rest those of another that is so many times integrated.
 function integrated(first, { values, shape: [order, pieces] }, times, factors) {
