@@ -121,7 +121,7 @@ def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Ex
     for key in keys:
         values = coefficients(deflection, key)
         alike.setdefault(len(values), {})[key] = values
-    found = {}
+    found: dict[str, Extreme] = {}
     for fields in alike.values():
         values = np.stack(list(fields.values()), axis=1)
         both = zip(*greatest_at(*at_marks(values, turning_points(values))), strict=True)
@@ -138,7 +138,7 @@ def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Ex
     near = np.ones(squares.shape[1:], bool)
     if beside is not None:
         near = ~(np.abs(squares).sum(0) <= beside.value[deflection.division.beam] ** 2)
-    value, xi = np.zeros((2, *near.shape))
+    value, xi = np.zeros(near.shape), np.zeros(near.shape)
     if near.any():
         some = np.ascontiguousarray(squares[:, near])
         value[near], xi[near] = greatest_at(*at_marks(some, turning_points(some)))

@@ -73,8 +73,8 @@ class VibratingStructure:
         if self.mass.shape[-1] > LARGE:
             kept = self.level <= inner
             rows = np.array(self.held).swapaxes(0, 1)[..., kept]
-            parts = zip(*(whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass)), rows, strict=True)
-            return np.array([lowest_sparse(*part, modes) for part in parts]).T
+            stiffness, mass = (whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass))
+            return np.array([lowest_sparse(*part, modes) for part in zip(stiffness, mass, rows, strict=True)]).T
         for chosen, per_stiffness, level in self._unheld:
             count = np.searchsorted(level, inner, side="right")
             if count:
