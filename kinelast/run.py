@@ -188,7 +188,7 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     found = speeds(scene, asked)
     write_speeds(part / "speeds.csv", scene, found)
     draw_speeds(part / "speeds.svg", scene, found)
-    return speed_figures(found)
+    return speed_figures(found, scene)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:

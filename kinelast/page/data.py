@@ -11,13 +11,14 @@ import numpy as np
 from elastic import FIELDS, coefficients
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
 from kinelast.page.arrays import Numbers
-from rigid import PinDrive
+from rigid import PinDrive, Spring, TorsionSpring
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
 INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
+ROUND = 1e-6  # share of its radius that the pitch point of a wheel may wander
 EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
@@ -135,6 +136,8 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             }
             for slider in mechanism.sliders
         ],
+        "springs": list(_springs(results)),
+        "gears": list(_gears(results)),
         "drives": [
             {
                 "name": name,
@@ -152,6 +155,38 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             for (name, link), (owner, point) in zip(joint_words(results), _joint_points(results), strict=True)
         ],
     }
+
+
+def _springs(results: Results) -> Iterator[dict[str, Any]]:
+    """Per spring its two ends, or the pin that it turns about."""
+    index = results.mechanism.index
+    for load in results.mechanism.loads:
+        if isinstance(load, Spring):
+            yield {"link": index[load.link], "point": load.point, "on": index[load.on], "anchor": load.anchor}
+        elif isinstance(load, TorsionSpring):
+            yield {"link": index[load.link], "point": load.at, "on": index[load.on], "anchor": None}
+
+
+def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
+    """Per gear what drives and what follows: its link, the point that it turns about, and the pitch circle's radius."""
+    for place in results.motion.places:
+        if place.joint.gear is None:
+            continue
+        driver, teeth = place.joint.gear.driver, place.teeth
+        ends = [(driver, driver.child, None), (place.joint, place.joint.child, None)]
+        if teeth is not None:
+            ends = [(driver, teeth.body, teeth.reach_body), (place.joint, place.joint.child, teeth.reach)]
+        yield [
+            {"link": link, "point": joint.point(link), "radius": _radius(reach) if joint.turns else None}
+            for joint, link, reach in ends
+        ]
+
+
+def _radius(reach: Any) -> float | None:
+    """Length of an arm that is the same at all positions [m]."""
+    sizes = np.abs(np.ravel(reach)) if reach is not None else np.zeros(0)
+    sizes = sizes[np.isfinite(sizes)]
+    return float(sizes[0]) if sizes.size and np.ptp(sizes) <= ROUND * sizes[0] else None
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:

@@ -33,6 +33,7 @@ async function start() {
   mechanismSection();
   beamSection();
   curvesSection();
+  speedsSection();
   mapsSection();
   kinematicsSection();
   extremesSection();
