@@ -53,6 +53,7 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+    units: str | None = None
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""

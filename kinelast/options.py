@@ -13,6 +13,7 @@ MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
+UNITS = ("SI", "mm", "in")
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -119,6 +120,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--stills", action="store_true", help="also draw curves, maps and the mechanism as SVG for print (stills/*.svg)"
     )
+    add("--units", choices=UNITS, help="of the page and of positions.csv, instead of the scene's own [SI]")
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastic import FIELDS, coefficients
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.numbers import REPORT_UNITS
 from kinelast.page.arrays import Numbers
 from rigid import PinDrive, Spring, TorsionSpring
 
@@ -113,6 +114,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     mechanism, bent = results.mechanism, results.deflection
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
+        "units": REPORT_UNITS.get(results.scene.report_units, {}),
         "arrays": store.places,
         "integrals": store.integrals,
         "positions": len(kept),

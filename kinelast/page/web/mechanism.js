@@ -154,7 +154,7 @@ function drawMechanism(holder, tip) {
   }
 
   function scaleBar() {
-    const length = roundDown(Math.min(0.22 * width, 200) / scale), x = 12, y = height - 10;
+    const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per, x = 12, y = height - 10;
     return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m")));
   }
 
