@@ -18,7 +18,7 @@ const valueWords = (name, k, digits = 4) => number(columnOf(name)[k] * scaleFor[
 const unitOf = (name) => unitWords(scaleFor[name][1]);
 const axisWords = (name) => `${name}${unitOf(name) ? ` [${unitOf(name)}]` : ""}`;
 
-const state = { x: null, y: null, colour: "", greater: new Set(data.greater), within: {}, chosen: null, hovered: null };
+const state = { x: null, y: null, colour: "", greater: new Set(data.greater), within: {}, chosen: null, hovered: null, printing: false };
 const listeners = { change: [], choice: [], brush: [] };
 const tell = (what) => listeners[what].forEach((listener) => listener());
 
@@ -87,6 +87,12 @@ function canvasIn(holder, height, draw, words) {
       made.pen(each).setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     draw();
+  };
+  // Marks lie above the picture, but on paper, where nothing shows through, in it.
+  made.markPen = () => {
+    if (state.printing) return made.pen(canvas);
+    made.clear(above);
+    return made.pen(above);
   };
   made.clear = (which) => made.pen(which).clearRect(0, 0, made.width, height);
   new ResizeObserver(() => { if (Math.abs(Math.max(260, holder.clientWidth) - made.width) > 1) made.fit(); }).observe(holder);

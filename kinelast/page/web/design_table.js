@@ -17,7 +17,7 @@ function tableSection() {
     const size = (k) => (isFinite(values[k]) ? way * values[k] : Infinity);
     kept.sort((a, b) => size(a) - size(b) || a - b);
     body.replaceChildren(...kept.slice(0, shown).map((k) => h("tr", { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
-      h("th", { scope: "row" }, h("button", { type: "button", class: "go", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
+      h("th", { scope: "row" }, h("button", { type: "button", class: "pick", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
       axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
     heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
     more.hidden = kept.length <= shown;

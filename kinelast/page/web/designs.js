@@ -6,8 +6,8 @@ function theme() {
   $("tools").append(h("button", { type: "button", id: "theme", "aria-label": "dark or light page", onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark") }, "◐"));
   dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
   let before = null;
-  addEventListener("beforeprint", () => { before = root.dataset.theme; set("light"); });
-  addEventListener("afterprint", () => { if (before) set(before); before = null; });
+  addEventListener("beforeprint", () => { before = root.dataset.theme; state.printing = true; set("light"); });
+  addEventListener("afterprint", () => { state.printing = false; set(before ?? "light"); before = null; });
 }
 
 function aboutDesigns() {

@@ -77,8 +77,7 @@ function parallelSection() {
   }
 
   function mark() {
-    made.clear(made.above);
-    const pen = made.pen(made.above);
+    const pen = made.markPen();
     for (const [k, name, wide] of [[bestPlace, "--red", 2], [state.chosen, "--ink", 2.4]]) if (k !== null) { pen.strokeStyle = variable(name); pen.lineWidth = wide; through(pen, k); }
   }
 

@@ -62,8 +62,7 @@ function scatterSection() {
   }
 
   function mark() {
-    made.clear(made.above);
-    const pen = made.pen(made.above);
+    const pen = made.markPen();
     for (const [k, radius] of [[state.chosen, 7], [state.hovered, 5]]) {
       if (k === null || !isFinite(columnOf(state.x)[k] + columnOf(state.y)[k])) continue;
       pen.strokeStyle = variable("--ink"); pen.lineWidth = 2;
