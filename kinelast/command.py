@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
@@ -107,6 +108,10 @@ def _list() -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
+    try:
+        Path.cwd()
+    except OSError:  # which libraries do not survive being imported in
+        return _refuse("the working folder is gone: go to one that is there")
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(options.scenes)
@@ -159,7 +164,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
     from kinelast.folder import RequestError
-    from kinelast.tables import summary_row, write_index, write_summary
+    from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not options.out.is_dir():
         return
@@ -167,7 +172,10 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Names
         (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
     }
     try:
-        write_index(options.out, write_summary(options.out, {row[0]: row for row in rows.values()}))
+        whole = write_summary(options.out, {row[0]: row for row in rows.values()})
+        seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
+        write_index(options.out, whole, seconds)
+        write_parquet(options.out, whole)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 
@@ -249,6 +257,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         tolerances=options.tolerances,
         samples=options.samples,
         optimize=options.optimize,
+        units=options.units,
     )
     try:
         require_pictures(request)

@@ -15,6 +15,7 @@ MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
 MOST_DESIGNS = 10_000_000
 MOST_SAMPLES = 1_000_000
+UNITS = ("SI", "mm", "in")
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -143,6 +144,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="ADDRESS",
         help='of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
     )
+    add("--units", choices=UNITS, help="of the page and of positions.csv, instead of the scene's own [SI]")
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
