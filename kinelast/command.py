@@ -123,10 +123,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.out.exists() and not options.out.is_dir():
         return _refuse(f'-o: "{options.out}" is a file: name a folder')
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
-    if options.structure:
-        return _structures(tasks, options, BAD_INPUT if problems else FINE)
-    if options.sweep or options.design is not None:
-        return _sweeps(tasks, options, BAD_INPUT if problems else FINE)
+    others = _structures if options.structure else _sweeps if options.sweep or options.design is not None else None
+    if others:
+        return others(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
