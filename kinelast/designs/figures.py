@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection
+from elastic import FIELDS, Deflection, deflection
 from elastic.assessment import angle_error, euler_ratio
 from elastic.cycle_maxima import Maximum, cycle_maxima
 from elastic.sampling import displacement_of
@@ -17,7 +17,7 @@ from kinelast.figures.results import WELL, drive_words
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
 from kinelast.scene.limits import Output
-from rigid import drive_efforts
+from rigid import Motion, drive_efforts
 from rigid.analysis import reachable, transmission_angles
 from rigid.constants import mass_moments
 
@@ -27,20 +27,25 @@ ALONG = {"deflection": "w", "chord": "chord", "stress": "mises", "u": "u", "phi"
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Designs at their positions: a scene and its deflection, columns (designs, positions) or (positions,).
+    """Designs at their positions: a scene and its motion, columns (designs, positions) or (positions,).
 
-    `output` is what the machine is there for, where it is known.
+    `output` is what the machine is there for, where it is known; `wanted` are the fields that figures take.
     """
 
     scene: Scene
-    bent: Deflection
+    motion: Motion
     output: Output | None = None
     wanted: frozenset[str] = field(default_factory=frozenset)
 
     @cached_property
+    def bent(self) -> Deflection:
+        """Its deflection, computed where a figure asks for it."""
+        return deflection(self.motion, self.scene.sections, joints=self.scene.joints)
+
+    @cached_property
     def reached(self) -> Any:
         """Whether the mechanism closes, shape (..., positions)."""
-        return reachable(self.bent.motion)
+        return reachable(self.motion)
 
     @cached_property
     def counted(self) -> Any:
@@ -48,8 +53,7 @@ class Found:
 
         As in `kinelast.figures.results.Results.counted`.
         """
-        motion = self.bent.motion
-        well = motion.condition <= WELL
+        well = self.motion.condition <= WELL
         if well.all():
             return None
         return np.where(well.any(axis=-1, keepdims=True), well, ~self.bent.lost)
@@ -75,7 +79,7 @@ class Found:
     @property
     def columns(self) -> tuple[int, ...]:
         """Shape of the columns."""
-        return self.bent.motion.columns
+        return self.motion.columns
 
     def of_beams(self, key: str) -> tuple[Any, Any]:
         """Largest magnitude of a field of every beam, shape (beams, ...), and the position."""
@@ -206,18 +210,18 @@ def _mass(found: Found) -> Values:
 
 
 def _effort(found: Found, number: int) -> Values:
-    return found.largest(drive_efforts(found.bent.motion, found.bent.forces)[number])
+    return found.largest(drive_efforts(found.motion, found.bent.forces)[number])
 
 
 def _condition(found: Found) -> Values:
-    condition = np.where(found.bent.lost, -1.0, found.bent.motion.condition)
+    condition = np.where(found.bent.lost, -1.0, found.motion.condition)
     most = condition.max(axis=-1)
     return np.where(most < 0.0, np.nan, most), condition.argmax(axis=-1)
 
 
 def _transmission(found: Found) -> Values:
     """Least transmission angle of any dyad; nan where there is none."""
-    angles = [each.angle for each in transmission_angles(found.bent.motion)]
+    angles = [each.angle for each in transmission_angles(found.motion)]
     if not angles:
         return np.full(found.columns[:-1], np.nan), None
     angle = reduce(np.minimum, angles)
