@@ -229,7 +229,7 @@ def _reasons(found: Found) -> Any:
         number, beam = motion.mechanism.beams[block.beam]
         link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
-    lost = ~(motion.condition <= SINGULAR) if bent is None else bent.lost
+    lost = ~(found.condition <= SINGULAR) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
 
@@ -242,5 +242,6 @@ def _opening_joint(found: Found) -> Any:
         links = list(closed.group.links)
         if closed.group.cut:
             closes = np.isfinite(motion.origin[links] + motion.direction[links]).all(axis=(0, -1))
+            closes = np.broadcast_to(closes, name.shape)
             name[~closes & (name == "")] = closed.group.cut[0].name
     return name

@@ -11,6 +11,7 @@ import numpy as np
 
 from elastic import FIELDS, Deflection, deflection
 from elastic.assessment import angle_error, euler_ratio
+from elastic.beams.compliance import designs_of
 from elastic.cycle_maxima import Maximum, cycle_maxima
 from elastic.sampling import displacement_of
 from kinelast.figures.results import WELL, drive_words
@@ -45,7 +46,12 @@ class Found:
     @cached_property
     def reached(self) -> Any:
         """Whether the mechanism closes, shape (..., positions)."""
-        return reachable(self.motion)
+        return np.broadcast_to(reachable(self.motion), self.columns)
+
+    @cached_property
+    def condition(self) -> Any:
+        """Of the motion, shape (..., positions)."""
+        return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
     def counted(self) -> Any:
@@ -53,7 +59,7 @@ class Found:
 
         As in `kinelast.figures.results.Results.counted`.
         """
-        well = self.motion.condition <= WELL
+        well = self.condition <= WELL
         if well.all():
             return None
         return np.where(well.any(axis=-1, keepdims=True), well, ~self.bent.lost)
@@ -76,10 +82,10 @@ class Found:
         most = np.take_along_axis(size, at[..., None], -1)[..., 0]
         return np.where(most < 0.0, np.nan, most), at
 
-    @property
+    @cached_property
     def columns(self) -> tuple[int, ...]:
-        """Shape of the columns."""
-        return self.motion.columns
+        """Shape of the columns, also where the designs differ in what does not move them."""
+        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
 
     def of_beams(self, key: str) -> tuple[Any, Any]:
         """Largest magnitude of a field of every beam, shape (beams, ...), and the position."""
@@ -214,7 +220,7 @@ def _effort(found: Found, number: int) -> Values:
 
 
 def _condition(found: Found) -> Values:
-    condition = np.where(found.bent.lost, -1.0, found.motion.condition)
+    condition = np.where(found.bent.lost, -1.0, found.condition)
     most = condition.max(axis=-1)
     return np.where(most < 0.0, np.nan, most), condition.argmax(axis=-1)
 
@@ -224,7 +230,7 @@ def _transmission(found: Found) -> Values:
     angles = [each.angle for each in transmission_angles(found.motion)]
     if not angles:
         return np.full(found.columns[:-1], np.nan), None
-    angle = reduce(np.minimum, angles)
+    angle = np.broadcast_to(reduce(np.minimum, angles), found.columns)
     return angle.min(axis=-1), angle.argmin(axis=-1)
 
 
