@@ -216,7 +216,7 @@ def _mass(found: Found) -> Values:
 
 
 def _effort(found: Found, number: int) -> Values:
-    return found.largest(drive_efforts(found.motion, found.bent.forces)[number])
+    return found.largest(drive_efforts(found.bent.motion, found.bent.forces)[number])
 
 
 def _condition(found: Found) -> Values:
