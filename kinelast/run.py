@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +26,6 @@ from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 from rigid import MechanismError
 
-if TYPE_CHECKING:
-    pass
 
 Tell = Callable[[str], None]
 
