@@ -26,7 +26,6 @@ from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 from rigid import MechanismError
 
-
 Tell = Callable[[str], None]
 
 

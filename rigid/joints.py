@@ -271,13 +271,14 @@ def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     parent, child = joint.parent, joint.child
     arm_parent = carried(placed.direction[parent], joint.at_parent)
     arm_child = carried(placed.direction[child], joint.at_child)
+    teeth = None if joint.gear is None else teeth_of(placed, joint)
     if joint.turns:
-        return JointPlace(joint, arm_parent, arm_child, None, teeth_of(placed, joint))
+        return JointPlace(joint, arm_parent, arm_child, None, teeth)
     if joint.ordered:
         arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
     else:
         arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
-    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth_of(placed, joint))
+    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth)
 
 
 def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:

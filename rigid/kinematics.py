@@ -161,7 +161,7 @@ def motion(
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         placed, closures = place(mechanism, order, coordinates, near, lead)
-    shape = np.broadcast_shapes(coordinates.shape[1:], mechanism.designs)
+    shape = (*mechanism.designs[:-1], coordinates.shape[-1])
     origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
     return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
@@ -238,10 +238,18 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
 
 def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[Any, Any, Openings]:
     """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
-    hinges = [hinge for closed in closures for hinge in closed.joints]
-    driven = [hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) for hinge in hinges]
-    gaps, turns = [gap for gap, _ in driven], [turn for _, turn in driven]
-    return displacements(closures, gaps, turns, [ZERO] * len(mechanism.links))
+    return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
+
+
+def _driven(closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
+    """Displacement and rotation of every joint's child from its parent that the drives ask for."""
+    gaps, turns = [], []
+    for hinge in (hinge for closed in closures for hinge in closed.joints):
+        asked = hinge.joint.drive is not None
+        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) if asked else (ZERO, ZERO)
+        gaps.append(gap)
+        turns.append(turn)
+    return gaps, turns
 
 
 def _accelerations(
@@ -251,10 +259,8 @@ def _accelerations(
 
     Coriolis' acceleration is a gap that the others must close.
     """
-    gaps: list[Columns] = []
-    turns: list[Columns] = []
-    for hinge in (hinge for closed in closures for hinge in closed.joints):
-        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate2, hinge.joint.drive))
-        gaps.append(gap + hinge.coriolis(velocity, rotation))
-        turns.append(turn)
+    gaps, turns = _driven(closures, rate2)
+    for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
+        if not hinge.turns:
+            gaps[number] = gaps[number] + hinge.coriolis(velocity, rotation)
     return displacements(closures, gaps, turns, [value * value for value in rotation])

@@ -8,7 +8,6 @@ end of the reach, behind which nothing is answered.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -48,7 +47,7 @@ class Branch:
         self.designs = lengths(mechanism)
         self.rows = self.designs[0] if self.designs else 1
         self.loops = [tuple(loop(group, cut) for cut in group.cut) for group in structure.groups]
-        self.drivers = measured_drivers(structure)
+        self.drivers = structure.measured_drivers
         grid = path.grid(low, high)
         counts = len(mechanism.links), len(structure.groups), len(self.drivers)
         self.table: Table = table_of.knots(grid, self.rows, *counts)
@@ -279,10 +278,3 @@ def lengths(mechanism: Mechanism) -> tuple[int, ...]:
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
     return np.broadcast_shapes(*(np.shape(value) for value in values))
-
-
-def measured_drivers(structure: Structure) -> tuple[Any, ...]:
-    """Names and links of the joints that drive a gear and are not themselves moved."""
-    gears: Sequence[Any] = [joint.gear for joint in structure.joints if joint.gear is not None]
-    found = {(gear.driver.name, gear.driver.parent, gear.driver.child) for gear in gears if not gear.driver.moved}
-    return tuple(sorted(found))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,13 @@ class Path:
     stride: float
     turn: float
     vertices: Any = None
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Least and greatest s of the positions asked; the drawing's where there are none."""
+        if not len(self.asked):
+            return self.begin, self.begin
+        return self.asked.min(), self.asked.max()
 
     def drives(self, places: Any) -> Any:
         """Coordinates of the drives, shape (drives, ...)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import lru_cache, reduce
 from typing import Any
 
@@ -20,14 +20,21 @@ AT_MOST = 1e-6  # slack behind a singular position
 
 
 def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
-    """Find the dyad's type and place its two links; `flip` is -1 where it folds the other way than drawn."""
-    outer: Sequence[Joint] = sorted(group.tree, key=lambda joint: joint.slider is not None)
+    """Place the two links of a dyad; `flip` is -1 where it folds the other way than drawn."""
+    solve, *joints = _solution(group)
+    return solve(placed, *joints, drawing, flip)
+
+
+@lru_cache(maxsize=1024)
+def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
+    """What places a dyad by its type, its outer joints, pins first, and the inner one."""
+    one, other = sorted(group.tree, key=lambda joint: not joint.turns)
     inner = group.cut[0]
-    if inner.slider is None:
-        solve = (_two_pins, _pin_and_slide, _two_slides)[sum(joint.slider is not None for joint in outer)]
+    if inner.turns:
+        solve = _two_pins if other.turns else _pin_and_slide if one.turns else _two_slides
     else:
-        solve = _slide_between if outer[1].slider is None else _slide_on_slide
-    return solve(placed, outer[0], outer[1], inner, drawing, flip)
+        solve = _slide_between if other.turns else _slide_on_slide
+    return solve, one, other, inner
 
 
 def place_dyad_with_slack(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:

@@ -11,7 +11,7 @@ from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joints import joint_place
 from rigid.mechanism import Mechanism
-from rigid.positions.branch import Branch, measured_drivers
+from rigid.positions.branch import Branch
 from rigid.positions.drive_path import FINEST, STILL, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
@@ -56,11 +56,6 @@ def place(
     return placed, tuple(closures)
 
 
-def _closed_form(group: Group) -> bool:
-    """Whether a group is a driven link or a dyad."""
-    return not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
-
-
 def _drive(placed: Placement, group: Group) -> None:
     """Place a group of driven links."""
     for joint in group.tree:
@@ -72,7 +67,7 @@ def _place_near(placed: Placement, group: Group, near: Posture) -> None:
     """Place a group where it is nearest to a posture."""
     if not group.free:
         _drive(placed, group)
-    elif not _closed_form(group):
+    elif not group.closed_form:
         placed.sine.append(correct(placed, group, near))
     else:
         away = []
@@ -90,7 +85,7 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> Placeme
     for group in structure.groups:
         if not group.free:
             _drive(placed, group)
-        elif _closed_form(group):
+        elif group.closed_form:
             placed.sine.append(place_dyad_with_slack(placed, group, drawing, 1.0))
         else:
             shape = np.broadcast_shapes(placed.drive.shape[1:], placed.mechanism.designs)
@@ -103,10 +98,9 @@ def _dense(path: Path) -> bool:
     """Whether positions asked are near one another, and the drawing is among them."""
     if path.vertices is not None:
         return False
-    places = path.asked
-    covered = places.min() - NEAR <= path.begin <= places.max() + NEAR
-    covered |= bool(path.turn) and np.ptp(places) >= path.turn - NEAR
-    return bool(covered and np.abs(places[1:] - places[:-1]).max(initial=0.0) <= min(NEAR, path.stride))
+    low, high = path.span
+    covered = low - NEAR <= path.begin <= high + NEAR or 0 < path.turn <= high - low + NEAR
+    return bool(covered and np.abs(path.asked[1:] - path.asked[:-1]).max(initial=0.0) <= min(NEAR, path.stride))
 
 
 def _firm(sines: Any) -> bool:
@@ -121,12 +115,11 @@ def _firm(sines: Any) -> bool:
 
 def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> Placement:
     """Place all links on the branch that is followed from the drawing."""
-    drawn = path.vertices is None and np.abs(path.asked - path.begin).max(initial=0.0) <= STILL
-    dyads = all(_closed_form(group) for group in structure.groups) and not measured_drivers(structure)
-    plain = _as_drawn(mechanism, structure, drive) if drawn or dyads else None
-    forms = tuple(_closed_form(group) for group in structure.groups)
+    drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
+    plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
     if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
         return plain
+    forms = tuple(group.closed_form for group in structure.groups)
     for edge in (FINEST, DEEP):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
         if plain is not None and (branch.table["sign"] > 0).all():
