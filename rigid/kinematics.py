@@ -161,19 +161,20 @@ def motion(
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         placed, closures = place(mechanism, order, coordinates, near, lead)
-    shape = (*mechanism.designs[:-1], coordinates.shape[-1])
-    origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
-    return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
+        shape = (*mechanism.designs[:-1], coordinates.shape[-1])
+        origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
+        return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
 def with_rates(motion: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
-    return _moving(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        return _with_velocities(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
 
 
-def _moving(
+def _with_velocities(
     mechanism: Mechanism,
     time: Reals,
     drive: Reals,
@@ -185,9 +186,8 @@ def _moving(
     final: bool = False,
 ) -> Motion:
     """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        velocity, rotation, _ = _velocities(mechanism, closures, rate)
-        acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
+    velocity, rotation, _ = _velocities(mechanism, closures, rate)
+    acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
     found = Motion(
         mechanism,
@@ -207,7 +207,7 @@ def _moving(
         return found
     with np.errstate(all="ignore"):
         regular = marked(found, _openings(found))
-    return _moving(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
+    return _with_velocities(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
 
 
 def _openings(motion: Motion) -> tuple[Openings, Openings]:
