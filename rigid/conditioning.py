@@ -24,7 +24,7 @@ MILD = 4.0  # by how much larger than their sum parts may be without counting
 TINY = np.finfo(float).tiny  # instead of a zero to divide by
 
 
-class Moving(Protocol):
+class MotionState(Protocol):
     """What of a `Motion` tells its condition."""
 
     @property
@@ -137,7 +137,7 @@ def suspect(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
     return any(not narrowness(mechanism, closed).min() >= REGULAR for closed in free)
 
 
-def condition_numbers(motion: Moving, openings: tuple[Openings, Openings]) -> list[Columns]:
+def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
     """By how much every group multiplies round-off when it moves: errors are of this many eps, (..., positions).
 
     1/s^2 where the links come to a stop, more behind another group that is singular. Where they pass smoothly what is
@@ -175,12 +175,12 @@ def amplified(bound: Columns, done: Columns) -> Columns:
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 
-def ill_conditioned(motion: Moving, condition: Columns) -> Any:
+def ill_conditioned(motion: MotionState, condition: Columns) -> Any:
     """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
     return (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
 
 
-def marked(motion: Moving, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
+def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
     found = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):

@@ -15,6 +15,8 @@ from rigid.joints import Columns, JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
+UNSTRESSED = 1e-9  # share of a self-stress of unit size below which a joint has no part in it
+
 
 @dataclass(frozen=True, eq=False)
 class JointForces:

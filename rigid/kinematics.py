@@ -19,7 +19,7 @@ from rigid.joints import Columns, JointPlace
 from rigid.mechanism import Mechanism
 from rigid.parts import Complexes, Reals
 from rigid.plane import ZERO
-from rigid.positions.placing import place
+from rigid.positions.link_positions import place
 from rigid.postures import Posture
 
 

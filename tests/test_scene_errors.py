@@ -24,7 +24,7 @@ from kinelast.scene.reading import (
     scene_motion_at,
     scene_times,
 )
-from kinelast.scene.structure import structure_from_dict
+from kinelast.scene.structure_scene import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'

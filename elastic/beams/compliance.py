@@ -11,7 +11,7 @@ import numpy as np
 from elastic.beams.section import Section
 from elastic.beams.taper import taper_functions
 from rigid import Mechanism
-from rigid.constants import beam_table, per_row
+from rigid.constants import beam_constants, per_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
         table = np.array([[part[:, 0] for part in taper_functions(section, (1.0,), powers)] for section in sections])
         ends = tuple(np.moveaxis(table, 0, -1)[k].reshape(powers, -1, *(1,) * ndim) for k in range(4))
     tapered = per_row([bool(section.taper) for section in sections], ndim, bool)
-    return Compliance(beam_table(mechanism, ndim).length, stretch, bend, shear, strain, tapered, ends, powers)
+    return Compliance(beam_constants(mechanism, ndim).length, stretch, bend, shear, strain, tapered, ends, powers)
 
 
 @lru_cache(maxsize=64)

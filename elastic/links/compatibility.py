@@ -25,10 +25,9 @@ from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
+from rigid.forces import UNSTRESSED
 from rigid.loads import beam_loads
 from rigid.plane import dot
-
-UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
 
 
 @dataclass(frozen=True, eq=False)

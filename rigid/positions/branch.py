@@ -24,7 +24,7 @@ from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
 from rigid.positions.newton import hung, newton, sine_of
-from rigid.positions.placement import Placement
+from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import of_designs
 
 NARROW = 64  # times the finest step that a change point may be wide
@@ -94,7 +94,7 @@ class Branch:
         origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
         sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
         led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
-        placed = Placement(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
+        placed = PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, placed.coordinate(joint))
@@ -106,7 +106,7 @@ class Branch:
             found = sine_of(hung(placed, group, newton(placed, group, start)))
         self._note(table, number, placed, group, found)
 
-    def _note(self, table: Table, number: int, placed: Placement, group: Group, sine: Any) -> None:
+    def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Any) -> None:
         """Enter a placed group into knots."""
         count = len(table["place"])
 

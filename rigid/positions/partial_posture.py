@@ -17,7 +17,7 @@ TURNS = 8  # of a gear's driver either way, that a posture is compared with
 
 
 @dataclass(eq=False)
-class Placement:
+class PartialPosture:
     """Links placed so far: origins [m] and unit vectors of their axes, per link, shape (..., positions)."""
 
     mechanism: Mechanism
