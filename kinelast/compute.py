@@ -11,7 +11,7 @@ import numpy as np
 from elastic import Deflection, deflection
 from kinelast.figures.long_runs import SHOWN
 from kinelast.figures.results import Results
-from kinelast.folder import Request, RequestError
+from kinelast.request import Request, RequestError
 from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_motion, scene_motion_at, scene_times
 from rigid import Motion

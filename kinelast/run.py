@@ -15,10 +15,12 @@ import numpy as np
 from kinelast import tables
 from kinelast.compute import Progress, checked, computed, no_progress, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
-from kinelast.figures.results import Peak, Results, peaks
-from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
+from kinelast.figures.peaks import Peak, peaks
+from kinelast.figures.results import Results
+from kinelast.folder import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
+from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_times

@@ -68,9 +68,9 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
-        for k, at in enumerate(closed.group.free):
-            dual = closed.duals[k, c] if closing.turns else closed.duals[k, c].real
-            loads = moment if closed.tree[at].turns else force
+        for k in range(len(closed.group.free)):
+            dual = closing.per_displacement(closed.duals[k, c])
+            loads = moment if closed.group.angles[k] else force
             needed = needed + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
         total = np.maximum(total, needed)
     return total
@@ -90,7 +90,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
     for k in _pins(closed):
-        dual = all_duals[k, c] if closed.cut[c].turns else all_duals[k, c].real
+        dual = closed.cut[c].per_displacement(all_duals[k, c])
         turned = [sizes[link] for link, _ in closed.group.carried[k]]
         size = reduce(np.maximum, turned)
         if not np.all(size):
@@ -100,7 +100,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
 
 
 def _pins(closed: Closure) -> list[int]:
-    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].turns]
+    return [k for k, angle in enumerate(closed.group.angles) if angle]
 
 
 def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:

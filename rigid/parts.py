@@ -126,6 +126,16 @@ class PinDrive:
     on: str = GROUND
     turns: ClassVar[bool] = True
 
+    @property
+    def joint(self) -> str:
+        """Name of the joint that it moves."""
+        return self.at
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its link."""
+        return self.link
+
 
 @dataclass(frozen=True)
 class SliderDrive:
@@ -133,6 +143,16 @@ class SliderDrive:
 
     slider: str
     turns: ClassVar[bool] = False
+
+    @property
+    def joint(self) -> str:
+        """Name of the joint that it moves."""
+        return self.slider
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its slider."""
+        return self.slider
 
 
 class Load(Protocol):

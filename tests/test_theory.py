@@ -20,7 +20,7 @@ from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
 from kinelast.figures.theory import vibration_estimate
 from kinelast.figures.trust import findings
-from kinelast.folder import Request
+from kinelast.request import Request
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.error import SceneError
 

@@ -35,6 +35,16 @@ class Group:
         return 2 * len(self.cut) - len(self.free)
 
     @cached_property
+    def angles(self) -> tuple[bool, ...]:
+        """Of every free coordinate, whether it is an angle; else it is a slide."""
+        return tuple(self.tree[number].turns for number in self.free)
+
+    @cached_property
+    def guides(self) -> tuple[bool, ...]:
+        """Of every cut joint, whether it holds its links against turning."""
+        return tuple(not joint.turns for joint in self.cut)
+
+    @cached_property
     def closed_form(self) -> bool:
         """Whether it is a driven link or a dyad."""
         return not self.free or (len(self.links) == len(self.free) == 2 and len(self.cut) == 1)

@@ -184,7 +184,7 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any, flank
     effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
         one, other = multiplier[2 * number], multiplier[2 * number + 1]
-        if joint.slider is None:
+        if joint.turns:
             pulls.append(one + 1j * other)
             couples.append(effort.get(number, 0.0))
         else:

@@ -15,7 +15,8 @@ import numpy as np
 from rigid.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joints import coordinate_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import coordinate_of
 from rigid.mechanism import Mechanism
 from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
@@ -66,7 +67,7 @@ class Branch:
         """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
         place = self.table["place"]
         for joint in group.tree:
-            if joint.gear is None or joint.gear.driver.moved or joint.gear.driver.slider is not None:
+            if joint.gear is None or joint.gear.driver.moved or not joint.gear.driver.turns:
                 continue
             driver = joint.gear.driver
             k = self.drivers.index((driver.name, driver.parent, driver.child))
@@ -155,7 +156,7 @@ class Branch:
         """From the coordinates of a group at knots to those at others, by the shorter way, shape (knots, free)."""
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
-        turns = np.array([group.tree[at].slider is None for at in group.free])
+        turns = np.array(group.angles)
         return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
 
     # Certainty

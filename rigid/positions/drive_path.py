@@ -131,5 +131,5 @@ def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
     slides = np.zeros(len(mechanism.drives), bool)
     for joint in joints:
         if joint.drive is not None:
-            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), joint.slider is not None
+            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), not joint.turns
     return drawn, slides, all(joint.gear is None or joint.gear.driver.moved for joint in joints)

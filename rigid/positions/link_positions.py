@@ -9,7 +9,7 @@ import numpy as np
 from rigid.closure import Closure, closure
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joints import joint_place
+from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import Branch
 from rigid.positions.drive_path import FINEST, STILL, Path, path_through

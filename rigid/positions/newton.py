@@ -9,7 +9,8 @@ import numpy as np
 
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
-from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import Columns, Joint, coordinate_of, gap_of
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture
@@ -64,7 +65,7 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
 
 def _within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
     """Whether a gap is within an angle [rad] and a length [m]."""
-    if joint.slider is None:
+    if joint.turns:
         return np.abs(gap) <= length
     return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
 
@@ -75,7 +76,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
     column = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.array([joint.sense for joint in free]).reshape(column)
     size = size_of(placed.mechanism)
-    unit = np.array([1.0 if joint.slider is None else size for joint in free]).reshape(column)
+    unit = np.where(group.angles, 1.0, size).reshape(column)
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf
     with np.errstate(all="ignore"):
@@ -108,8 +109,8 @@ def sine_of(closed: Closure) -> Columns:
     table = columns(closed.group, closed.tree, closed.cut)
     effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)), complex)
     effect = effect.reshape(len(table), -1, *effect.shape[1:])
-    turning = [closed.tree[number].along is None for number in closed.group.free]
-    sliding = np.array([place.along is not None for place in closed.cut])
+    turning = list(closed.group.angles)
+    sliding = np.array(closed.group.guides)
     if sliding.any() and any(turning):
         moved = np.where(sliding.reshape(-1, *[1] * (effect.ndim - 2)), np.abs(effect.imag), np.abs(effect))
         longest = moved[turning].max(axis=(0, 1))
