@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigid.joints import Joint, JointPlace, Placed, along_of, carried, point_of
-from rigid.teeth import Teeth, wheel_push
+from rigid.teeth import Teeth, pitch_reach, wheel_push
 
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:
@@ -53,7 +53,7 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     else:
         if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
             return None
-        reach = (hub - own) / (1 - rate)
+        reach = pitch_reach(hub - own, rate)
         reach_body = rate * reach
         along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
     arm = hub - placed.origin[body] + reach_body

@@ -186,6 +186,13 @@ def gap_of(placed: Placed, joint: Joint) -> Columns:
     return joint.sense * np.angle(turned) + 1j * cross(along_of(placed, joint), opened)
 
 
+def within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
+    """Whether a gap of a cut joint, as of `gap_of`, is within an angle [rad] and a length [m]."""
+    if joint.turns:
+        return np.abs(gap) <= length
+    return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
+
+
 def child_place(placed: Placed, joint: Joint, coordinate: Columns) -> tuple[Columns, Columns]:
     """Origin and direction of a joint's child, its parent being placed, at a coordinate of the joint [rad or m]."""
     parent = joint.parent

@@ -154,7 +154,7 @@ def motion(
     array([2., 2.])
     """
     order = structure(mechanism)
-    if any(group.surplus for group in order.groups):
+    if order.surplus:
         from rigid.topology.redundancy import require_fit
 
         require_fit(mechanism)
@@ -261,6 +261,5 @@ def _accelerations(
     """
     gaps, turns = _driven(closures, rate2)
     for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
-        if not hinge.turns:
-            gaps[number] = gaps[number] + hinge.coriolis(velocity, rotation)
+        gaps[number] = gaps[number] + hinge.coriolis(velocity, rotation)
     return displacements(closures, gaps, turns, [value * value for value in rotation])

@@ -57,6 +57,11 @@ class Structure:
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]
 
+    @cached_property
+    def surplus(self) -> bool:
+        """Whether a group has more constraints than freedoms."""
+        return any(group.surplus for group in self.groups)
+
     @property
     def closed_form(self) -> bool:
         """Whether one position by itself tells all places, once the branch is known."""

@@ -106,11 +106,12 @@ def _dense(path: Path) -> bool:
 def _firm(sines: Any) -> bool:
     """Whether dyads meet nowhere near a change point."""
     for sine in sines:
-        if np.ndim(sine):
-            size = np.abs(sine)
-            if not size.min() >= FIRM or not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
-                return False
-    return all(np.ndim(sine) or abs(sine) >= FIRM for sine in sines)
+        size = np.abs(sine)
+        if not size.min() >= FIRM:
+            return False
+        if size.ndim and not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
+            return False
+    return True
 
 
 def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> PartialPosture:

@@ -10,7 +10,7 @@ import numpy as np
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
-from rigid.joints import Columns, Joint, coordinate_of, gap_of
+from rigid.joints import Columns, Joint, coordinate_of, gap_of, within
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture
@@ -43,7 +43,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
         return
     size = size_of(placed.mechanism)
     for joint in group.cut:
-        closed = _within(joint, gap_of(placed, joint), FITS, FITS * size)
+        closed = within(joint, gap_of(placed, joint), FITS, FITS * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
@@ -60,14 +60,7 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
     """Whether a cut joint is closed but for round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return _within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
-
-
-def _within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
-    """Whether a gap is within an angle [rad] and a length [m]."""
-    if joint.turns:
-        return np.abs(gap) <= length
-    return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
+    return within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
