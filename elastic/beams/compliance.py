@@ -73,6 +73,12 @@ class Compliance:
 @lru_cache(maxsize=64)
 def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> Compliance:
     """Compliances of beams, for columns of `ndim` axes and bending moments of so many powers of xi."""
+    return Compliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
+
+
+@lru_cache(maxsize=64)
+def _of_sections(sections: tuple[Section, ...], ndim: int, powers: int) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """What of that the sections tell alone, whatever the lengths of many designs."""
     stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)
         for values in zip(*((section.EA, section.EI, section.kGA) for section in sections), strict=True)
@@ -82,8 +88,7 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
     if any(section.taper for section in sections):
         table = np.array([[part[:, 0] for part in taper_functions(section, (1.0,), powers)] for section in sections])
         ends = tuple(np.moveaxis(table, 0, -1)[k].reshape(powers, -1, *(1,) * ndim) for k in range(4))
-    tapered = per_row([bool(section.taper) for section in sections], ndim, bool)
-    return Compliance(beam_constants(mechanism, ndim).length, stretch, bend, shear, strain, tapered, ends, powers)
+    return stretch, bend, shear, strain, per_row([bool(section.taper) for section in sections], ndim, bool), ends
 
 
 @lru_cache(maxsize=64)
