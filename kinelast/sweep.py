@@ -21,9 +21,10 @@ from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
-from kinelast.folder import RequestError, json_bytes, version
+from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene

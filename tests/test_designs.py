@@ -9,13 +9,13 @@ import pytest
 from elastic import FIELDS, deflection, extremes, sample
 from elastic.cycle_maxima import cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
+from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.designs.variables import numbers
-from kinelast.figures.results import peaks
+from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from tests.scene_texts import SWING, WHEEL
