@@ -95,7 +95,9 @@ def _chart_library() -> bytes:
 
 
 def _library() -> Path:
-    """Where uPlot's files are, found without importing the package that carries them: that would import IPython."""
+    """Where uPlot's files are: here in a wheel; else in the package that carries them, which imports IPython itself."""
+    if (WEB / "uPlot.iife.js").is_file():
+        return WEB
     found = find_spec("uplot")
     if found is None or not found.submodule_search_locations:
         raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
