@@ -27,7 +27,7 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     Parameters
     ----------
     found
-        The peaks per field, see `kinelast.figures.results.peaks`.
+        The peaks per field, see `kinelast.figures.peaks.peaks`.
     figures
         The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
     gist
