@@ -100,7 +100,7 @@ class Canvas:
         mesh = pv.PolyData(np.stack([points.real, points.imag, np.full(len(points), NEAR)], -1))
         at = np.arange(64)
         mesh.faces = cells(tuple(np.stack([at, at + 1, at + 66, at + 65], -1)))
-        mesh.point_data["values"] = np.tile(np.linspace(0.0, 1.0, 65), 2)
+        mesh.cell_data["values"] = np.linspace(0.0, 1.0, 64)
         self._plotter.add_mesh(
             mesh,
             scalars="values",

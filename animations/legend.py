@@ -57,7 +57,7 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
         parts = []
         for drive, value, slide in zip(motion.mechanism.drives, motion.drive[:, position], slides, strict=True):
             if isinstance(drive, PinDrive):
-                parts.append(f"{drive.link} {np.degrees(value):.1f}°")
+                parts.append(f"{drive.link} {_within_turn(value):.1f}°")
             else:
                 parts.append(f"{drive.slider} {slide(value)}")
         if not counted:
@@ -65,6 +65,12 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
         return "   ".join(parts)
 
     return text
+
+
+def _within_turn(angle: float) -> float:
+    """Degrees from 0 to below 360, what is written as 360.0 taken for none."""
+    within = float(np.degrees(angle)) % 360.0
+    return 0.0 if within >= 359.95 else within
 
 
 @dataclass(frozen=True)

@@ -107,9 +107,8 @@ class Picture:
     def _labelled(self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any) -> list[Label]:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]
-        drawn = {
-            int(p): self.view.flat(np.concatenate([np.zeros(0), *(s.place(p) for s in self.shapes)])) for p in some
-        }
+        parts = {int(p): [np.zeros(0), *(shape.place(p) for shape in self.shapes)] for p in some}
+        drawn = {position: self.view.flat(np.concatenate(points)) for position, points in parts.items()}
         moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
         labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
         if "peak" in style.show and self.scales.peak:

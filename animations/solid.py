@@ -17,7 +17,6 @@ from elastic import Section
 from rigid import Reals
 
 ROUND = 24  # corners of a circle
-EDGE = np.array([-0.5, 0.5])
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +60,10 @@ def prism(
 
     def at(position: int) -> tuple[Reals, Reals]:
         points = place(position)
+        if np.sum((np.conj(points) * points[after]).imag) < 0:
+            points = points[::-1]  # counter-clockwise: which side of a face is lit goes by its corners
         way = points[after] - points
-        turns = np.sign(np.sum((np.conj(points) * points[after]).imag))
-        out = -1j * turns * way / np.maximum(np.abs(way), 1e-300)
+        out = -1j * way / np.maximum(np.abs(way), 1e-300)
         first = second = out
         if smooth:
             first = out + np.roll(out, 1)
@@ -79,7 +79,7 @@ def prism(
                     np.repeat([1.0, -1.0, 0.0], [corners, corners, 4 * corners])),
         )  # fmt: skip
 
-    return Body(at, (ring, ring + corners, *sides), fill, opacity)
+    return Body(at, (ring, ring[::-1] + corners, *sides), fill, opacity)
 
 
 def _along(taper: Sequence[float]) -> Reals:
@@ -160,8 +160,8 @@ def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Any]:
     if is_round:
         turn = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
         return turn.real / 2, turn.imag / 2, turn, np.stack([np.arange(ROUND), np.roll(np.arange(ROUND), -1)], -1)
-    y = np.concatenate([[0.5, 0.5], EDGE, [-0.5, -0.5], EDGE])
-    z = np.concatenate([EDGE, [0.5, 0.5], EDGE, [-0.5, -0.5]])
+    y = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5, -0.5, 0.5])
+    z = np.array([-0.5, 0.5, 0.5, 0.5, 0.5, -0.5, -0.5, -0.5])
     return y, z, np.repeat([1.0, 1j, -1.0, -1j], 2), np.arange(8).reshape(4, 2)
 
 

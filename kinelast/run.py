@@ -353,9 +353,9 @@ def _drawings(
         yield "stills", stills
     if request.mesh:
         yield "mesh", meshes
-    films = (
-        request.animate if results.scene.labels else request.animate and ("motion",)
-    )  # links without beams only move
+    films = request.animate
+    if films and not results.scene.labels:
+        films = ("motion",)  # nothing is drawn along links without beams
     for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 

@@ -86,7 +86,7 @@ def cantilever(angles, speed=3.0):
 
 
 def over(background, *names):
-    """Colour of diagrams' paints over each other and a background, from 0 to 1: each covers SHEER of what it lies on."""
+    """Colour of diagrams' paints over each other and a background, each covers SHEER of what it lies on."""
     known = paints(background)
     colour = np.array(known["paper"])
     for name in names:
