@@ -97,9 +97,9 @@ class Canvas:
 
         x = np.linspace(low.real, high.real, 65)
         points = np.concatenate([x + 1j * low.imag, x + 1j * high.imag])
-        mesh = pv.PolyData(np.stack([points.real, points.imag, np.full(len(points), NEAR)], -1))
         at = np.arange(64)
-        mesh.faces = cells(tuple(np.stack([at, at + 1, at + 66, at + 65], -1)))
+        corners = tuple(np.stack([at, at + 1, at + 66, at + 65], -1))
+        mesh = pv.PolyData(np.stack([points.real, points.imag, np.full(len(points), NEAR)], -1), faces=cells(corners))
         mesh.cell_data["values"] = np.linspace(0.0, 1.0, 64)
         self._plotter.add_mesh(
             mesh,
