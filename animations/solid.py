@@ -109,7 +109,7 @@ def cross_sections(section: Section, thin: float) -> CrossSections:
     fibres, areas = (_along(part) for part in ((taper.fibre, taper.EA) if taper else ((1.0,), (1.0,))))
     depth, whole = 2 * fibre * fibres, area * areas
     inner = fibre**2 - area / np.pi  # square of a tube's inner radius
-    tubular = -1e-9 * fibre**2 <= inner and np.isclose(inertia, area * (fibre**2 + inner) / 4, rtol=1e-6)
+    tubular = -1e-9 * fibre**2 <= inner and np.isclose(inertia, area * (fibre**2 + inner) / 4, rtol=1e-6, atol=0)
     return CrossSections(depth, depth if tubular else whole / depth, bool(tubular))
 
 
