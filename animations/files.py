@@ -26,14 +26,14 @@ CODECS: dict[str, dict[str, Any]] = {
         "quality": 8,
         "output_params": ["-preset", "veryfast"],  # half the time of "medium", and files of the same size
     },
-    ".gif": {  # a palette for every frame: one for all needs all frames in memory
+    ".gif": {  # colours of the first frames, whose legend has them all: those of all frames fill the memory
         "codec": "gif",
         "pix_fmt_out": "pal8",
         "quality": None,
         "bitrate": "1M",  # else one is guessed, which this codec has no use for
         "output_params": [
             "-filter_complex",
-            "[0:v]split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=dither=none:new=1",
+            "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
             *("-loop", "0"),
         ],
     },
