@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from animations.legend import Words
+from animations.legend import LEAST, Words
 from animations.paints import paints
 from animations.shapes import LEVELS, Cells, Complexes, Shape
 from animations.solid import Body
@@ -122,7 +122,7 @@ class Canvas:
         style = actor.GetTextProperty()
         style.SetFontFamily(4)  # a font file: VTK's own fonts leave Greek letters out
         style.SetFontFile(str(font_file()))
-        style.SetFontSize(max(round(words.height), 8))
+        style.SetFontSize(max(round(words.height), round(LEAST)))
         style.SetColor(*self._paints[words.ink])
         if over:
             style.SetBackgroundColor(*self._paints["paper"])

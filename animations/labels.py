@@ -10,13 +10,13 @@ import numpy as np
 
 from animations.diagrams import SHAPE, STATIONS, Diagram, steady
 from animations.layout import FOOT, HEAD, Scales, View
+from animations.legend import LETTER
 from animations.shapes import Complexes, beams, moved_beams
 from animations.solid_mechanism import layers, widest
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
 
-LETTER = 0.62  # width of a letter against its height, on average
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # of its place, where a name may stand
 DOT = 0.35  # radius of the dot at the peak, of a pin's diameter
 WORST = 40.0  # points of the drawing that are as bad to hide as another label

@@ -15,6 +15,7 @@ from elastic import Deflection
 from rigid import PinDrive
 
 LETTER = 0.62  # width of a letter against its height, on average
+LEAST = 7.0  # height of letters that can be read [pixels]
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class Legend:
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
     """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length."""
     width, height = style.size
-    letter, middle = 0.026 * height, 0.5j * FOOT * height
+    letter, middle = max(0.026 * height, LEAST), 0.5j * FOOT * height
     shapes, words = _length(view, width - MARGIN * height, middle.imag, letter)
     left = MARGIN * height
 
