@@ -136,9 +136,10 @@ def _slider(deflection: Deflection, slider: Slider, scales: Scales, layer: list[
     z = layer[at] if on == 0 else (layer[at] + layer[on]) / 2
     half = 0.6 * width + abs(z - layer[at])
     box = prism(lambda p: middle[p] + pin * along[p] * BLOCK, 4, z - half, z + half)
-    if on:
-        return [box]
     start, end = slide(deflection, slider, pin)
+    if on:  # a thin bar, within the beam where there is one
+        bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
+        return [box, _slab(deflection, on, scales.exaggeration, layer[on], 0.05 * width, bar)]
     way = under(end - start)
     rail = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
     return [box, prism(lambda _: rail, 4, z - 1.2 * half, z + 1.2 * half, "quiet")]
