@@ -10,6 +10,7 @@ from animations.shapes import QUIET, Complexes, Shape
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Gear, PinDrive, Spring, position_of
+from rigid.teeth import pitch_reach
 
 COILS = 8
 CIRCLE = np.exp(2j * np.pi * np.arange(61) / 60)
@@ -57,8 +58,9 @@ def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive, floa
     apart = np.abs(places[1] - places[0])
     if not np.ptp(apart[np.isfinite(apart)]) <= 1e-6 * np.nanmax(apart):
         return  # no link carries both
-    yield one, float(np.nanmax(apart) * abs(ratio / (1 - ratio)))
-    yield other, float(np.nanmax(apart) / abs(1 - ratio))
+    radius = abs(float(pitch_reach(np.nanmax(apart), ratio)))
+    yield one, abs(ratio) * radius
+    yield other, radius
 
 
 def _wheel(middle: Complexes, spoke: Complexes) -> Shape:

@@ -134,7 +134,7 @@ def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT
     axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
     shapes = [Shape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
-    for at, link in _moving(deflection):
+    for at, link in _moving_links(deflection):
         if not link.beams and len(link.points) > 1:
             corners = hull(np.array(list(link.points.values()), complex))
             shapes.append(
@@ -154,7 +154,9 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[S
     stiff_beams = [
         (at, (beam.start, beam.end)) for (at, beam), stiff in zip(mechanism.beams, rigid, strict=True) if stiff
     ]
-    whole = [(at, tuple(link.points)) for at, link in _moving(deflection) if not link.beams and len(link.points) > 1]
+    whole = [
+        (at, tuple(link.points)) for at, link in _moving_links(deflection) if not link.beams and len(link.points) > 1
+    ]
     for at, names in stiff_beams + whole:
         points = np.array([mechanism.links[at].points[name] for name in names], complex)
         corners = hull((points[:, None] + radius * _circle(24)).ravel())
@@ -182,7 +184,7 @@ def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[compl
     return shapes
 
 
-def _moving(deflection: Deflection) -> Iterable[tuple[int, Link]]:
+def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
     return list(enumerate(deflection.motion.mechanism.links))[1:]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.figures.results import Results
-from kinelast.folder import Request
+from kinelast.request import Request
 from kinelast.scene.data import Scene
 
 if TYPE_CHECKING:

@@ -10,13 +10,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from kinelast.figures.results import peaks
+from kinelast.compute import computed
+from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
-from kinelast.folder import Request, made_from, version
+from kinelast.folder import made_from, version
 from kinelast.line import gist
 from kinelast.notebook.named import SceneDeflection
 from kinelast.page.report import report_page
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.data import Scene
 
 SIZE = (960, 540)

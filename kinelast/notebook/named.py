@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, Deflection, sample
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.compute import computed
+from kinelast.request import Request
 from kinelast.scene.data import Scene
 from kinelast.scene.reading import read_scene, scene_motion
 from kinelast.tasks import scene_paths
