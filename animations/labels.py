@@ -101,7 +101,7 @@ def _reach(way: Complexes, half: complex) -> Complexes:
 
 
 def peak_label(
-    deflection: Deflection, diagram: Diagram, scales: Scales, view: View, style: Style
+    deflection: Deflection, diagram: Diagram, scales: Scales, view: View, style: Style, names: Sequence[Label] = ()
 ) -> tuple[Complexes, Label]:
     """The value of largest magnitude of every position, of those at 49 stations of every beam.
 
@@ -128,7 +128,10 @@ def peak_label(
     text, height = [written(float(each)) for each in value], 0.03 * style.size[1]
     half = _half(max(text, key=len), height)
     way = np.where(value < 0, -1j, 1j) * along if scales.scale else np.full(len(place), 1j)
-    middle = view.flat(place) + _reach(way, half) + way * (DOT * scales.pin * view.pixels + 0.2 * height)
+    ways = way * np.array([1, -1, 1j, -1j])[:, None]  # beyond the ordinate, or where it hides no name
+    middles = view.flat(place) + _reach(ways, half) + ways * (DOT * scales.pin * view.pixels + 0.2 * height)
+    hides = [_inside(name.middle - middles, half + _half(str(name.text), name.height)) for name in names]
+    middle = middles[np.any(hides, axis=0).argmin(0) if hides else 0, position]
     low, high = complex(0, FOOT * style.size[1]) + half, complex(style.size[0], (1.0 - HEAD) * style.size[1]) - half
     kept = np.clip(middle.real, low.real, high.real) + 1j * np.clip(middle.imag, low.imag, high.imag)
     return place, Label(text, kept, height, "ink")

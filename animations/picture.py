@@ -112,7 +112,7 @@ class Picture:
         moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
         labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
         if "peak" in style.show and self.scales.peak:
-            place, label = peak_label(deflection, diagram, self.scales, self.view, style)
+            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels)
             self.shapes.append(_dot(place, DOT * self.scales.pin))
             labels.append(label)
         return labels

@@ -12,7 +12,7 @@ from test_animations import SMALL, STEEL, cantilever, over, turned
 from animations import Picture, Style, movie, off_screen
 from animations.attachments import attachment_shapes
 from animations.diagrams import diagram_named
-from animations.labels import name_labels, peak_label
+from animations.labels import Label, name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
 from animations.marks import drive_shapes, path_shapes
 from animations.paints import paints
@@ -183,6 +183,9 @@ class TestWords:
         assert [label.at(0), label.at(1)] == ["-100 N·m", "100 N·m"]
         assert place == pytest.approx(np.array([-1j, -1j]) * 100.0 * scales.scale)  # at the root, below it both times
         assert np.all(label.middle.imag < view.flat(place).imag)
+        name = Label("root", label.middle, label.height, "ink")
+        _, moved = peak_label(bent, diagram, scales, view, style, [name])
+        assert np.all(abs(moved.middle - label.middle).real > 10)
 
     def test_names_hide_neither_each_other_nor_the_links(self, four_bar):
         style = Style(size=(640, 384), show=("names", "links"))
