@@ -27,6 +27,8 @@ def gist(figures: Mapping[str, Any]) -> str:
         words.append(f"condition {number(condition, 3)}")
     if figures["run"]["singular"]:
         words.append(f"{figures['run']['singular']} singular positions")
+    if figures["run"]["locked"]:
+        words.append(f"{figures['run']['locked']} positions that friction may lock")
     if figures["run"]["left_out"]:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:

@@ -145,6 +145,9 @@ def checked(motion: Motion) -> Motion:
     """
     if len(motion.columns) != 1:
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    if motion.mechanism.friction:
+        names = ", ".join(f'"{name}"' for name in motion.mechanism.friction)
+        raise MechanismError(f"friction of {names} is not known here: ask for the quasi-static answer")
     bad = ~(motion.condition <= SINGULAR)
     if bad.any():
         raise MechanismError(

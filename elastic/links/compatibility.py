@@ -80,8 +80,8 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
-            gap = gap - forces.force[number] * own.translation + own.gap
-            turn = turn - forces.moment[number] * own.rotation + own.turn
+            force, moment = forces.without_friction(number)  # which shaft and bearing do not feel
+            gap, turn = gap - force * own.translation + own.gap, turn - moment * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
         along, turned = follower_displacement(place, response.nodes, forces.flank.get(number))

@@ -136,6 +136,9 @@ def forward(
     count = len(mechanism.drives)
     if len(drives) != count:
         raise ForwardError(f"{len(drives)} efforts or motion laws were given for {counted(count, 'drive')}")
+    if mechanism.friction:
+        why = "friction follows from joint forces, which an integrated motion does not know: give dampers, or laws"
+        raise ForwardError(f"friction of joints under efforts: {why}", joints=mechanism.friction)
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     start, rate = (np.broadcast_to(np.asarray(value, float), (count,)).copy() for value in (start, rate))
     for number, drive in enumerate(drives):
