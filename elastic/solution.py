@@ -193,7 +193,7 @@ def deflection(
     with np.errstate(invalid="ignore"):
         problem = problem_of(motion, sections, joints, added)
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
-        require_prismatic_rails(mechanism, problem.configuration.trees, sections)
+        require_prismatic_rails(motion, problem.configuration.trees, sections)
         forces, response, gaps = _loaded_links(problem)
         still = [ZERO] * len(mechanism.links)
         shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, forces.flank)

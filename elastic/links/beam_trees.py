@@ -49,14 +49,14 @@ class BeamTrees:
     points
         Place of every node in its link's axes [m].
     rails
-        Per joint whose slider moves along a beam, by the joint's place in `Structure.joints`: that beam.
+        Per joint whose slider moves along beams, by the joint's place in `Structure.joints`: the beams in its line.
     """
 
     trees: Mapping[int, tuple[Branch, ...]]
     cuts: tuple[Cut, ...]
     tips: frozenset[tuple[int, str]]
     points: Mapping[tuple[int, str], Any]
-    rails: Mapping[int, int]
+    rails: Mapping[int, tuple[int, ...]]
 
 
 def root_of(tree: tuple[Branch, ...]) -> str:
@@ -123,22 +123,23 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]])
             raise MechanismError(bare, links=(name,), joints=(point,))
 
 
-def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:
-    """The beam along which each slider on a link with beams moves."""
+def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, tuple[int, ...]]:
+    """The beams along which each slider on a link with beams moves: it passes from one to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner
         if joint.turns or owner not in trees:
             continue
         link = mechanism.links[owner]
+        along = []
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
             way = link.points[beam.end] - link.points[beam.start]
             off, line = joint.at(owner) - link.points[beam.start], joint.line
             if np.all(np.abs(cross(way, line)) + np.abs(cross(line, off)) <= LINED_UP * np.abs(way)):
-                rails[place] = branch.number
-                break
-        else:
+                along.append(branch.number)
+        rails[place] = tuple(along)
+        if not along:
             raise MechanismError(
                 f'slider "{joint.name}": no beam of "{link.name}" lies along its line to carry it: add one, or give '
                 "the link its mass without beams"

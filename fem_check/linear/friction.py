@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, Place, parts_on
 from fem_check.linear.ties import Tie
 from rigid import Slider, velocity_of
 from rigid.parts import Friction
@@ -49,7 +49,7 @@ class Rubbing:
         else:
             owner, block = self.frame.sides[name]
             yield block, effort * self.frame.along(slider), 0.0
-            yield owner, -effort * self.frame.along(slider), 0.0
+            yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
 
     def after(self, held: Sequence[Tie], multipliers: Any, size: float) -> Rubbing:
         """The friction that forces of the constraints, which they were found with, cause."""
