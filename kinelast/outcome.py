@@ -27,7 +27,7 @@ class Outcome:
     """How a scene went.
 
     The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, and its figures where there are any.
+    figures, and its figures where there are any. `interrupted`: a user ended it, and what was found until then is kept.
     """
 
     status: int
@@ -35,3 +35,4 @@ class Outcome:
     state: str = FAILED
     questions: tuple[str, ...] = ()
     figures: Mapping[str, Any] = field(default_factory=dict)
+    interrupted: bool = False

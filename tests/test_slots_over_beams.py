@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scene_texts import TEE
@@ -20,10 +22,10 @@ SECTION = Section(EA=1e6, EI=1e3)
 
 
 def quick_return(cuts=(), stem=False, friction=None, reach=LENGTH):
-    """A crank's block in the slot of an elastic lever, which is one beam or several; on request with a stem beside it."""
+    """A crank's block in the slot of an elastic lever, which is one beam or several; and a stem."""
     points = {"D": 0.0, **{f"P{k}": cut * LENGTH for k, cut in enumerate(cuts)}, "E": reach}
     names = list(points)
-    beams = [Beam(*ends, 2.0) for ends in zip(names, names[1:], strict=False)]
+    beams = [Beam(*ends, 2.0) for ends in pairwise(names)]
     if stem:
         points["T"] = points["P0"] + 0.1j
         beams.append(Beam("P0", "T", 2.0))
@@ -48,7 +50,7 @@ def test_as_along_one_beam(friction):
     marks, xi = (0.0, *CUTS, 1.0), np.array([0.1, 0.4, 0.77, 0.99])
     for field in PRIMARY:
         found = np.array([sample(cut, field, xi)[beam] for beam in range(1, 5)])
-        along = [sample(whole, field, low + xi * (high - low))[1] for low, high in zip(marks, marks[1:], strict=False)]
+        along = [sample(whole, field, low + xi * (high - low))[1] for low, high in pairwise(marks)]
         np.testing.assert_allclose(found, along, atol=1e-12 * np.abs(along).max(), err_msg=field)
     omega = [natural_frequencies(*quick_return(cuts), modes=1, positions=4).omega for cuts in ((), CUTS)]
     np.testing.assert_allclose(*omega, rtol=1e-6)

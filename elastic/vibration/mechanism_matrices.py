@@ -199,10 +199,12 @@ class VibratingStructure:
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
     """On which of a link's beams in one line a place is, and where in xi, not quite at an end."""
-    found = []
+    found: list[tuple[float, int, float]] = []
     for beam in beams:
-        start, end = link.points[link.beams[beam].start], link.points[link.beams[beam].end]
-        xi = float(np.real((local - start) / (end - start)))
+        start, end = (
+            complex(np.ravel(link.points[name])[0]) for name in (link.beams[beam].start, link.beams[beam].end)
+        )
+        xi = complex((local - start) / (end - start)).real
         found.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, NEAREST, 1 - NEAREST))))
     _, nearest, place = min(found)
     return nearest, place

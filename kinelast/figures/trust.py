@@ -103,7 +103,10 @@ def _positions(results: Results) -> Finding:
             f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
             " positions.csv has them, with their condition numbers."
         )
-    if results.left_out:
+    if results.scene.interrupted is not None:
+        reached = quantity(results.scene.interrupted, "s")
+        text += f" The integration was interrupted at {reached}: {results.left_out} later positions are left out."
+    elif results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)

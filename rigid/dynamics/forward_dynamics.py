@@ -23,6 +23,7 @@ from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
+INTERRUPTED = "interrupted"  # kind of the error where a user ended the integration
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 
 MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
@@ -124,7 +125,7 @@ def forward(
     ------
     ForwardError
         The mechanism comes to a position where its drives no longer say how it moves on, or to an infinite speed; a
-        drive given as effort that moves no mass.
+        drive given as effort that moves no mass; or it was interrupted from the keyboard, of kind "interrupted".
     MechanismError
         It cannot be assembled at the start.
 
@@ -167,49 +168,71 @@ def _integrated(
     """Steps from time 0 to the duration, and where the links are at each."""
     from scipy.integrate import DOP853
 
-    tracker = system.tracker
     solver = DOP853(system, 0.0, begin, duration, rtol=tolerance, atol=scale)
-    tracker.restart()
-    times, origins, directions = [0.0], [tracker.origin], [tracker.direction]
-    pieces: list[Any] = []
+    system.tracker.restart()
+    steps: list[_Step] = []
+    start = system.tracker.origin, system.tracker.direction
+    try:
+        stuck = _stepped(solver, system, steps, most_steps, on_step)
+    except KeyboardInterrupt:
+        if not steps:
+            raise
+        stuck = _stuck(system.tracker.mechanism, steps[-1][0], steps[-1][2], "it was interrupted", INTERRUPTED)
+    course = _course(system, start, steps, int(solver.nfev)) if steps else None
+    if stuck is None and course is not None:
+        return course
+    assert stuck is not None
+    stuck.course = course
+    raise stuck
+
+
+_Step = tuple[float, Any, Reals, Any, Any]
+"""Time at its end, its interpolation, and there the drives and the links' origins and directions."""
+
+
+def _stepped(
+    solver: Any, system: _System, steps: list[_Step], most_steps: float, on_step: Callable[[float], None] | None
+) -> ForwardError | None:
+    """Take steps to the end, and append them; what stops it before."""
+    tracker, duration, reached_at = system.tracker, solver.t_bound, 0.0
     while solver.status == "running":
         try:
             solver.step()
         except _EnoughError:
             why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
-            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
-            break
+            return _stuck(tracker.mechanism, reached_at, tracker.drive, why, "steps")
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            stuck = _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
-            break
-        if len(pieces) >= most_steps:
-            more = f"{duration:g} s would take about {duration / times[-1]:.3g} times as many"
+            return _stuck(tracker.mechanism, solver.t, tracker.drive, _aligned(tracker))
+        if len(steps) >= most_steps:
+            more = f"{duration:g} s would take about {duration / reached_at:.3g} times as many"
             why = f"it has taken {most_steps} steps, {more}"
-            stuck = _stuck(tracker.mechanism, times[-1], tracker.drive, why, "steps")
-            break
+            return _stuck(tracker.mechanism, reached_at, tracker.drive, why, "steps")
         tracker.mark()
-        times.append(solver.t)
-        pieces.append(solver.dense_output())
-        origins.append(tracker.origin)
-        directions.append(tracker.direction)
+        reached_at = solver.t
+        steps.append((reached_at, solver.dense_output(), tracker.drive, tracker.origin, tracker.direction))
         if on_step:
-            on_step(solver.t)
-    else:
-        return _course(system, times, pieces, origins, directions, int(solver.nfev))
-    stuck.course = _course(system, times, pieces, origins, directions, int(solver.nfev)) if pieces else None
-    raise stuck
+            on_step(reached_at)
+    return None
 
 
-def _course(
-    system: _System, times: list[float], pieces: list[Any], origins: list[Any], directions: list[Any], evaluations: int
-) -> IntegratedMotion:
+def _course(system: _System, start: tuple[Any, Any], steps: Sequence[_Step], evaluations: int) -> IntegratedMotion:
+    """What steps from a start make."""
     from scipy.integrate import OdeSolution
 
     tracker = system.tracker
-    postures = Posture(tracker.mechanism, np.concatenate(origins, axis=-1), np.concatenate(directions, axis=-1))
+    times, pieces, _, origins, directions = (list(part) for part in zip(*steps, strict=True))
+    places = (
+        np.concatenate([first, *others], axis=-1) for first, others in zip(start, (origins, directions), strict=True)
+    )
+    times = [0.0, *times]
     return IntegratedMotion(
-        tracker.mechanism, system.drives, np.array(times), postures, OdeSolution(times, pieces), evaluations
+        tracker.mechanism,
+        system.drives,
+        np.array(times),
+        Posture(tracker.mechanism, *places),
+        OdeSolution(times, pieces),
+        evaluations,
     )
 
 
