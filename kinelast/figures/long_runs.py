@@ -17,18 +17,19 @@ from elastic.assessment import angle_error
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
-from rigid import Motion, Posture, Reals, TorsionSpring
+from rigid import Motion, Posture, Reals
 from rigid.analysis import reachable
 from rigid.friction import friction_power
 
-LONG = 100_000  # positions times beams, and one more: some 200 MB
+LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
+PER_LINK = 0.25  # of a beam's memory
 SHOWN = 3600
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Whether a run is to go in chunks: it is long, and no load counts the turns of a link from its start."""
-    counts = any(isinstance(load, TorsionSpring) for load in scene.mechanism.loads)
-    return positions * (len(scene.mechanism.beams) + 1) > LONG and not counts
+    """Whether a run is to go in chunks: it is long."""
+    mechanism = scene.mechanism
+    return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
 
 def reached_times(scene: Scene, time: Reals) -> Reals:
