@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
@@ -107,6 +108,10 @@ def _list() -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
+    try:
+        Path.cwd()
+    except OSError:  # which libraries do not survive being imported in
+        return _refuse("the working folder is gone: go to one that is there")
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(options.scenes)
