@@ -1,7 +1,7 @@
 """Which joints lead a motion that is integrated: another one where a drive comes to its limit and the links move on.
 
-A drive given as an effort is a coordinate of the motion. At a toggle the links move while it stands, so that it does not
-tell how they move on; some other joint does, and what the drive's effort does to that is told by virtual work.
+A drive given as an effort is a coordinate of the motion. At a toggle the links move while it stands, so that it tells
+no more how they move on; some other joint does, and what the drive's effort does to that is told by virtual work.
 Derivation: docs/dynamics.md.
 """
 
