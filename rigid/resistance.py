@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from rigid.friction import direction_of, speeds
-from rigid.parts import Law, Moving, PointForce, PointLoad
+from rigid.parts import Law, PointForce, PointLoad
 from rigid.plane import dot
 from rigid.points import velocity_of
 
@@ -59,7 +60,7 @@ class Resistance:
         """Where it acts."""
         return self.load.points
 
-    def forces(self, motion: Moving) -> Iterable[PointForce]:
+    def forces(self, motion: Any) -> Iterable[PointForce]:
         """The force in the ground's axes and the moment at every position."""
         fastest, spin = speeds(motion)
         for link, point, force, moment in self.load.forces(motion):

@@ -12,7 +12,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
-from rigid.constants import beam_table
+from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 from rigid.plane import dot
 
@@ -35,7 +35,7 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
     """
     if not trees.rails:
         return []
-    table = beam_table(motion.mechanism, len(motion.columns))
+    table = beam_constants(motion.mechanism, len(motion.columns))
     directions = beam_directions(motion)
     found = []
     for number, beams in trees.rails.items():

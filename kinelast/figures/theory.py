@@ -96,7 +96,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
         if theory.name:
             raise
         return Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
-    missed = float(theory_error(found).course.max())
+    missed = float(theory_error(found).history.max())
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
     if theory.accuracy is not None and missed + math.fsum(others.values()) <= theory.accuracy:
         return Answer(QUASI_STATIC, plain, plain, found, {"vibration": missed, **others}, theory.accuracy, missed)
@@ -110,7 +110,10 @@ def vibration_estimate(plain: Deflection, period: float) -> float:
     From its harmonics and lowest frequency; and its axial forces over Euler's loads: by so much they stiffen or soften
     the beams, which the elastodynamic answer takes into account.
     """
-    lowest = natural_frequencies(plain.motion, plain.sections, modes=1, positions=4, joints=plain.joints).lowest
+    try:
+        lowest = natural_frequencies(plain.motion, plain.sections, modes=1, positions=4, joints=plain.joints).lowest
+    except np.linalg.LinAlgError:  # far from any machine's sizes
+        return math.nan
     vibrates = quasi_static_error(harmonics(plain, period), lowest) if math.isfinite(lowest) else 0.0
     return vibrates + axial_share(plain)
 

@@ -10,7 +10,7 @@ from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import JointTable
 from kinelast.scene.quantities import Damping
-from rigid import Friction, Mechanism, PinDrive
+from rigid import Friction, Mechanism
 
 RUBBING = ("friction", "viscosity", "radius", "length")
 
@@ -20,7 +20,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
     shared = Counter(point for link in mechanism.links for point in link.points)
     sliders = [slider.name for slider in mechanism.sliders]
     pins = [point for point, count in shared.items() if count > 1]
-    driven = [drive.at for drive in mechanism.drives if isinstance(drive, PinDrive)]
+    driven = [drive.joint for drive in mechanism.drives if drive.turns]
     joints = {}
     for name, table in scene.joints.items():
         if all(getattr(table, key) is None for key in ("compliance", "rotation", "gap", "turn")):

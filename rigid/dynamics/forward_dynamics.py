@@ -17,7 +17,8 @@ from rigid.decomposition.order import structure
 from rigid.dynamics.effort import equation_of_motion, unit_motions
 from rigid.dynamics.leading import Lead, Stretch, led_otherwise, unwound
 from rigid.dynamics.tracking import Tracker
-from rigid.joints import Joint, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import Joint
 from rigid.kinematics import Motion, motion, with_rates
 from rigid.loads import given_loads
 from rigid.mechanism import Mechanism
@@ -457,7 +458,7 @@ def _aligned(tracker: Tracker) -> str:
 
 
 def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
-    names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
+    names = [each.name for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
     return ForwardError(
         f"the motion cannot go on after {time:.6g} s with {places}: {why}",

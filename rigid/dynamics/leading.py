@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from rigid.decomposition.order import structure
-from rigid.joints import Joint, coordinate_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import Joint, coordinate_of
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import PinDrive, Reals, SliderDrive
