@@ -403,6 +403,7 @@ class TestToggles:
         np.testing.assert_allclose(kinetic_energy(found), work, atol=1e-7 * work.max())
         np.testing.assert_allclose(drive_efforts(found, reactions(found))[0], 5.0, rtol=1e-6)
 
+    @pytest.mark.slow
     def test_as_it_moves_led_by_another_joint_from_the_start(self):
         """A wound spring on the pin of the drive and a damper, which count and feel the drive as it is."""
         turns = 4 * np.pi

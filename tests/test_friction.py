@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import balance
 import geared
@@ -62,6 +63,14 @@ def slider_crank(friction, loads=(), mass=0.0, end="B"):
     places = {"O": 0, "A": R, "B": 0.25} | ({} if end == "B" else {end: 0.25 + 0.03j})
     guide = Slider("guide", "piston", "ground", "B", 0.0, 1.0)
     return Mechanism(links, (PinDrive("crank", "O"),), places, (guide,), loads=loads, friction=friction)
+
+
+@cache
+def rubbing(name):
+    """A case of the tests with friction everywhere, and its joint forces."""
+    case = ALL[name]()
+    course = motion_of(replace(case, mechanism=rubbed(case.mechanism)))
+    return course, reactions(course)
 
 
 class TestClosedForms:
@@ -144,8 +153,7 @@ class TestClosedForms:
 class TestLaws:
     @pytest.mark.parametrize("name", ALL)
     def test_what_drives_and_loads_do_becomes_energy_and_heat(self, name):
-        course = motion_of(replace(ALL[name](), mechanism=rubbed(ALL[name]().mechanism)))
-        found = reactions(course)
+        course, found = rubbing(name)
         heat = friction_power(course, found)
         power = (drive_efforts(course, found) * course.drive_rate).sum(axis=0) + balance.applied_power(course)
         left = power - balance.kinetic_power(course) - heat
@@ -154,8 +162,7 @@ class TestLaws:
 
     @pytest.mark.parametrize("name", ALL)
     def test_the_ground_takes_what_the_momentum_lacks(self, name):
-        course = motion_of(replace(ALL[name](), mechanism=rubbed(ALL[name]().mechanism)))
-        found = reactions(course)
+        course, found = rubbing(name)
         force, moment = balance.missing_force(course)
         scale = max(np.abs(part).max() for part in found.force)
         np.testing.assert_allclose(found.ground_force, force, atol=1e-12 * scale)
@@ -163,8 +170,8 @@ class TestLaws:
 
     @pytest.mark.parametrize("name", ALL)
     def test_two_further_routes_agree(self, name):
-        course = motion_of(replace(ALL[name](), mechanism=rubbed(ALL[name]().mechanism)))
-        found, other = reactions(course), multiplier_forces(course)
+        course, found = rubbing(name)
+        other = multiplier_forces(course)
         scale = max(np.abs(part).max() for part in found.force)
         for parts in zip((*found.force, *found.moment), (*other.force, *other.moment), strict=True):
             np.testing.assert_allclose(*parts, atol=1e-11 * scale)
@@ -177,9 +184,9 @@ class TestLaws:
 
     @pytest.mark.parametrize("name", ALL)
     def test_finite_elements_find_their_own(self, name):
-        case = ALL[name]()
-        course = motion_of(replace(case, mechanism=rubbed(case.mechanism)))
-        compared = compare(deflection(course, case.sections), solve(course, case.sections, 4))
+        course, _ = rubbing(name)
+        sections = ALL[name]().sections
+        compared = compare(deflection(course, sections), solve(course, sections, 4))
         assert compared.passed, compared
 
     @pytest.mark.parametrize("train", [geared.pair, geared.planetary, geared.rack, geared.idler_chain])

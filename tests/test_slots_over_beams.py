@@ -11,7 +11,7 @@ from scene_texts import TEE
 from elastic import PRIMARY, Section, Taper, deflection, sample
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
-from kinelast.run import require_on_beams
+from kinelast.compute import require_on_beams
 from kinelast.scene.error import SceneError
 from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid import Beam, Friction, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
