@@ -10,7 +10,19 @@ from typing import Any
 import numpy as np
 
 from rigid.names import misnamed
-from rigid.parts import GROUND, Beam, Gear, LineLoad, Link, Load, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.parts import (
+    GROUND,
+    Beam,
+    Friction,
+    Gear,
+    LineLoad,
+    Link,
+    Load,
+    MechanismError,
+    PinDrive,
+    Slider,
+    SliderDrive,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +30,7 @@ class Mechanism:
     """A planar mechanism: links (one of them named "ground"), what joins them, what drives and loads them.
 
     Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
-    and so picks the branch it is assembled in. `gravity` [m/s^2].
+    and so picks the branch it is assembled in. `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
@@ -28,6 +40,7 @@ class Mechanism:
     gravity: complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
     gears: tuple[Gear, ...] = ()
+    friction: Mapping[str, Friction] = field(default_factory=dict)
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -62,6 +75,7 @@ class Mechanism:
             values += [slider.origin, slider.direction, slider.turn]
         for load in self.loads:
             values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
+        values += [value for friction in self.friction.values() for value in vars(friction).values()]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     def beam_number(self, link: str, number: int) -> int:
