@@ -177,6 +177,8 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
+    if request.sensitivities or request.tolerances or request.optimize:
+        figures.update(_studies(part, results.scene, request, progress))
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -197,11 +199,27 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     return speed_figures(found, scene)
 
 
+def _studies(part: Path, scene: Scene, request: Request, progress: Progress) -> dict[str, Any]:
+    """What is asked of the designs around a scene, written and as figures."""
+    from kinelast.designs.output import Studies, write_studies
+
+    asked = Studies(
+        request.sensitivities, request.tolerances, request.optimize, request.samples, positions=request.positions
+    )
+
+    def tell(stage: str, done: int, total: int) -> None:
+        progress(f"{scene.name}: {stage}", done, total)
+
+    return write_studies(part, scene.text, scene.path, scene.name, asked, tell)
+
+
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """What to say of a scene whose folder is there."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    for words in figures.get("optimum", {}).get("words", ()):
+        line += f"\n{task.name}: {words}"
     failed = figures["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"

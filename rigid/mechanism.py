@@ -13,6 +13,7 @@ from rigid.names import misnamed
 from rigid.parts import (
     GROUND,
     Beam,
+    Complex,
     Friction,
     Gear,
     LineLoad,
@@ -30,14 +31,15 @@ class Mechanism:
     """A planar mechanism: links (one of them named "ground"), what joins them, what drives and loads them.
 
     Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
-    and so picks the branch it is assembled in. `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
+    and so picks the branch it is assembled in; of designs whose drawings differ, it holds arrays of shape (designs, 1).
+    `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
     drives: tuple[PinDrive | SliderDrive, ...]
-    drawing: Mapping[str, complex]
+    drawing: Mapping[str, Complex]
     sliders: tuple[Slider, ...] = ()
-    gravity: complex = 0.0
+    gravity: Complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
     gears: tuple[Gear, ...] = ()
     friction: Mapping[str, Friction] = field(default_factory=dict)
@@ -67,7 +69,7 @@ class Mechanism:
     @cached_property
     def designs(self) -> tuple[int, ...]:
         """Shape of its parameters: () or (designs, 1)."""
-        values: list[Any] = []
+        values: list[Any] = [self.gravity, *self.drawing.values()]
         for link in self.links:
             values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]

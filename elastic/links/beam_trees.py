@@ -124,9 +124,14 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]])
 
 
 def lies_along(link: Link, beam: Beam, origin: Any, direction: Any) -> bool:
-    """Whether a line through a point, both in a link's axes, is that of one of its beams."""
+    """Whether a line through a point, both in a link's axes, is that of one of its beams, in all designs."""
+    return bool(np.all(lined_up(link, beam, origin, direction)))
+
+
+def lined_up(link: Link, beam: Beam, origin: Any, direction: Any) -> Any:
+    """The same, design by design."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
-    return bool(np.all(np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)))
+    return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
 
 
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, tuple[int, ...]]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
+from typing import Any
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
@@ -137,7 +138,7 @@ class Scene:
     materials: Mapping[str, Material]
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
-    outlines: Mapping[str, tuple[complex, ...]]
+    outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
     made_of: tuple[Making, ...] = ()

@@ -9,6 +9,7 @@ from elastic import JointCompliance
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import JointTable
+from kinelast.scene.many import real, vector
 from kinelast.scene.quantities import Damping
 from rigid import Friction, Mechanism
 
@@ -31,10 +32,10 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
             if getattr(table, key) is not None and name not in (*sliders, *driven):
                 raise fault(where, key, "a pin that no drive turns carries no moment: leave it out")
         joints[name] = JointCompliance(
-            float(table.compliance or 0.0),
-            float(table.rotation or 0.0),
-            0j if table.gap is None else complex(*table.gap),
-            float(table.turn or 0.0),
+            real(table.compliance or 0.0),
+            real(table.rotation or 0.0),
+            0j if table.gap is None else vector(table.gap),
+            real(table.turn or 0.0),
         )
     return joints
 

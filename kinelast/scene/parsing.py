@@ -21,6 +21,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.format_sweep import RangeTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -52,6 +53,7 @@ NESTED = {
     "against": AgainstTable,
     "driver": JointNameTable,
     "follower": JointNameTable,
+    "vary": RangeTable,
 }
 
 
@@ -132,11 +134,11 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
-        leaf = name in ("points", "masses")
+        leaf = name in ("points", "masses", "tolerances")
         if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
             example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
             raise fault(name, "", f"expected tables of their own, written {example}")
-        for key in value:
+        for key in value if name != "tolerances" else ():  # whose keys are paths
             check_name(name, key)
         if leaf:
             return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
@@ -230,8 +232,9 @@ def _choices(kind: Any) -> str:
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
     """Keys that a table may have."""
     kind = NESTED.get(path.partition("[")[0], kind)
-    if options := get_args(kind):
-        kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
+    if options := [option for option in get_args(kind) if hasattr(option, "__struct_config__")]:
+        named = (option for option in options if option.__struct_config__.tag == value.get("shape"))
+        kind = options[0] if len(options) == 1 else next(named)
     return list(kind.__struct_encode_fields__)
 
 

@@ -8,6 +8,7 @@ end of the reach, behind which nothing is answered.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -102,7 +103,8 @@ class Branch:
                 placed.hang(joint, placed.coordinate(joint))
             found: Any = None
         elif self.forms[number]:
-            found = place_dyad_with_slack(placed, group, self.drawing, table["sign"][:, number].reshape(shape))
+            drawing = replace(self.drawing, rows=table["row"]) if self.designs else self.drawing
+            found = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
         else:
             start = guess.reshape(len(group.free), *shape)
             found = sine_of(hung(placed, group, newton(placed, group, start)))
@@ -282,4 +284,5 @@ def lengths(mechanism: Mechanism) -> tuple[int, ...]:
     """Shape of the dimensions: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
+    values += mechanism.drawing.values()
     return np.broadcast_shapes(*(np.shape(value) for value in values))
