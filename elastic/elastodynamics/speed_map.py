@@ -23,7 +23,7 @@ from elastic.elastodynamics.solution import (
     vibration,
 )
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid, Propagation
+from elastic.elastodynamics.time_elements import Grid
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
@@ -138,7 +138,7 @@ def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -
         motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
         motion = replace(motion, time=base.time / ratio)
         plain = deflection(motion, model.sections, model.joints)
-        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, _periodic)
+        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, None)
         unresolved = float(found.unresolved.max())
         if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
             break
@@ -158,6 +158,3 @@ def _vibrating(model: Model, found: Vibration) -> Deflection:
     loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
     return deflection(found.motion, model.sections, model.joints, loads)
 
-
-def _periodic(found: Propagation, *_: Any) -> Any:
-    return found.periodic_start()
