@@ -19,6 +19,7 @@ from kinelast.figures.results import Peak, Results, peaks
 from kinelast.folder import Request, RequestError, complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
+from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration, require_reached
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_motion, scene_motion_at, scene_times
@@ -103,8 +104,9 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
-        if request.nonlinear or request.solid or not request.theory_of(scene).plain:
-            advice = "--theory quasi-static takes any"
+        asked = request.theory_of(scene)
+        if request.nonlinear or request.solid or asked.name == ELASTODYNAMIC or asked.accuracy is not None:
+            advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
@@ -143,7 +145,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
 
-    results = long_results(scene, time, on_chunk, _require_chunk)
+    results = _by_theory(long_results(scene, time, on_chunk, _require_chunk), request, progress)
     if fields:
         fields.close()
     comparison = _checked(scene, results.shown.deflection, request, progress)
@@ -163,7 +165,7 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     from kinelast.figures.summary import summary
 
     found = peaks(results)
-    if request.refine and results.answer is None:
+    if request.refine and not results.vibrates:
         found = refined_peaks(results, found)
     figures = {"kinelast": version(), **summary(results, found), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
@@ -219,13 +221,18 @@ def computed(scene: Scene, request: Request, progress: Progress = _nothing) -> R
 
 
 def _by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """The results of the theory of motion that is asked for, from those without vibration."""
+    """The results of the theory of motion that is asked for, from those without vibration.
+
+    A long run keeps these, and is told how far off they are.
+    """
     scene, theory = plain.scene, request.theory_of(plain.scene)
     if theory.plain or not scene.labels:
         return plain
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
+    if plain.whole is not None:
+        return replace(plain, answer=answer(scene, plain.shown.deflection, theory, plain.period, only_told=True))
     found = answer(scene, plain.deflection, theory, plain.period)
     return replace(plain, deflection=found.deflection, answer=found)
 

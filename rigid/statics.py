@@ -90,8 +90,8 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
             if place.joint.gear is not None:
                 flank = forces.flank.get(number, 0.0)
                 for act in gear_loads(place, forces.force[number], forces.moment[number], flank):
-                    force[act.link] = force[act.link] + np.abs(act.force)
-                    moment[act.link] = moment[act.link] + np.abs(act.moment)
+                    force[act.link] = force[act.link] + abs(act.force)
+                    moment[act.link] = moment[act.link] + abs(act.moment)
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)

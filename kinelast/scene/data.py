@@ -49,9 +49,9 @@ class Theory:
     Attributes
     ----------
     name
-        "quasi-static" or "elastodynamic"; None where `accuracy` chooses, and quasi-static where there is none either.
+        "quasi-static" or "elastodynamic"; None where the accuracy chooses.
     accuracy
-        How far the answer may be off, as a share.
+        How far the answer may be off, as a share; None where nothing is asked for, which is 5 %.
     damping_ratio
         Of the lowest natural frequency, for beams without a beta of their own.
     damping
@@ -66,7 +66,7 @@ class Theory:
     @property
     def plain(self) -> bool:
         """Whether the quasi-static answer is what is asked for, however far it is off."""
-        return self.name == QUASI_STATIC or (self.name is None and self.accuracy is None)
+        return self.name == QUASI_STATIC
 
 
 @dataclass(frozen=True)
