@@ -260,7 +260,6 @@ def limited(stress):
         ({"materials": limited(4e6)}, "Strength", None),
         ({"materials": limited(2e6)}, "Strength", "caution"),
         ({"materials": limited(1e6)}, "Strength", "poor"),
-        ({"materials": limited(1e6)}, "Not judged", None),
         ({}, "Not judged", "open"),
         ({}, "Finite element check", "open"),
         ({}, "Conditioning of the positions", "good"),

@@ -16,6 +16,8 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
+STRAIGHT = 1e-6  # of the largest stretch, below which what all beams bend is round-off
+TINY = float(np.finfo(float).tiny)
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
@@ -41,11 +43,11 @@ class TheoryError:
 def theory_error(found: Elastodynamic) -> TheoryError:
     """What vibration changes of the quasi-static answer: the difference of the two, computed."""
     plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
-    greatest = np.abs(vibrating).max(axis=(1, 2))
-    greatest = share_base(greatest)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        course = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
-        peak = np.abs(np.abs(plain).max(axis=(1, 2)) / greatest - 1)
+    own = np.abs(vibrating).max(axis=(1, 2))
+    stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
+    greatest = np.maximum(share_base(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
+    course = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
+    peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
     return TheoryError(course, peak, large_displacement_error(found))
 
 
