@@ -1,8 +1,8 @@
 """Greatest values of the fields along every beam, exact.
 
 Every field is a polynomial whose derivative is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one are the
-turning points of the next and bracket its zeros, so all are found by walking up the chain from the load, each zero alone
-between two neighbours.
+turning points of the next and bracket its zeros, so all are found by walking up the chain from the load, each zero
+alone between two neighbours.
 """
 
 from __future__ import annotations

@@ -29,7 +29,6 @@ from elastic import (
     section_of,
     tapered,
 )
-from elastic.assessment import exceedances
 from rigid import (
     Beam,
     LineLoad,

@@ -22,7 +22,6 @@ from mechanisms import (
     motion_of,
     propped,
     rigid_sections,
-    simeon_slider_crank,
     steel_four_bar,
     still,
     supported,

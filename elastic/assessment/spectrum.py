@@ -67,4 +67,3 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.sqrt(energy / energy.sum())
     return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share)
-

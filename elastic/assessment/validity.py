@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -102,11 +101,7 @@ def exceedances(
         return []
     known = found or {}
     own = {"deflection": known.get("w"), "yield": known.get("mises")}
-    return [
-        one
-        for kind in kinds
-        for one in _LOOK[kind](deflection, own.get(kind))
-    ]
+    return [one for kind in kinds for one in _LOOK[kind](deflection, own.get(kind))]
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:

@@ -157,4 +157,3 @@ def _vibrating(model: Model, found: Vibration) -> Deflection:
     loads = vibration_loads(found.problem, found.motion, found.course)
     loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
     return deflection(found.motion, model.sections, model.joints, loads)
-

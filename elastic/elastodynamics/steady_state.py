@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -57,4 +56,3 @@ def elastodynamic(
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
     grid = Grid(motion.time[0] + np.linspace(0.0, period, ELEMENTS + 1))
     return settled(model, motion, grid, tolerance)
-
