@@ -32,12 +32,12 @@ Start = Callable[[Propagation, "Problem", Deflection], Any]
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
-ORDER = 4  # with which the error in time falls at worst, for the next guess
+ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
-BESIDES = 0.1  # of the root of the tolerance: how little a combination may bend to count
+SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
 
 
@@ -219,7 +219,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
-        found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
+        found, grid, time_error = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
         cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
         sampled = grid.sampler(cycled if found.cyclic else motion.time)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
@@ -252,7 +252,7 @@ def _in_time(
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
-        error = found.unresolved
+        error = SAFE * found.unresolved
         # a step of the loads stays one however short its element
         error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), error, 0.0)
         if error.max() <= tolerance or len(error) > MOST_ELEMENTS:

@@ -13,7 +13,6 @@ from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
 from elastic.elastodynamics.solution import (
-    BESIDES,
     NEUTRAL,
     Model,
     MotionAt,
@@ -105,7 +104,7 @@ def speed_map(
     if model.cycle is None:
         raise ValueError("nothing vibrates: all beams and joints are rigid")
     modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
-    cases = _Cases(model, reduced_basis(model.cycle, modes, BESIDES * np.sqrt(tolerance)), period)
+    cases = _Cases(model, reduced_basis(model.cycle, modes, float(np.sqrt(tolerance))), period)
     rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
     values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
     return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
