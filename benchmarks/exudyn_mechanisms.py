@@ -8,11 +8,14 @@ the greatest difference over the course of the middle's deflection from the chor
 beam for which it is worst.
 
     python benchmarks/exudyn_mechanisms.py
+    python benchmarks/exudyn_mechanisms.py record    (writes what tests/test_against_exudyn.py compares with)
 """
 
 from __future__ import annotations
 
+import json
 import math
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,6 +38,7 @@ DAMPING = 0.03  # ratio at that frequency
 STEPS, INSTANTS = 2400, 96  # a turn
 ELEMENTS = 24, 48  # of exudyn
 DIED_OUT = 1e-5
+RECORDED, RECORDED_TURNS = 0.08, 9
 STEEL, ALUMINIUM = (210e9, 7850.0), (70e9, 2700.0)
 
 
@@ -193,7 +197,7 @@ def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> 
                 for (owner, name), node in at_point.items()
                 if name == lump.point and (owner == at or not link.beams)
             )
-            mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=node, physicsMass=float(lump.mass), physicsInertia=0.0))
+            mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=node, mass=float(lump.mass), inertia=0.0))
             if not link.beams:  # the block, along x
                 held(node, 1, still)
     held(rows[0][0], 2, still, offsetUserFunction=lambda mbs, t, item, offset: speed * t)
@@ -256,11 +260,16 @@ def middles(bent: Deflection) -> Any:
     return sample(bent, "chord", [0.5])[..., 0]
 
 
-def row(case: Case, ratio: float) -> dict[str, Any]:
-    """What is apart, in percent."""
+def speed_of(case: Case, ratio: float) -> tuple[float, float]:
+    """Speed [rad/s] and beta [s]."""
     turn = np.linspace(0, 2 * math.pi, 72, endpoint=False)
     lowest = natural_frequencies(motion(case.mechanism, turn, 1.0), case.sections, modes=1, positions=24).lowest
-    speed, beta = ratio * lowest, 2 * DAMPING / lowest
+    return ratio * lowest, 2 * DAMPING / lowest
+
+
+def row(case: Case, ratio: float) -> dict[str, Any]:
+    """What is apart, in percent."""
+    speed, beta = speed_of(case, ratio)
     period, law = 2 * math.pi / speed, ConstantSpeed(0.0, speed)
     times = np.arange(INSTANTS) * (period / INSTANTS)
 
@@ -282,17 +291,57 @@ def row(case: Case, ratio: float) -> dict[str, Any]:
         "steady: exudyn's meshes": apart(coarse[:, -1], fine[:, -1]),
         "steady: nonlinear": apart(periodic.chord[:, :, 4], best[:, -1]),
         "steady: elastodynamic": apart(middles(steady.deflection), best[:, -1]),
-        "estimated": theory_error(steady).large_displacement,
+        "steady: estimated": theory_error(steady).large_displacement,
         "steady: quasi-static": apart(middles(steady.quasi_static), best[:, -1]),
         "transient: nonlinear": apart(marched.chord[:, :, 8], best[:, 0]),
         "transient: elastodynamic": apart(middles(first.deflection), best[:, 0]),
+        "transient: estimated": theory_error(first).large_displacement,
         "last two turns": settled,
     }
     told = {"mechanism": case.name, "rad/s": speed, "speed / lowest": ratio}
     return {**told, **{name: 100 * value for name, value in percent.items()}, "exudyn's turns": turns, "s": taken}
 
 
+def record() -> None:
+    """The steady state of two of them by exudyn, with what they are, in tests/data."""
+    told = []
+    for case in (slider_crank(), watt()):
+        speed, beta = (float(f"{value:.5g}") for value in speed_of(case, RECORDED))
+        coarse, fine = (of_exudyn(case, speed, beta, RECORDED_TURNS, count)[:, -1] for count in ELEMENTS)
+        told.append({**_as_data(case), "speed": speed, "beta": beta, "chord": (fine + (fine - coarse) / 3).tolist()})
+    import exudyn
+
+    source = (
+        f"exudyn {exudyn.__version__}, by benchmarks/exudyn_mechanisms.py: {ELEMENTS} elements a beam, extrapolated"
+    )
+    target = measuring.RESULTS.parent.parent / "tests" / "data" / "exudyn_mechanisms.json"
+    target.write_text(json.dumps({"source": source, "mechanisms": told}) + "\n", encoding="utf-8")
+
+
+def _as_data(case: Case) -> dict[str, Any]:
+    """What a mechanism is made of, as JSON holds it."""
+    links = [
+        {
+            "name": link.name,
+            "points": {name: [complex(z).real, complex(z).imag] for name, z in link.points.items()},
+            "beams": [[beam.start, beam.end, beam.mass_per_length] for beam in link.beams],
+            "masses": [[lump.point, lump.mass] for lump in link.lumps],
+        }
+        for link in case.mechanism.links
+    ]
+    return {
+        "name": case.name,
+        "links": links,
+        "drawing": {name: [complex(z).real, complex(z).imag] for name, z in case.mechanism.drawing.items()},
+        "sliders": [[one.link, one.point, complex(one.origin).imag] for one in case.mechanism.sliders],
+        "sections": [[own.EA, own.EI, own.kGA, own.area, own.inertia] for own in case.sections],
+    }
+
+
 def main() -> None:
+    if sys.argv[1:] == ["record"]:
+        record()
+        return
     rows: list[dict[str, Any]] = []
     for case in cases():
         for ratio in RATIOS:
