@@ -43,7 +43,7 @@ def vibrating(elements: int, stages: int, inner: int) -> Any:
     basis = vectors / np.sqrt(values)
     kinds = kinematics(structure, course, basis, chosen_points(BAR.mechanism))
     found = vibration(kinds, deflection(course, SECTIONS), grid, Damping(np.full(3, BETA), BETA), None)
-    x = grid.sampler(TIMES - 1e-12 * PERIOD)(found.course[0])
+    x = grid.sampler(TIMES - 1e-12 * PERIOD)(found.history[0])
     amounts = basis @ x[..., None]
     ends = [np.real(move) for move, _ in structure.nodes.values()]
     return (np.array(ends) @ amounts)[..., 0]

@@ -117,7 +117,7 @@ def row(case: Drawn, number: int) -> dict[str, Any]:
         "outcome": "measured",
         "positions": count,
         "check's highest harmonics": unresolved(truth),
-        "vibration": float(off.course.max()),
+        "vibration": float(off.history.max()),
         "quasi-static, measured": apart(plain, truth),
         "large displacement": off.large_displacement,
         "time": found.time_error + found.reduction_error,

@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
@@ -20,7 +21,7 @@ from kinelast.stopping import StoppedError, stoppable
 from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
-    from kinelast.folder import Request
+    from kinelast.request import Request
     from kinelast.terminal import Report
 
 BY_SIGNAL, INTERRUPTED = 128, 130
@@ -107,6 +108,10 @@ def _list() -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
+    try:
+        Path.cwd()
+    except OSError:  # which libraries do not survive being imported in
+        return _refuse("the working folder is gone: go to one that is there")
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(options.scenes)
@@ -156,7 +161,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
-    from kinelast.folder import RequestError
+    from kinelast.request import RequestError
     from kinelast.tables import summary_row, write_index, write_summary
 
     if not options.out.is_dir():
@@ -193,7 +198,7 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
 
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.folder import Request, RequestError
+    from kinelast.request import Request, RequestError
     from kinelast.run import require_pictures
 
     unknown = _unknown_diagram(options.animate)

@@ -19,7 +19,7 @@ from kinelast.stopping import without_interrupts
 from kinelast.terminal import say
 
 if TYPE_CHECKING:
-    from kinelast.folder import Request
+    from kinelast.request import Request
 
 GRACE = 2.0  # [s] that a worker has to end by itself
 Report = Callable[[str, int, int], None]

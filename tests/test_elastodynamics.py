@@ -109,7 +109,7 @@ class TestReference:
     def test_how_far_that_is_off_is_told(self, found):
         off = theory_error(found)
         measured = [np.abs(chord - expected).max() for chord, expected in self.chords(found.quasi_static)]
-        np.testing.assert_allclose(off.course, measured, rtol=0.1)
+        np.testing.assert_allclose(off.history, measured, rtol=0.1)
         missed = max(np.abs(chord - expected).max() for chord, expected in self.chords(found.deflection))
         assert 0.5 < off.large_displacement / missed < 2
 
@@ -518,12 +518,14 @@ class TestRotatingFrame:
         found = problem(kinds, deflection(course, sections), grid, Damping(np.zeros(2), 0.0)).equations
         M, C, K = (np.asarray(part[-1]) for part in (found.mass, found.damping, found.stiffness))
         size = len(M)
-        rates = np.block([[np.zeros_like(M), np.eye(size)], [-np.linalg.solve(M, K), -np.linalg.solve(M, coriolis * C)]])
+        rates = np.block(
+            [[np.zeros_like(M), np.eye(size)], [-np.linalg.solve(M, K), -np.linalg.solve(M, coriolis * C)]]
+        )
         omega = np.linalg.eigvals(rates).imag
         return np.sort(omega[omega > 0])[:3] / (2 * math.pi)
 
     def test_at_rest(self):
-        """The third is printed as 16.67, which fits neither the other five nor what turning adds: 16.76 turned round."""
+        """The third is printed as 16.67, which fits neither the others nor what turning adds: 16.76 turned round."""
         np.testing.assert_allclose(self.frequencies(1e-6, 1), [0.9614, 7.037, 16.76], rtol=2.5e-4)
 
     def test_at_6_rad_per_second_as_printed(self):
@@ -542,7 +544,7 @@ class TestTimeElements:
         t = grid.nodes[1:, None, None]
         ones = np.ones_like(t)
         steps = propagation(grid, Equations(ones, 0.2 * ones, 5.3 + 2 * np.cos(t), np.cos(t)[:, 0]))
-        return steps.course(np.array([1.0, 0.0]))[0][-1, 0]
+        return steps.history(np.array([1.0, 0.0]))[0][-1, 0]
 
     @pytest.mark.parametrize("stages", [2, 3, 4])
     def test_order(self, stages):

@@ -39,18 +39,18 @@ def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[An
     -------
     Both of shape (beams, points, stations) [m].
     """
-    problem, x = found.problem, found.course[0]
+    problem, x = found.problem, found.history[0]
     at_start = problem.grid.sampler(problem.grid.edges[:1])
 
     def at_nodes(values: Any) -> Any:
         return np.concatenate((at_start(values), values))
 
-    loads = resampled(vibration_loads(problem, found.motion, found.course), at_nodes)
+    loads = resampled(vibration_loads(problem, found.motion, found.history), at_nodes)
     bent = deflection(found.motion, plain.sections, plain.joints, loads)
     load = _across(found, bent, at_nodes(x)) + _nearer(found, at_nodes(x))
     steps = propagation(problem.grid, replace(problem.equations, load=load))
     start = steps.periodic_start() if found.cyclic else np.zeros(2 * x.shape[1])
-    return _chord(found, x, stations), _chord(found, steps.course(start)[0], stations)
+    return _chord(found, x, stations), _chord(found, steps.history(start)[0], stations)
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:

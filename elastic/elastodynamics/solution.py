@@ -132,7 +132,7 @@ def _coordinates(
     if not len(structure.stiffness):
         return structure, None
     slow = with_rates(motion, 0.0)
-    loaded = [deflection(course, sections, joints) for course in (motion, slow)]
+    loaded = [deflection(each, sections, joints) for each in (motion, slow)]
     return structure, cycle_of(structure, motion, loaded)
 
 
@@ -169,18 +169,18 @@ class Vibration:
     motion: Motion
     problem: Problem
     propagation: Propagation
-    course: tuple[Any, Any, Any]
+    history: tuple[Any, Any, Any]
     cyclic: bool
 
     @property
     def displacements(self) -> Any:
         """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
-        return self._places(self.course[0])
+        return self._places(self.history[0])
 
     @property
     def unresolved(self) -> Any:
         """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
-        found, (_, _, x2) = self.problem, self.course
+        found, (_, _, x2) = self.problem, self.history
         strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
         bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
         moved = self.displacements
@@ -204,7 +204,7 @@ def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping,
     found = problem(kinds, bent, grid, damping)
     steps = propagation(grid, found.equations)
     begin = start(steps, found, bent) if start else steps.periodic_start()
-    return Vibration(bent.motion, found, steps, steps.course(begin), start is None)
+    return Vibration(bent.motion, found, steps, steps.history(begin), start is None)
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
@@ -223,7 +223,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
         sampled = grid.sampler(cycled if found.cyclic else motion.time)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
-        loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
+        loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
         if reduction_error <= tolerance or model.cycle is None:
@@ -235,7 +235,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
         before = reduction_error
-    size = found.course[0].shape[1]
+    size = found.history[0].shape[1]
     answer = Elastodynamic(
         bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error, found
     )

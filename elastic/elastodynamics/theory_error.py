@@ -27,7 +27,7 @@ class TheoryError:
 
     Attributes
     ----------
-    course
+    history
         Of the quasi-static answer, greatest at any instant and place.
     peak
         Of its largest value over the positions.
@@ -35,7 +35,7 @@ class TheoryError:
         What the elastodynamic answer leaves out of the links' large displacement, see `large_displacement_error`.
     """
 
-    course: Reals
+    history: Reals
     peak: Reals
     large_displacement: float
 
@@ -46,9 +46,9 @@ def theory_error(found: Elastodynamic) -> TheoryError:
     own = np.abs(vibrating).max(axis=(1, 2))
     stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
     greatest = np.maximum(share_base(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
-    course = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
+    history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
     peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
-    return TheoryError(course, peak, large_displacement_error(found))
+    return TheoryError(history, peak, large_displacement_error(found))
 
 
 def share_base(largest: Any) -> Any:

@@ -100,7 +100,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         errors = {"vibration": math.nan, "large displacement": math.nan, **_others(plain)}
         return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, unanswered=error.problem)
     off = theory_error(found)
-    missed = float(off.course.max(initial=0.0))
+    missed = float(off.history.max(initial=0.0))
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
     others = {"large displacement": off.large_displacement, **_others(plain)}
     left = wanted - math.fsum(others.values())

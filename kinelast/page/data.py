@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, coefficients
-from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.figures.peaks import Peak
+from kinelast.figures.results import Results, drive_words, joint_words
 from rigid import PinDrive
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out

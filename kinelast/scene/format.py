@@ -23,9 +23,6 @@ from kinelast.scene.format_motion import (
 from kinelast.scene.format_structure import ContactTable
 from kinelast.scene.quantities import (
     Acceleration,
-    Area,
-    AxialRigidity,
-    BendingRigidity,
     Density,
     Direction,
     Duration,
@@ -33,13 +30,18 @@ from kinelast.scene.quantities import (
     Inertia,
     Mass,
     MassPerLength,
-    SecondMoment,
     Share,
-    ShearRigidity,
     Size,
+    Warming,
+)
+from kinelast.scene.section_quantities import (
+    Area,
+    AxialRigidity,
+    BendingRigidity,
+    SecondMoment,
+    ShearRigidity,
     Sizes,
     Stress,
-    Warming,
 )
 from kinelast.scene.units import Quantity
 

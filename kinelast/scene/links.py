@@ -6,15 +6,14 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from elastic.links.beam_trees import lies_along
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
 from rigid import GROUND, Beam, Link, Lump, Slider
 from rigid.constants import mass_moments
-from rigid.plane import cross
 
-ALONG = 1e-9
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
 
@@ -48,7 +47,7 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
         joints = {point for point in points[name] if shared[point] > 1}
         joints |= {slider.through for slider in scene.sliders.values() if slider.link == name}
         joints |= {slot.point for slot in scene.slots.values() if slot.link == name}
-        bodies[name] = _moving(scene, name, points[name], held.get(name, {}), joints)
+        bodies[name] = _moving_body(scene, name, points[name], held.get(name, {}), joints)
     return bodies
 
 
@@ -68,19 +67,11 @@ def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str,
             whole = _lump(f"links.{slider.on}", LinkTable(points=[]), body.link)
             link = replace(body.link, beams=(), lumps=(*body.link.lumps, whole))
             bodies[slider.on] = replace(body, link=link, sections=())
-        elif not any(_lies_along(slider, body.link, beam) for beam in body.link.beams):
+        elif not any(lies_along(body.link, beam, slider.origin, slider.direction) for beam in body.link.beams):
             problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
             table = "slots" if bodies[slider.link].hidden else "sliders"
             raise fault(f"{table}.{slider.name}", "on", problem + "draw it on a beam, or add rigid = true to the link")
     return bodies
-
-
-def _lies_along(slider: Slider, link: Link, beam: Beam) -> bool:
-    """Whether a slider's line is that of a beam."""
-    way = complex(link.points[beam.end] - link.points[beam.start])
-    off = slider.origin - link.points[beam.start]
-    leaves: complex = abs(cross(way, slider.direction)) + abs(cross(slider.direction, off))
-    return abs(leaves) <= ALONG * abs(way)
 
 
 def likely_ground(scene: SceneTable) -> str:
@@ -115,7 +106,7 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
     return held
 
 
-def _moving(scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str]) -> Body:
+def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str]) -> Body:
     """A moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
