@@ -1,6 +1,6 @@
 """How well the program's own error estimates hold: random mechanisms against the nonlinear check and solid links.
 
-    python benchmarks/validity.py [seconds]
+    python benchmarks/validity.py [seconds]    (goes on where results/validity.csv ends; without that file, anew)
 
 Sections have no rotary inertia and no shear, so that the beams of both sides are the same, and what differs is the
 theory of motion. docs/validity.md says what came out.
@@ -142,9 +142,12 @@ def solid(case: Drawn) -> dict[str, Any]:
 
 
 def measured(seconds: float) -> list[dict[str, Any]]:
-    """Rows of as many mechanisms as there is time for."""
-    rows, end = [], time.perf_counter() + seconds
+    """Rows of as many mechanisms as there is time for, after those that are there."""
+    rows: list[dict[str, Any]] = [*validity_figures.read()]
+    end = time.perf_counter() + seconds
     for number, case in enumerate(mechanisms(SEED)):
+        if number < len(rows):
+            continue
         if time.perf_counter() > end:
             return rows
         try:

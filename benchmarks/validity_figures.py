@@ -28,7 +28,9 @@ def agrees(estimate: Any, truth: Any) -> Any:
 
 
 def read() -> list[dict[str, str]]:
-    """The rows as they were written."""
+    """The rows as they were written; none where there is no file."""
+    if not (measuring.RESULTS / "validity.csv").exists():
+        return []
     with (measuring.RESULTS / "validity.csv").open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 

@@ -184,6 +184,14 @@ class TestFurtherChecks:
         found = solid_check(results_at(FAST))
         assert 1e-4 < found.relative < 0.01
 
+    def test_plane_bodies_are_of_the_material_that_the_scene_tells(self):
+        """Poisson's ratio of 0.45 for 0.3: shear is 1.45/1.3 as soft, and nothing else asks for the ratio."""
+        given, other = (
+            solid_check(computed(scene_from_text(edited(FOUR_BAR, ("poisson = 0.3", f"poisson = {ratio}"))), Request()))
+            for ratio in (0.3, 0.45)
+        )
+        assert other.relative > 1.02 * given.relative
+
     def test_the_command_writes_them(self, tmp_path, capsys):
         (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')))
         call = [str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--accuracy", "10 %", "--check", "8,nonlinear,solid"]

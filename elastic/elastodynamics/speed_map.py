@@ -30,6 +30,7 @@ from rigid import Motion, with_rates
 ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
 TOLERANCE = 1e-3
 COARSER = 30.0
+MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 MORE_MODES = 2  # besides those near the lowest
 
 Measure = Callable[[Deflection], Any]
@@ -108,6 +109,29 @@ def speed_map(
     rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
     values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
     return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
+
+
+def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
+    """Between what speeds a multiple of the cycle's frequency runs through a natural frequency.
+
+    Parameters
+    ----------
+    omega
+        Natural frequencies over the cycle [rad/s], of one mode, as `SpeedMap.omega` has them, shape (positions,).
+    multiples
+        From 1 to this.
+
+    Returns
+    -------
+    Per multiple the least and the greatest angular frequency of the cycle [rad/s].
+
+    Examples
+    --------
+    >>> critical_speeds([600.0, 900.0], 2)
+    {1: (600.0, 900.0), 2: (300.0, 450.0)}
+    """
+    least, most = float(np.min(omega)), float(np.max(omega))
+    return {n: (least / n, most / n) for n in range(1, multiples + 1)}
 
 
 class _Cases:

@@ -71,11 +71,15 @@ class Theory:
 
 @dataclass(frozen=True)
 class Material:
-    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] or None."""
+    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+
+    The last two are None where they are not known.
+    """
 
     E: float
     density: float
     yield_stress: float | None
+    poisson: float | None = None
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
     stuff = _named(scene.materials, table, "material", material)
-    poisson = _poisson(stuff, material)
+    poisson = poisson_of(stuff, material)
     if shear and poisson is None:
         raise fault(f"materials.{material}", "poisson", 'the key is missing: beams = "timoshenko" asks for it')
     made, mass_taper = _made(shape, section, stuff, poisson, shear)
@@ -126,7 +126,7 @@ def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], A
     return tube, start, end
 
 
-def _poisson(stuff: MaterialTable, name: str) -> float | None:
+def poisson_of(stuff: MaterialTable, name: str) -> float | None:
     """Poisson's ratio, as given or by G; None where neither is known."""
     if stuff.G is None:
         return stuff.poisson
