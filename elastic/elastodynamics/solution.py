@@ -226,7 +226,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
-        if reduction_error <= tolerance or model.cycle is None:
+        if reduction_error <= tolerance or model.cycle is None or time_error > resolved:
             break
         in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
         if in_time:
