@@ -95,7 +95,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     try:
         found = _vibrating(scene, plain.motion, period, TOLERANCE if by_name else max(TOLERANCE, SETTLED * wanted))
         if not by_name and found.time_error + found.reduction_error > wanted:
-            raise SceneError(scene.path, "run", "theory", "vibration cannot be answered: it is finer than can be resolved")
+            raise SceneError(scene.path, "run", "theory", "vibration cannot be answered: it is too fine to be resolved")
     except SceneError as error:
         if by_name:
             raise
