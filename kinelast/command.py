@@ -162,7 +162,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
     from kinelast.request import RequestError
-    from kinelast.tables import summary_row, write_index, write_summary
+    from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not options.out.is_dir():
         return
@@ -170,7 +170,10 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Names
         (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
     }
     try:
-        write_index(options.out, write_summary(options.out, {row[0]: row for row in rows.values()}))
+        whole = write_summary(options.out, {row[0]: row for row in rows.values()})
+        seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
+        write_index(options.out, whole, seconds)
+        write_parquet(options.out, whole)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 
@@ -216,11 +219,18 @@ def _request(options: argparse.Namespace) -> Request | str:
         animate=options.animate,
         frames=options.frames,
         picture=options.format,
+        fps=options.fps,
+        size=options.size,
+        style=options.style,
+        exaggeration=options.exaggeration,
+        background=options.background,
+        show=options.show,
         mesh=options.mesh,
         stills=options.stills,
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,
+        units=options.units,
     )
     try:
         require_pictures(request)

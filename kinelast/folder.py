@@ -141,10 +141,11 @@ def finished(folder: Path, made: Mapping[str, Any]) -> dict[str, Any] | None:
     return before if whole and _files(before) and not before.get("failed") else None
 
 
-def foreign(folder: Path) -> list[str]:
-    """Names of what somebody else has put into a folder."""
+def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
+    """Names of what somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
-        return sorted({entry.name for entry in folder.iterdir()} - _ours(folder))
+        names = {entry.name for entry in folder.iterdir()}
+        return sorted(names - ({*_files(summary), "summary.json"} if summary else _ours(folder))) if names else []
     return []
 
 

@@ -24,11 +24,18 @@ class Request:
     animate: tuple[str, ...] = ()
     frames: int | None = None
     picture: str = "mp4"
+    fps: float | None = None
+    size: tuple[int, int] | None = None
+    style: str = "plain"
+    exaggeration: float | None = None
+    background: str | None = None
+    show: tuple[str, ...] | None = None
     mesh: bool = False
     stills: bool = False
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+    units: str | None = None
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""

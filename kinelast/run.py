@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -67,6 +68,13 @@ def try_scene(
     tell
         Called with a sentence on how much a large request takes, before it starts.
     """
+    start = time.perf_counter()
+    outcome = _tried(task, request, resume, progress, tell)
+    return replace(outcome, seconds=time.perf_counter() - start)
+
+
+def _tried(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
+    """The outcome of a scene, whatever goes wrong."""
     name = task.name
     try:
         with np.errstate(all="ignore"):  # what is no number is told as none
@@ -90,6 +98,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
     scene = scene_from_bytes(content, task.path)
+    if request.units:
+        scene = replace(scene, report_units=request.units)
     positions = request.positions or scene.run.positions
     long = is_long(scene, positions)
     if scene.is_integrated:
@@ -124,25 +134,25 @@ def _integrate(scene: Scene, progress: Progress) -> None:
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
     """The results of a long run, whose tables are written on the way."""
-    time = scene_times(scene, request.positions)
-    count = len(time)
+    instants = scene_times(scene, request.positions)
+    count = len(instants)
     if request.reachable:
-        time = reached_times(scene, reached_by_integration(scene, time))
-        if not len(time):
+        instants = reached_times(scene, reached_by_integration(scene, instants))
+        if not len(instants):
             raise RequestError("no position can be reached")
-    fields = tables.FieldFile(part / "fields.npz", len(time), request.stations) if request.fields else None
+    fields = tables.FieldFile(part / "fields.npz", len(instants), request.stations) if request.fields else None
 
     def on_chunk(results: Results, first: int) -> None:
         tables.write_positions(part / "positions.csv", results, more=first > 0)
         if fields:
             fields.add(results)
-        progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
+        progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
 
-    results = by_theory(long_results(scene, time, on_chunk, require_chunk), request, progress)
+    results = by_theory(long_results(scene, instants, on_chunk, require_chunk), request, progress)
     if fields:
         fields.close()
     comparison = checked(scene, results.shown.deflection, request, progress)
-    return replace(results, comparison=comparison, left_out=count - len(time))
+    return replace(results, comparison=comparison, left_out=count - len(instants))
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
@@ -183,13 +193,13 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     found = speeds(scene, asked)
     write_speeds(part / "speeds.csv", scene, found)
     draw_speeds(part / "speeds.svg", scene, found)
-    return speed_figures(found)
+    return speed_figures(found, scene)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """What to say of a scene whose folder is there."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
-    if others := foreign(task.folder):
+    if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
     failed = figures["failed"]
     for name, fault in failed.items():
@@ -238,12 +248,10 @@ def _drawings(
         write_vtu_series(results.deflection, part / "mesh")
 
     def film(diagram: str) -> None:
-        from animations import Style, movie
+        from kinelast.films import draw_film
 
-        style = Style(title=results.scene.title, outlines=results.scene.outlines)
-        target = part / f"{diagram}.{request.picture}"
         try:
-            movie(results.deflection, diagram, target, request.frames, style, partial(progress, f"{name}: {diagram}"))
+            draw_film(part, results, diagram, request, partial(progress, f"{name}: {diagram}"))
         except ValueError as error:
             raise RequestError(f"--animate {diagram}: {error}") from None
 
@@ -252,7 +260,10 @@ def _drawings(
         yield "stills", stills
     if request.mesh:
         yield "mesh", meshes
-    for diagram in request.animate if results.scene.labels else ():  # nothing is drawn along links without beams
+    films = request.animate
+    if films and not results.scene.labels:
+        films = ("motion",)  # nothing is drawn along links without beams
+    for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 

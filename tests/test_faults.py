@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -405,7 +406,8 @@ def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
     call = [str(tmp_path / "rigid.toml"), "-o", str(tmp_path / "out"), "--animate", "deflection", "--check"]
     assert main([*call, "--positions", "4"]) == 0
     said = capsys.readouterr().out
-    assert "no film" in said
+    assert "filmed is the motion" in said
+    assert (tmp_path / "out" / "rigid" / "motion.mp4").stat().st_size > 1000
     assert "check has nothing to compare" in said
     require_whole(tmp_path / "out" / "rigid")
     check = json.loads((tmp_path / "out" / "rigid" / "check.json").read_text())
@@ -418,9 +420,12 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     for jobs in ("1", "2"):
         assert started(cases, "-o", tmp_path / jobs / "out", "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
     files = [path.relative_to(tmp_path / "1" / "out") for path in (tmp_path / "1").rglob("*") if path.is_file()]
-    assert len(files) == 2 * 4 + 2
+    assert len(files) == 2 * 4 + 2 + (find_spec("pyarrow") is not None)
     for file in files:
-        assert len({(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")}) == 1, file
+        contents = [(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")]
+        if file.name == "index.html":  # tells how long the scenes took
+            contents = [re.sub(rb'"seconds":\{[^}]*\}', b"", content) for content in contents]
+        assert contents[0] == contents[1], file
 
 
 def test_the_package_and_its_command_can_be_run_as_modules():

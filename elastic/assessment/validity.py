@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from elastic.assessment.buckling import euler_ratio
 from elastic.assessment.cycle import Peak, over_cycle
 from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
+from rigid import Reals
 from rigid.constants import per_row
 
 KINDS = ("slenderness", "deflection", "axial force", "yield")
@@ -84,7 +86,7 @@ class Exceedance:
 def exceedances(
     deflection: Deflection,
     kinds: Sequence[str] = KINDS,
-    found: Mapping[str, Extreme] | None = None,
+    found: Mapping[str, Any] | None = None,
 ) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
@@ -93,14 +95,14 @@ def exceedances(
     kinds
         What to look at.
     found
-        From `extremes`, of "w" and "mises", where they are known already.
+        From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are known already.
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
     if not deflection.sections:
         return []
     known = found or {}
-    own = {"deflection": known.get("w"), "yield": known.get("mises")}
+    own = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
     return [one for kind in kinds for one in _LOOK[kind](deflection, own.get(kind))]
 
 
@@ -127,9 +129,10 @@ def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Excee
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
-def _axial_force(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
+def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
     message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
-    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
+    ratio = euler_ratio(deflection) if known is None else known
+    yield from _per_beam("axial force", over_cycle(ratio), message, _amplified)
 
 
 def _amplified(ratio: float) -> str:
@@ -155,7 +158,7 @@ def _share(figure: float) -> str:
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
-_LOOK = {
+_LOOK: Mapping[str, Callable[[Deflection, Any], Iterator[Exceedance]]] = {
     "slenderness": _slender,
     "deflection": _deflection,
     "axial force": _axial_force,

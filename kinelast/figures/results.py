@@ -180,9 +180,10 @@ class Results:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
-        known = None if self.whole is not None or self.ill.any() else self.extremes
-        found = exceedances(self.counted_deflection, found=known)
-        return [*found, *divided_links(self.scene, self.quasi_static, self.counted)]
+        found: dict[str, Any] = {**self.extremes, "euler_ratio": self.euler_ratio}
+        known = None if self.whole is not None or self.ill.any() else found
+        own = exceedances(self.counted_deflection, found=known)
+        return [*own, *divided_links(self.scene, self.quasi_static, self.counted)]
 
     @cached_property
     def efforts(self) -> Reals:

@@ -17,8 +17,8 @@ from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts", "curves",
-           "maps", "answer", "figures", "main")  # fmt: skip
+SCRIPTS = ("numbers", "dom", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
+           "curves", "speeds", "maps", "answer", "figures", "main")  # fmt: skip
 
 
 def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:
@@ -27,7 +27,7 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     Parameters
     ----------
     found
-        The peaks per field, see `kinelast.figures.results.peaks`.
+        The peaks per field, see `kinelast.figures.peaks.peaks`.
     figures
         The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
     gist
@@ -36,16 +36,18 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     results = results.shown
     kept = kept_positions(results, found)
     store = numbers_of(results, kept)
-    scene = {"summary": figures, "model": model_of(results, kept, store), "text": results.scene.text}
+    numbers, packed = store.bytes()
+    model = {**model_of(results, kept, store), "packed": packed}
+    scene = {"summary": figures, "model": model, "text": results.scene.text}
     words = figures["scene"]
     return filled(
         "report.html",
         {
-            "title": _text(words["title"]),
-            "source": _text(words["source"].strip()),
-            "gist": _text(gist),
+            "title": text_of(words["title"]),
+            "source": text_of(words["source"].strip()),
+            "gist": text_of(gist),
             "scene": as_data(scene),
-            "numbers": b64encode(store.bytes()),
+            "numbers": b64encode(numbers),
             "uplot": _chart_library(),
             **shared_parts(SCRIPTS),
         },
@@ -62,7 +64,7 @@ def as_data(value: Any) -> bytes:
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
-def _text(words: str) -> bytes:
+def text_of(words: str) -> bytes:
     """Words as text of a page, never as markup."""
     return escape(words).encode("utf-8", "replace")
 
@@ -94,7 +96,9 @@ def _chart_library() -> bytes:
 
 
 def _library() -> Path:
-    """Where uPlot's files are, found without importing the package that carries them: that would import IPython."""
+    """Where uPlot's files are: here in a wheel; else in the package that carries them, which imports IPython itself."""
+    if (WEB / "uPlot.iife.js").is_file():
+        return WEB
     found = find_spec("uplot")
     if found is None or not found.submodule_search_locations:
         raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Annotated, Any, get_args, get_origin
 
 import msgspec
@@ -107,7 +107,7 @@ def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
 
 
 def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
-    fields = {field.name: field for field in msgspec.structs.fields(whole)}
+    fields = _fields(whole)
     for key in raw:
         if key not in fields:
             place = "; it belongs under [run]" if key in _keys(RunTable, "", raw) else likely(key, fields)
@@ -120,6 +120,12 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
             bracket = f"[{name}]" if name == "points" else f"[{name}.NAME]"
             raise fault(name, "", f"the table is missing; a scene needs {bracket}")
     return whole(**parts)
+
+
+@cache
+def _fields(whole: Any) -> dict[str, msgspec.structs.FieldInfo]:
+    """The fields of a table by name: found once, by evaluating their annotations."""
+    return {field.name: field for field in msgspec.structs.fields(whole)}
 
 
 def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:

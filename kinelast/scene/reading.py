@@ -99,6 +99,7 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         output=build_output(table, mechanism),
         made_of=made_of,
         theory=_theory(table, made_of),
+        report_units=table.run.report_units,
     )
     require_determined(scene)
     return scene
