@@ -297,3 +297,17 @@ def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
     assert [one.severe for one in found] == ([] if level is None else [level])
     if found:
         assert found[0].figure == pytest.approx(force / (np.pi**2 * 2 / 0.4**2), rel=0.03)
+
+
+def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
+    """A run that is gone through in chunks looks at the whole mechanism where its links are pressed most."""
+    monkeypatch.setattr("kinelast.figures.long_runs.LONG", 1)
+    text = PRESSED.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
+    (tmp_path / "rod.toml").write_text(text)
+    main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])
+    summary = json.loads((tmp_path / "out" / "rod" / "summary.json").read_text())
+    found = [one for one in summary["cautions"] if one["kind"] == "axial force"]
+    assert [(one["label"], one["severe"]) for one in found] == [(None, True)]
+    assert found[0]["figure"] == pytest.approx(100 / (np.pi**2 * 2 / 0.4**2), rel=0.03)
+    assert summary["theory"]["name"] == "quasi-static"
+    assert summary["theory"]["without_vibration"] is not None
