@@ -123,8 +123,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.out.exists() and not options.out.is_dir():
         return _refuse(f'-o: "{options.out}" is a file: name a folder')
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
-    if options.structure:
-        return _structures(tasks, options, BAD_INPUT if problems else FINE)
+    others = _structures if options.structure else _sweeps if options.sweep or options.design is not None else None
+    if others:
+        return others(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
@@ -146,6 +147,8 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
                     say(_named_once(outcome.line, task), sys.stderr)
                 elif not options.quiet:
                     say(outcome.line, sys.stdout)
+                if outcome.interrupted:
+                    raise KeyboardInterrupt
     except (KeyboardInterrupt, StoppedError) as stop:
         status = INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number
         _stopped(status, f" after {len(outcomes)} of {len(tasks)} scenes")
@@ -199,6 +202,33 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
     return status
 
 
+def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
+    """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
+    from kinelast.sweep import Asked, try_design, try_sweep
+
+    asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most, options.scheduler)
+
+    def tell(sentence: str) -> None:
+        if not options.quiet:
+            say(sentence, sys.stderr)
+
+    try:
+        with progress(options) as report:
+            for task in tasks:
+                if options.design is None:
+                    outcome = try_sweep(task, asked, report, tell)
+                else:
+                    outcome = try_design(task, options.design)
+                status = max(status, outcome.status)
+                if outcome.status >= BAD_INPUT:
+                    say(_named_once(outcome.line, task), sys.stderr)
+                elif not options.quiet:
+                    say(outcome.line, sys.stdout)
+    except (KeyboardInterrupt, StoppedError) as stop:
+        return _stopped(INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number, "")
+    return status
+
+
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
     from kinelast.request import Request, RequestError
@@ -230,6 +260,10 @@ def _request(options: argparse.Namespace) -> Request | str:
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,
+        sensitivities=options.sensitivities,
+        tolerances=options.tolerances,
+        samples=options.samples,
+        optimize=options.optimize,
         units=options.units,
     )
     try:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     pass
 
 USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
-        "speeds.csv", "speeds.svg"}  # fmt: skip
+        "speeds.csv", "speeds.svg", "sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg",
+        "optimum.csv", "optimum.toml"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -171,8 +172,13 @@ def _lock_of(folder: Path) -> Path:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[str]:
+def held(folder: Path, patience: float | None = None) -> Iterator[str]:
     """Keep other runs from a folder or file; the name of what may be hidden beside it meanwhile.
+
+    Parameters
+    ----------
+    patience
+        Time that another run may take to let go of it [s]; `PATIENCE` where left out.
 
     Raises
     ------
@@ -186,7 +192,7 @@ def held(folder: Path) -> Iterator[str]:
         try:
             fresh += [place for place in folder.parents if not place.exists()]
             folder.parent.mkdir(parents=True, exist_ok=True)
-            lock = _locked(path, shown)
+            lock = _locked(path, shown, PATIENCE if patience is None else patience)
             before = os.read(lock, 100).decode("ascii", "replace")
             if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
                 _clean(folder, before)
@@ -210,9 +216,9 @@ def held(folder: Path) -> Iterator[str]:
                 place.rmdir()  # unless something stands in it
 
 
-def _locked(path: Path, shown: str) -> int:
+def _locked(path: Path, shown: str, patience: float) -> int:
     """A lock's file, open and held; the system lets go of it with the process, however that ends."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + patience
     while True:
         lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         try:

@@ -35,6 +35,10 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+    sensitivities: bool = False
+    tolerances: bool = False
+    samples: int | None = None
+    optimize: bool = False
     units: str | None = None
 
     def theory_of(self, scene: Scene) -> Theory:

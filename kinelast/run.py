@@ -22,7 +22,6 @@ from kinelast.folder import complete, finished, foreign, made_from, sizes, versi
 from kinelast.line import gist, questions
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
 from kinelast.request import Request, RequestError
-from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
 from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_times
@@ -104,11 +103,13 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     long = is_long(scene, positions)
     if scene.is_integrated:
         _integrate(scene, progress)
+        if scene.interrupted is not None:
+            request = replace(request, reachable=True)
+            made = {**made, "interrupted": scene.interrupted}  # so that no later run takes it for whole
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
-        asked = request.theory_of(scene)
-        if request.nonlinear or request.solid or asked.name == ELASTODYNAMIC or asked.accuracy is not None:
+        if request.nonlinear or request.solid or request.theory_of(scene).demanded:
             advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         with complete(folder) as part:
@@ -176,6 +177,8 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
+    if request.sensitivities or request.tolerances or request.optimize:
+        figures.update(_studies(part, results.scene, request, progress))
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -196,16 +199,33 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     return speed_figures(found, scene)
 
 
+def _studies(part: Path, scene: Scene, request: Request, progress: Progress) -> dict[str, Any]:
+    """What is asked of the designs around a scene, written and as figures."""
+    from kinelast.designs.output import Studies, write_studies
+
+    asked = Studies(
+        request.sensitivities, request.tolerances, request.optimize, request.samples, positions=request.positions
+    )
+
+    def tell(stage: str, done: int, total: int) -> None:
+        progress(f"{scene.name}: {stage}", done, total)
+
+    return write_studies(part, scene.text, scene.path, scene.name, asked, tell)
+
+
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """What to say of a scene whose folder is there."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    for words in figures.get("optimum", {}).get("words", ()):
+        line += f"\n{task.name}: {words}"
     failed = figures["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
     status = BUG if failed else CHECK_FAILED if _differs(figures) else FINE
-    return Outcome(status, line, DONE, tuple(f"{task.name}: {words}" for words in questions(figures)), figures)
+    asked = tuple(f"{task.name}: {words}" for words in questions(figures))
+    return Outcome(status, line, DONE, asked, figures, interrupted=figures["run"]["interrupted"] is not None)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import numpy as np
 
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
-from rigid.parts import MechanismError
+from rigid.parts import MechanismError, Real
 from rigid.plane import dot
 
 FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
@@ -19,11 +19,15 @@ FLAT = 1e-9  # distance from the line over the drawing's size below which joints
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What can be read off the drawing of a mechanism."""
+    """What can be read off the drawing of a mechanism; places, directions and sides of designs that differ as arrays.
+
+    `rows` picks designs, by number, for the `side`.
+    """
 
     mechanism: Mechanism
+    rows: Any = None
 
-    def at(self, point: str) -> complex:
+    def at(self, point: str) -> Any:
         """Drawn place of a point or of a slider's point [m]."""
         sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
         if point not in self.mechanism.drawing and point in sliders:
@@ -31,63 +35,70 @@ class Drawing:
         if point not in self.mechanism.drawing:
             missing = f'the point "{point}" is not drawn: give it a place under [points]'
             raise MechanismError(missing, kind="drawing", joints=(point,))
-        return complex(self.mechanism.drawing[point])
+        place = self.mechanism.drawing[point]
+        return place if isinstance(place, np.ndarray) else complex(place)
 
     @cached_property
-    def _directions(self) -> dict[int, complex]:
+    def _directions(self) -> dict[int, Any]:
         """What the drawing tells: links with two drawn points, and what slides on them or they on."""
         index = self.mechanism.index
-        found = {0: 1.0 + 0j} | {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
-        pairs = [(index[s.on], index[s.link], _one(s.turn)) for s in self.mechanism.sliders]
+        found: dict[int, Any] = {0: 1.0 + 0j}
+        found |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
+        pairs: list[tuple[int, int, Any]] = [(index[s.on], index[s.link], s.turn) for s in self.mechanism.sliders]
         pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
         while further := [pair for pair in pairs if pair[0] in found and pair[1] not in found]:
             one, other, turn = further[0]
             found[other] = found[one] * turn
         return found
 
-    def _seen(self, link: int) -> complex | None:
+    def _seen(self, link: int) -> Any:
         """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
         if len(drawn) < 2:
             return None
         seen = self.at(drawn[1]) - self.at(drawn[0])
-        own = _one(body.points[drawn[1]]) - _one(body.points[drawn[0]])
-        if abs(seen) == 0 or abs(own) == 0:
+        own: Any = body.points[drawn[1]] - body.points[drawn[0]]
+        if np.any(abs(seen) == 0) or np.any(abs(own) == 0):
             same = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
             raise MechanismError(same, links=(body.name,))
         return seen / own * abs(own) / abs(seen)
 
-    def direction(self, link: int) -> complex:
+    def direction(self, link: int) -> Any:
         """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
         return self._directions.get(link, 1.0 + 0j)
 
-    def along(self, joint: Joint) -> complex:
+    def along(self, joint: Joint) -> Any:
         """Unit vector of a slider's line as drawn."""
-        return self.direction(joint.owner) * _one(joint.line)
+        line = next(slider.direction for slider in self.mechanism.sliders if slider.name == joint.name)
+        return self.direction(joint.owner) * line  # of all designs, whichever the joint is of
 
-    def side(self, distance: float, joints: Sequence[str]) -> float:
+    def side(self, distance: Any, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
-        size = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints) or 1.0
-        if abs(distance) <= FLAT * size:
+        size: Any = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints)
+        if np.any(abs(distance) <= FLAT * np.where(size, size, 1.0)):
             names = ", ".join(f'"{joint}"' for joint in joints)
             raise MechanismError(
                 f"the joints {names} are drawn in line, which does not tell on which side they fold: move the drawing",
                 kind="drawing",
                 joints=joints,
             )
-        return 1.0 if distance > 0 else -1.0
+        if not isinstance(distance, np.ndarray) or not distance.ndim:
+            return 1.0 if distance > 0 else -1.0
+        sign = np.where(distance > 0, 1.0, -1.0)
+        return sign if self.rows is None else sign[self.rows]
 
     def coordinate(self, joint: Joint) -> float:
-        """Coordinate of a joint as drawn [rad or m]."""
+        """Coordinate of a joint as drawn [rad or m], of designs that of the first."""
         owner, block = joint.owner, joint.block
         if joint.turns:
-            return float(np.angle(self.direction(block) / self.direction(owner)))
+            return float(np.angle(_one(self.direction(block)) / _one(self.direction(owner))))
         body = self.mechanism.links[owner]
         anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
-        base = self.at(anchor) - self.direction(owner) * _one(body.points[anchor]) if owner and anchor else 0.0
-        foot = base + self.direction(owner) * _one(joint.at(owner))
-        return float(dot(self.along(joint), self.at(joint.point(block) or "") - foot))
+        turned = _one(self.direction(owner))
+        base = _one(self.at(anchor)) - turned * _one(body.points[anchor]) if owner and anchor else 0.0
+        foot = base + turned * _one(joint.at(owner))
+        return float(dot(turned * _one(joint.line), _one(self.at(joint.point(block) or "")) - foot))
 
 
 def _one(value: Any) -> complex:

@@ -16,26 +16,30 @@ from rigid.plane import ZERO
 def drive_arrays(
     mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any
 ) -> tuple[Reals, Reals, Reals, Reals]:
-    """Arguments of `motion` as arrays of shape (drives, positions), and (positions,) for the time."""
+    """Arguments of `motion` as arrays of shape (drives, ..., positions), and (..., positions) for the time."""
     count = len(mechanism.drives)
     coordinates = np.atleast_1d(np.asarray(drive, float))
     if coordinates.ndim == 1:
         coordinates = coordinates[None] if count == 1 else coordinates[:, None]
     if len(coordinates) != count:
         raise MechanismError(f"{len(coordinates)} drive coordinates were given for {counted(count, 'drive')}")
+    if coordinates.ndim == 2 and max(np.ndim(rate), np.ndim(rate2)) > 2:
+        coordinates = coordinates[:, None]  # passed by every design at a rate of its own
     instants = np.arange(coordinates.shape[-1], dtype=float) if time is None else np.asarray(time, float)
-    if instants.shape != coordinates.shape[-1:]:
+    if instants.shape[-1:] != coordinates.shape[-1:] or instants.ndim >= max(coordinates.ndim, 2):
         raise MechanismError(f"{instants.size} instants were given for {counted(coordinates.shape[-1], 'position')}")
     return coordinates, per_position(rate, coordinates), per_position(rate2, coordinates), instants
 
 
 def per_position(value: Any, coordinates: Any) -> Any:
-    """A rate given per drive, per position or both, as one array like the coordinates."""
+    """A rate given per drive, per position or both, or per design too, as one array like the coordinates."""
     if isinstance(value, float | int) or np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
-    return np.broadcast_to(
-        np.reshape(value, (len(coordinates), -1)) if np.ndim(value) == 1 else value, coordinates.shape
-    )
+    if np.ndim(value) == 1:
+        value = np.reshape(value, (len(coordinates), -1))
+    if coordinates.ndim > np.ndim(value):
+        value = np.expand_dims(value, 1)
+    return np.broadcast_to(value, np.broadcast_shapes(np.shape(value), coordinates.shape))
 
 
 def rate_of(rate: Any, drive: int | None) -> Columns:
@@ -45,4 +49,6 @@ def rate_of(rate: Any, drive: int | None) -> Columns:
     row = rate[drive]
     if row.strides[-1] or not row.size:
         return row
+    if row.ndim > 1:
+        return row[:, :1]
     return float(row.flat[0]) or ZERO

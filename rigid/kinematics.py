@@ -33,9 +33,10 @@ class Motion:
     Attributes
     ----------
     time
-        Time of every position [s], shape (positions,).
+        Time of every position [s], shape (positions,), or (designs, positions) where that differs.
     drive, drive_rate, drive_acceleration
-        Coordinates of the drives [rad or m] and their derivatives in time, shape (drives, positions).
+        Coordinates of the drives [rad or m] and their derivatives in time, shape (drives, positions), or
+        (drives, designs, positions) where designs pass others.
     origin, velocity, acceleration
         Of the origin of every link's axes [m, m/s, m/s^2], complex, shape (links, ..., positions).
     direction
@@ -128,9 +129,11 @@ def motion(
         Its lengths may have shape (designs, 1).
     drive, drive_rate, drive_acceleration
         Coordinates of the drives [rad or m] and their derivatives in time, shapes that broadcast to
-        (drives, positions); for a single drive (positions,) will do.
+        (drives, positions); for a single drive (positions,) will do. Where designs pass other coordinates, or at other
+        rates, shapes that broadcast to (drives, designs, positions); coordinates of a single drive.
     time
-        Time of every position [s], shape (positions,); the numbers of the positions where it is left out.
+        Time of every position [s], shape (positions,) or (designs, positions); the numbers of the positions where it is
+        left out.
     near
         Where the links nearly are at every position, or at a single one for all: picks the branch in place of the
         drawing, so that the positions need not be neighbours.
@@ -161,7 +164,10 @@ def motion(
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         placed, closures = place(mechanism, order, coordinates, near, lead)
-        shape = (*mechanism.designs[:-1], coordinates.shape[-1])
+        if coordinates.ndim == 2:
+            shape = (*mechanism.designs[:-1], coordinates.shape[-1])
+        else:
+            shape = np.broadcast_shapes(*(value.shape[1:] for value in (coordinates, rate, rate2)), mechanism.designs)
         origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
         return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 

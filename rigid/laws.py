@@ -7,7 +7,7 @@ Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapters 2 and 3.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import Any
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import polynomial
 
-from rigid.parts import Reals
+from rigid.parts import Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact
@@ -86,22 +86,25 @@ class Segment:
 class ConstantSpeed:
     """The coordinate grows at one rate from its start.
 
-    `start` [rad or m] and `speed` [rad/s or m/s]. Called with times [s] of any shape, it returns coordinate, rate and
-    acceleration of the same shape.
+    `start` [rad or m] and `speed` [rad/s or m/s], or arrays of shape (designs, 1). Called with times [s] of any shape,
+    it returns coordinate, rate and acceleration of the same shape, or (designs, positions).
     """
 
-    start: float
-    speed: float
+    start: Real
+    speed: Real
 
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s]."""
         time = np.asarray(time, float)
-        return self.start + self.speed * time, np.full(time.shape, self.speed), np.zeros(time.shape)
+        coordinate = self.start + self.speed * time
+        return coordinate, np.full(coordinate.shape, self.speed), np.zeros(coordinate.shape)
 
 
 @dataclass(frozen=True)
 class SegmentedLaw:
     """Segments one after the other from `start` [rad or m]; after the last one the coordinate stays.
+
+    `start` may have shape (designs, 1); coordinates are of shape (designs, positions) then.
 
     A 3-4-5 polynomial next to a constant speed takes over its speed (and stays free of jumps in acceleration); next to
     anything else it starts and ends at rest, as all other curves do.
@@ -121,7 +124,7 @@ class SegmentedLaw:
     [0.5, 2.0]
     """
 
-    start: float
+    start: Real
     segments: tuple[Segment, ...]
 
     def __post_init__(self) -> None:
@@ -175,10 +178,13 @@ class SegmentedLaw:
         round-off is at it.
         """
         time = np.asarray(time, float)
+        if isinstance(self.start, np.ndarray):
+            value, rate, acceleration = replace(self, start=0.0)(time)
+            return self.start + value, rate, acceleration
         ends = self._ends[:-1]
         at = np.searchsorted(ends - SAME * self._ends[-1], time, side="right")
         value, rate, acceleration = np.empty(time.shape), np.empty(time.shape), np.empty(time.shape)
-        level = self.start
+        level: Any = self.start
         for k, segment in enumerate(self.segments):
             here, lasts = at == k, segment.duration
             z = np.clip(1.0 + (time[here] - self._ends[k]) / lasts, 0.0, 1.0)

@@ -51,7 +51,7 @@ def beam_loads(motion: Motion) -> Any:
 def _relative_acceleration(motion: Motion, links: Any) -> Any:
     """Acceleration of the origins of some links less gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
-    return acceleration - gravity if gravity else acceleration
+    return acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
 
 
 def beam_directions(motion: Motion) -> Any:

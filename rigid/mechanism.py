@@ -10,7 +10,20 @@ from typing import Any
 import numpy as np
 
 from rigid.names import misnamed
-from rigid.parts import GROUND, Beam, Gear, LineLoad, Link, Load, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.parts import (
+    GROUND,
+    Beam,
+    Complex,
+    Friction,
+    Gear,
+    LineLoad,
+    Link,
+    Load,
+    MechanismError,
+    PinDrive,
+    Slider,
+    SliderDrive,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,16 +31,18 @@ class Mechanism:
     """A planar mechanism: links (one of them named "ground"), what joins them, what drives and loads them.
 
     Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
-    and so picks the branch it is assembled in. `gravity` [m/s^2].
+    and so picks the branch it is assembled in; of designs whose drawings differ, it holds arrays of shape (designs, 1).
+    `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
     drives: tuple[PinDrive | SliderDrive, ...]
-    drawing: Mapping[str, complex]
+    drawing: Mapping[str, Complex]
     sliders: tuple[Slider, ...] = ()
-    gravity: complex = 0.0
+    gravity: Complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
     gears: tuple[Gear, ...] = ()
+    friction: Mapping[str, Friction] = field(default_factory=dict)
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -54,7 +69,7 @@ class Mechanism:
     @cached_property
     def designs(self) -> tuple[int, ...]:
         """Shape of its parameters: () or (designs, 1)."""
-        values: list[Any] = []
+        values: list[Any] = [self.gravity, *self.drawing.values()]
         for link in self.links:
             values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
@@ -62,6 +77,7 @@ class Mechanism:
             values += [slider.origin, slider.direction, slider.turn]
         for load in self.loads:
             values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
+        values += [value for friction in self.friction.values() for value in vars(friction).values()]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     def beam_number(self, link: str, number: int) -> int:

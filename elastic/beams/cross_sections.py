@@ -76,8 +76,8 @@ def tube(outer: float, inner: float) -> Shape:
     ValueError
         The inner diameter is not below the outer one.
     """
-    if not 0.0 <= inner < outer:
-        raise ValueError(f"a tube's inner diameter of {inner:g} m is not between 0 and the outer one of {outer:g} m")
+    if not np.all((inner >= 0.0) & (inner < outer)):
+        raise ValueError(f"a tube's inner diameter of {inner} m is not between 0 and the outer one of {outer} m")
     area = math.pi * (outer**2 - inner**2) / 4
     square = (inner / outer) ** 2
     both = (1 + square) ** 2

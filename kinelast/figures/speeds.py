@@ -58,7 +58,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     """
     if len(scene.laws) != 1 or not isinstance(scene.laws[0], ConstantSpeed) or not scene.laws[0].speed:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
-    own = abs(scene.laws[0].speed)
+    own = abs(float(scene.laws[0].speed))
     speed = np.linspace(*asked)
     motion_at = partial(scene_motion_at, scene)
     try:

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from elastic import Deflection
+from elastic import Deflection, extremes
 from elastic.assessment import introduction_share, shear_share
 from elastic.elastodynamics import (
     Damping,
@@ -27,6 +27,7 @@ ACCURACY = 0.05  # where none is asked for
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: the worst beam may bend a hundredth of the largest
 BESIDES = 0.1  # of the accuracy: vibration that is not worth answering where others hold the accuracy back
+HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 EPS = float(np.finfo(float).eps)
 
 
@@ -92,6 +93,8 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     by_name = theory.name == ELASTODYNAMIC
+    if not by_name and np.nanmax(np.abs(extremes(plain, ["phi"])["phi"].value), initial=0.0) > HOPELESS:
+        return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
     try:
         found = _vibrating(scene, plain.motion, period, TOLERANCE if by_name else max(TOLERANCE, SETTLED * wanted))
         if not by_name and found.time_error + found.reduction_error > wanted:
@@ -99,8 +102,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     except SceneError as error:
         if by_name:
             raise
-        errors = {"vibration": math.nan, "large displacement": math.nan, **_others(plain)}
-        return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, unanswered=error.problem)
+        return _unknown(plain, theory, error.problem)
     off = theory_error(found)
     missed = float(off.history.max(initial=0.0))
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
@@ -112,6 +114,11 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     others = {"large displacement": off.large_displacement, **_others(found.deflection)}
     errors = {**others, "time": found.time_error + found.reduction_error}
     return Answer(ELASTODYNAMIC, found.deflection, plain, found, errors, theory.accuracy, missed)
+
+
+def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:
+    errors = {"vibration": math.nan, "large displacement": math.nan, **_others(plain)}
+    return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, unanswered=why)
 
 
 def _others(bent: Deflection) -> dict[str, float]:

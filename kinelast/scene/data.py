@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
+from typing import Any
 
 from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
-from rigid.dynamics import ForwardError, IntegratedMotion, forward
+from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, forward
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,11 @@ class Theory:
     def plain(self) -> bool:
         """Whether the quasi-static answer is what is asked for, however far it is off."""
         return self.name == QUASI_STATIC
+
+    @property
+    def demanded(self) -> bool:
+        """Whether vibration is asked for, by name or by an accuracy."""
+        return self.name == ELASTODYNAMIC or self.accuracy is not None
 
 
 @dataclass(frozen=True)
@@ -141,7 +147,7 @@ class Scene:
     materials: Mapping[str, Material]
     laws: tuple[DriveLaw | DriveEffort, ...]
     run: Run
-    outlines: Mapping[str, tuple[complex, ...]]
+    outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
     made_of: tuple[Making, ...] = ()
@@ -173,6 +179,12 @@ class Scene:
     def is_integrated(self) -> bool:
         """Whether a drive is an effort, from which the motion follows."""
         return any(isinstance(law, DriveEffort) for law in self.laws)
+
+    @property
+    def interrupted(self) -> float | None:
+        """Up to which time a user let the motion be integrated [s]; None where it was not interrupted."""
+        stop = self.__dict__.get("_integrated", (None, None))[1]
+        return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
 
     def integrated(
         self, on_step: Callable[[float], None] | None = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,6 +11,7 @@ from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import DriveTable, JointNameTable
 from kinelast.scene.laws import Lasting, TableLaw, factor_law, repeated
+from kinelast.scene.many import phase, real
 from kinelast.scene.points import Points, drawn_direction
 from kinelast.scene.quantities import Coordinate
 from rigid import (
@@ -125,7 +125,7 @@ def _pin(where: str, inside: str, table: DriveTable | JointNameTable, links: Map
     return PinDrive(table.link, table.at or shared[0], table.on)
 
 
-def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> float:
+def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:
     """Coordinate at the start [rad or m]: as given, else as drawn."""
     if table.motion is not None:
         if table.start is not None:
@@ -138,10 +138,10 @@ def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], 
     one, other = (drawn_direction(links[name], places) for name in (table.on, table.link))
     if one is None or other is None:
         raise fault(where, "start", "the key is missing: the drawing does not show at which angle the link starts")
-    return cmath.phase(other * one.conjugate())
+    return phase(other * one.conjugate())
 
 
-def _speed(where: str, table: DriveTable, unit: str) -> float:
+def _speed(where: str, table: DriveTable, unit: str) -> Any:
     if table.speed is None:
         return 0.0
     if table.speed.unit not in ("", f"{unit}/s"):
@@ -149,10 +149,10 @@ def _speed(where: str, table: DriveTable, unit: str) -> float:
         raise fault(where, "speed", problem)
     if not table.speed.unit and unit == "m" and table.speed.per_length != 1.0:
         raise fault(where, "speed", f"expected {SPEEDS['m/s']}, in quotes with its unit where units are given")
-    return float(table.speed)
+    return real(table.speed)
 
 
-def _law(where: str, table: DriveTable, unit: str, start: float) -> DriveLaw:
+def _law(where: str, table: DriveTable, unit: str, start: Any) -> DriveLaw:
     if table.law is None and table.motion is None:
         return ConstantSpeed(start, _speed(where, table, unit))
     law: Lasting = _segments(where, table, unit, start) if table.law is not None else _motion(where, table, unit)
@@ -217,7 +217,7 @@ def _effort(
     return DriveEffort(Effort(law if factor else size), start, _speed(where, table, unit))
 
 
-def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> float:
+def _coordinate(where: str, key: str, value: Coordinate, unit: str) -> Any:
     if value.unit not in ("", unit):
         raise fault(where, key, f"expected {DIMENSIONS[unit]}, got {float(value):g} {value.unit}")
     return value.within(unit)

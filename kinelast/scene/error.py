@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 LONGEST_PLACE, LONGEST_PROBLEM = 120, 600  # letters of a message's parts, whatever a file holds
 LONGEST_WORD = 80  # of which near ones are looked for
@@ -22,7 +23,11 @@ class SceneError(ValueError):
         Key in the table; empty where the whole table is meant.
     problem
         What is wrong, what was expected and, where there is one, the likely correction.
+    designs
+        Rows of the designs that are at fault, where a scene stands for many; else None.
     """
+
+    designs: Any = None
 
     def __init__(self, file: str, table: str, key: str, problem: str) -> None:
         place = " ".join(plain(part, LONGEST_PLACE) for part in (_header(table), key) if part)

@@ -20,7 +20,9 @@ from kinelast.scene.format_motion import (
     SpringTable,
     Table,
 )
+from kinelast.scene.format_sizing import Amount, OptimizeTable, SensitivitiesTable, ToleranceTable
 from kinelast.scene.format_structure import ContactTable
+from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.quantities import (
     Acceleration,
     Density,
@@ -168,6 +170,10 @@ class SceneTable(Table, frozen=True, kw_only=True):
     springs: list[SpringTable] = field(default_factory=list)
     limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
+    sweep: SweepTable = field(default_factory=SweepTable)
+    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)
+    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)
+    optimize: OptimizeTable = field(default_factory=OptimizeTable)
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
+from kinelast.scene.many import real
 from rigid import Mechanism
 
 
@@ -55,7 +56,7 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         if output is not None and unit and unit != ("m" if output.point else "rad"):
             expected = 'a length, as in "0.1 mm"' if output.point else 'an angle, as in "0.1 deg"'
             raise fault("limits", "output", f"expected {expected}, as the output is {table.run.output}")
-        yield Limit("output", "", float(limits.output), unit)
+        yield Limit("output", "", real(limits.output), unit)
 
 
 def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit]:
@@ -65,7 +66,7 @@ def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit
         ("safety", table.safety, "1"),
     ):
         if value is not None:
-            yield Limit(kind, link, float(value), unit)
+            yield Limit(kind, link, real(value), unit)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
+from typing import Any
 
-from elastic.links.beam_trees import lies_along
+from elastic.links.beam_trees import lined_up
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
+from kinelast.scene.many import quotient, real, require, some, vector
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
 from rigid import GROUND, Beam, Link, Lump, Slider
 from rigid.constants import mass_moments
+from rigid.parts import Complex, Real
 
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
@@ -28,7 +33,7 @@ class Body:
     link: Link
     sections: tuple[CrossSection, ...]
     rigid: bool
-    outline: tuple[complex, ...] = ()
+    outline: tuple[Complex, ...] = ()
     hidden: bool = False
 
 
@@ -67,10 +72,13 @@ def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str,
             whole = _lump(f"links.{slider.on}", LinkTable(points=[]), body.link)
             link = replace(body.link, beams=(), lumps=(*body.link.lumps, whole))
             bodies[slider.on] = replace(body, link=link, sections=())
-        elif not any(lies_along(body.link, beam, slider.origin, slider.direction) for beam in body.link.beams):
+        else:
             problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
             table = "slots" if bodies[slider.link].hidden else "sliders"
-            raise fault(f"{table}.{slider.name}", "on", problem + "draw it on a beam, or add rigid = true to the link")
+            problem += "draw it on a beam, or add rigid = true to the link"
+            line = slider.origin, slider.direction
+            on_beam = reduce(or_, (lined_up(body.link, beam, *line) for beam in body.link.beams))
+            require(on_beam, f"{table}.{slider.name}", "on", problem)
     return bodies
 
 
@@ -89,24 +97,24 @@ def _ground(table: LinkTable, points: Points) -> Body:
     return Body(Link(GROUND, points), (), True, _outline(GROUND, table, points))
 
 
-def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, float]]:
+def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
     """Mass at every point, per link: its own, and those of [masses] with the first moving link that has the point."""
-    held: dict[str, dict[str, float]] = {}
+    held: dict[str, dict[str, Real]] = {}
     for name, table in scene.links.items():
         for point, mass in table.masses.items():
             known_point(f"links.{name}", "masses", point, points[name], name)
-            held.setdefault(name, {})[point] = float(mass)
+            held.setdefault(name, {})[point] = real(mass)
     for point, mass in scene.masses.items():
         owner = next((name for name, own in points.items() if name != GROUND and point in own), None)
         if owner is None:
             choices = {point for name, own in points.items() if name != GROUND for point in own}
             raise fault("masses", point, f"no moving link has this point{likely(point, sorted(choices))}")
         masses = held.setdefault(owner, {})
-        masses[point] = masses.get(point, 0.0) + mass
+        masses[point] = masses.get(point, 0.0) + real(mass)
     return held
 
 
-def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, float], joints: set[str]) -> Body:
+def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> Body:
     """A moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
@@ -158,8 +166,8 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
         key = f"beams[{number}]" if table.beams is not None else "points"
         for point in (beam.start, beam.end):
             known_point(where, key, point, points, name)
-        if points[beam.start] == points[beam.end]:
-            raise fault(where, key, f'from "{beam.start}" to "{beam.end}" there is no length')
+        no_length = f'from "{beam.start}" to "{beam.end}" there is no length'
+        require(points[beam.start] != points[beam.end], where, key, no_length)
         section = beam.section or table.section
         if section is None:
             raise fault(where, key, "has no section: give one here or for the whole link")
@@ -184,31 +192,34 @@ def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
 def _lump(where: str, table: LinkTable, link: Link) -> Lump:
     """Mass, centre and inertia as given; what is left out from the link's beams, or from the only point."""
     points = link.points
-    mass, center, second = (complex(part) for part in mass_moments(Link(link.name, points, link.beams)))
+    mass: Any
+    center: Any
+    second: Any
+    mass, center, second = mass_moments(Link(link.name, points, link.beams))
     origin = next(iter(points))
-    if mass:
-        center /= mass
-        second -= mass * abs(center) ** 2
+    if some(mass):
+        center = quotient(center, mass)
+        second = second - mass * abs(center) ** 2
     if table.mass is not None:
-        mass = complex(table.mass)
+        mass = real(table.mass)
     if isinstance(table.center, str):
         known_point(where, "center", table.center, points, where.removeprefix("links."))
-        center = complex(points[table.center])
+        center = points[table.center]
     elif table.center is not None:
-        center = complex(*table.center)
-    elif not link.beams and len(points) > 1 and mass:
+        center = vector(table.center)
+    elif not link.beams and len(points) > 1 and some(mass):
         raise fault(
             where, "center", "the key is missing: expected a point's name or [x, y] in the link's axes, as in \"C\""
         )
     elif not link.beams:
-        center = complex(points[origin])
-    inertia = second.real if table.inertia is None else float(table.inertia)
-    return Lump(origin, mass.real, inertia, center - points[origin])
+        center = points[origin]
+    inertia = second if table.inertia is None else real(table.inertia)
+    return Lump(origin, mass, inertia, center - points[origin])
 
 
-def _outline(name: str, table: LinkTable, points: Points) -> tuple[complex, ...]:
+def _outline(name: str, table: LinkTable, points: Points) -> tuple[Complex, ...]:
     """Corners of the link's drawing in its own axes [m]."""
     for corner in table.outline:
         if isinstance(corner, str):
             known_point(f"links.{name}", "outline", corner, points, name)
-    return tuple(points[corner] if isinstance(corner, str) else complex(*corner) for corner in table.outline)
+    return tuple(points[corner] if isinstance(corner, str) else vector(corner) for corner in table.outline)

@@ -7,14 +7,16 @@ from collections.abc import Collection, Mapping
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format_motion import LoadTable, SpringTable
 from kinelast.scene.laws import factor_law
+from kinelast.scene.many import real, some, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Spring, TorsionSpring
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
+from rigid.parts import Real
 
 
 def build_load(
     number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
-) -> PointLoad | LineLoad:
+) -> PointLoad | LineLoad | Resistance:
     """A load; a table against time must cover the run of given duration [s]."""
     where = f"loads[{number}]"
     known_name(where, "link", table.link, links)
@@ -26,7 +28,10 @@ def build_load(
     turning = table.axes == "turning"
     link = links[table.link]
     if table.point is not None:
-        return _point_load(where, table, link, turning, law)
+        load = _point_load(where, table, link, turning, law)
+        return load if table.resists is None else Resistance(load, table.resists == "one way")
+    if table.resists is not None:
+        raise fault(where, "resists", "belongs to a load at a point, whose motion tells the direction")
     return _line_load(where, table, link, turning, law)
 
 
@@ -38,8 +43,8 @@ def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: La
     if table.force is None and table.moment is None:
         raise fault(where, "force", "the key is missing: a load at a point needs force or moment")
     _reached(where, "point", table.point, link)
-    force = 0j if table.force is None else complex(*table.force)
-    return PointLoad(link.name, table.point, force, float(table.moment or 0.0), turning, law)
+    force = 0j if table.force is None else vector(table.force)
+    return PointLoad(link.name, table.point, force, real(table.moment or 0.0), turning, law)
 
 
 def _reached(where: str, key: str, point: str, link: Link) -> None:
@@ -55,8 +60,8 @@ def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law
             raise fault(where, key, "belongs to a load at a point; along a beam give start and end, forces per length")
     if table.start is None:
         raise fault(where, "start", 'the key is missing: expected forces per length, as in ["0 N/m", "-40 N/m"]')
-    start = complex(*table.start)
-    end = start if table.end is None else complex(*table.end)
+    start = vector(table.start)
+    end = start if table.end is None else vector(table.end)
     assert table.beam is not None
     for beam_number, beam in enumerate(link.beams):
         if (beam.start, beam.end) == table.beam:
@@ -91,14 +96,14 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
         for owner in (link, on):
             _reached(where, "at", table.at, owner)
         stiffness, damping, preload = _sizes(where, table, 1)
-        return TorsionSpring(table.link, table.at, table.on, stiffness, float(table.angle or 0.0), damping, preload)
+        return TorsionSpring(table.link, table.at, table.on, stiffness, real(table.angle or 0.0), damping, preload)
     if table.anchor is None:
         raise fault(where, "anchor", f'the key is missing: the point of "{table.on}" at the other end of the spring')
     _reached(where, "point", str(table.point), link)
     _reached(where, "anchor", table.anchor, on)
     stiffness, damping, preload = _sizes(where, table, 0)
     return Spring(
-        table.link, str(table.point), table.on, table.anchor, stiffness, float(table.length or 0.0), damping, preload
+        table.link, str(table.point), table.on, table.anchor, stiffness, real(table.length or 0.0), damping, preload
     )
 
 
@@ -109,14 +114,14 @@ EXPECTED = {
 }
 
 
-def _sizes(where: str, table: SpringTable, turning: int) -> list[float]:
+def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
     """Stiffness, damping and preload in the units of a straight spring (0) or one that turns (1)."""
-    sizes = []
+    sizes: list[Real] = []
     for key, (units, *expected) in EXPECTED.items():
         value = getattr(table, key)
         if value is not None and value.unit not in ("", units[turning]):
             raise fault(where, key, f"expected {expected[turning]}, got {float(value):g} {value.unit}")
-        sizes.append(float(value or 0.0))
-    if not any(sizes):
+        sizes.append(real(value or 0.0))
+    if not any(some(size) for size in sizes):
         raise fault(where, "stiffness", "the key is missing: a spring needs stiffness, damping or preload")
     return sizes

@@ -9,6 +9,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.format import SceneTable
 from kinelast.scene.gears import build_gears
 from kinelast.scene.links import Body, build_links, guiding
+from kinelast.scene.many import vector
 from kinelast.scene.points import drawn_places
 from kinelast.scene.sliders import build_sliders
 from rigid import Link, Mechanism
@@ -38,6 +39,6 @@ def build_mechanism(table: SceneTable) -> SceneMechanism:
     named = {name: body.link for name, body in bodies.items() if not body.hidden}
     drives, laws = build_drives(table, named, sliders, places)
     gears = build_gears(table, named, sliders)
-    gravity = complex(*(table.run.gravity or (0.0, 0.0)))
+    gravity = vector(table.run.gravity or (0.0, 0.0))
     mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, gears=gears)
     return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)

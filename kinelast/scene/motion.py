@@ -19,11 +19,15 @@ from rigid.topology import assembled, flat_triangles
 
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:
-    """Instants of a scene's run [s], shape (positions,); `positions` overrides how many."""
+    """Instants of a scene's run [s], shape (positions,); `positions` overrides how many.
+
+    Of many designs whose runs last differently long, shape (designs, positions).
+    """
     count = scene.run.positions if positions is None else positions
     if count < 1:
         raise ValueError(f"expected at least 1 position, got {count}")
-    return np.linspace(0.0, scene.run.duration, count, endpoint=not scene.run.turn)
+    times = np.linspace(0.0, scene.run.duration, count, endpoint=not scene.run.turn, axis=-1)
+    return times.reshape(-1, count) if times.ndim > 1 else times
 
 
 def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:

@@ -21,6 +21,7 @@ from kinelast.scene.format_motion import (
     Table,
 )
 from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.format_sweep import RangeTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -37,8 +38,6 @@ WORDS = {
 AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {
-    "friction": "friction is",
-    "viscosity": "friction is",
     "clearance": "play in a joint is",
     "backlash": "play in a joint is",
     "play": "play in a joint is",
@@ -47,12 +46,14 @@ NOT_MODELLED = {
     "contact": "contact is",
     "impact": "impact is",
 }
+RUBBING = ("friction", "viscosity")  # of a joint
 NESTED = {
     "beams": BeamTable,
     "law": SegmentTable,
     "against": AgainstTable,
     "driver": JointNameTable,
     "follower": JointNameTable,
+    "vary": RangeTable,
 }
 
 
@@ -133,11 +134,11 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
-        leaf = name in ("points", "masses")
+        leaf = name in ("points", "masses", "tolerances")
         if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
             example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
             raise fault(name, "", f"expected tables of their own, written {example}")
-        for key in value:
+        for key in value if name != "tolerances" else ():  # whose keys are paths
             check_name(name, key)
         if leaf:
             return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
@@ -196,7 +197,8 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         if found[1] in NOT_MODELLED:
             return inner + found[1], f"{NOT_MODELLED[found[1]]} not modelled: leave the key out"
         known = _keys(kind, path, value)
-        return inner + found[1], f"there is no such key{likely(found[1], known)}"
+        hint = "; it belongs under [joints.NAME]" if found[1] in RUBBING else likely(found[1], known)
+        return inner + found[1], f"there is no such key{hint}"
     if found := re.fullmatch(r"Object missing required field `(.*)`", what):
         return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
     if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
@@ -230,8 +232,9 @@ def _choices(kind: Any) -> str:
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
     """Keys that a table may have."""
     kind = NESTED.get(path.partition("[")[0], kind)
-    if options := get_args(kind):
-        kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
+    if options := [option for option in get_args(kind) if hasattr(option, "__struct_config__")]:
+        named = (option for option in options if option.__struct_config__.tag == value.get("shape"))
+        kind = options[0] if len(options) == 1 else next(named)
     return list(kind.__struct_encode_fields__)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cmath import rect
 from contextlib import suppress
 from math import inf
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from kinelast.scene.units import Quantity, shown
 
@@ -221,6 +221,7 @@ class Direction(complex):
     """A unit vector: `[x, y]` of any length, or an angle from the x axis as a string."""
 
     expected: ClassVar[str] = 'a direction, as in [1, 0], or an angle, as in "30 deg"'
+    each: Any = None  # of many designs their unit vectors, shape (designs, 1)
 
     @classmethod
     def read(cls, value: object) -> Self:

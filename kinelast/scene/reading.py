@@ -8,15 +8,18 @@ from math import nan, pi
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from kinelast.scene.data import Making, Material, Run, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.joints import build_joints
+from kinelast.scene.joints import build_friction, build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
+from kinelast.scene.many import real, require, some
 from kinelast.scene.mechanism import SceneMechanism, build_mechanism
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene
@@ -66,11 +69,16 @@ def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "")
         A table or a key is wrong.
     """
     with of_file(path):
-        return _build(parse_scene(raw), name, path)
+        scene = built(parse_scene(raw), name, path)
+        require_determined(scene)
+        return scene
 
 
-def _build(table: SceneTable, name: str, path: str) -> Scene:
-    """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits."""
+def built(table: SceneTable, name: str, path: str = "") -> Scene:
+    """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits.
+
+    Where numbers stand for many designs, so does the scene, see `kinelast.scene.many`.
+    """
     if table.structure_only:
         raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
     if table.contacts:
@@ -79,7 +87,11 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_mechanism(table)
     run = _run(table, parts.mechanism.drives, parts.laws)
-    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
+    friction = build_friction(table, parts.mechanism)
+    if friction and any(isinstance(law, DriveEffort) for law in parts.laws):
+        why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
+        raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
+    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, k) for body, k in beams)
     scene = Scene(
@@ -101,7 +113,6 @@ def _build(table: SceneTable, name: str, path: str) -> Scene:
         theory=_theory(table, made_of),
         report_units=table.run.report_units,
     )
-    require_determined(scene)
     return scene
 
 
@@ -111,13 +122,13 @@ def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:
         raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
     own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)
     accuracy = None if run.accuracy is None else float(run.accuracy)
-    beta = tuple(nan if each is None else float(each) for each in own)
+    beta = tuple(nan if each is None else real(each) for each in own)
     return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
 
 
 def _material(stuff: MaterialTable, name: str) -> Material:
-    limit = None if stuff.yield_stress is None else float(stuff.yield_stress)
-    return Material(float(stuff.E), float(stuff.density), limit, poisson_of(stuff, name))
+    limit = None if stuff.yield_stress is None else real(stuff.yield_stress)
+    return Material(real(stuff.E), real(stuff.density), limit, poisson_of(stuff, name))
 
 
 def _loads(table: SceneTable, parts: SceneMechanism, duration: float) -> tuple[Load | LineLoad, ...]:
@@ -132,16 +143,17 @@ def _label(body: Body, number: int) -> str:
 
 def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
-    steady = [law.speed for drive, law in zip(drives, laws, strict=True)
-              if drive.turns and isinstance(law, ConstantSpeed) and law.speed]  # fmt: skip
+    steady: list[Any] = [law.speed for drive, law in zip(drives, laws, strict=True)
+              if drive.turns and isinstance(law, ConstantSpeed) and some(law.speed)]  # fmt: skip
     rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
     positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)
     if table.run.duration is not None:
-        run = Run(positions, float(table.run.duration), False, *accuracy)
+        run = Run(positions, real(table.run.duration), False, *accuracy)
     elif steady:
-        run = Run(positions, 2 * pi / abs(steady[0]), True)
+        with np.errstate(divide="ignore"):
+            run = Run(positions, 2 * pi / abs(steady[0]), True)
     elif rounds:
         longest, turns = max(rounds, key=lambda each: each[0].duration)
         run = Run(positions, longest.duration, longest.closes(turns))
@@ -150,14 +162,18 @@ def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | Dr
     else:
         problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
         raise fault("run", "duration", problem)
-    if not SHORTEST <= run.duration <= LONGEST:
-        raise fault("run", "duration", f"expected a run of {SHORTEST:g} to {LONGEST:g} s, got {run.duration:.6g} s")
-    for number, law in enumerate(laws, 1):
-        lasts = isinstance(law, SegmentedLaw | TableLaw) and run.duration > law.duration * (1 + 1e-12)
-        if isinstance(law, SegmentedLaw | TableLaw) and lasts and abs(law.final_speed) > STILL:
-            problem = (
-                f"ends at full speed after {law.duration:g} s, but the run lasts {run.duration:g} s: add a segment"
-            )
-            key = "law" if isinstance(law, SegmentedLaw) else "motion"
-            raise fault(f"drives[{number}]", key, problem.replace("segment", "segment" if key == "law" else "entry"))
+    lasts = (run.duration >= SHORTEST) & (run.duration <= LONGEST)
+    expected = f"expected a run of {SHORTEST:g} to {LONGEST:g} s"
+    require(lasts, "run", "duration", lambda of: f"{expected}, got {of(run.duration):.6g} s")
+    for at, law in enumerate(laws, 1):
+        if isinstance(law, SegmentedLaw | TableLaw) and abs(law.final_speed) > STILL:
+            _require_rest(f"drives[{at}]", law, run.duration)
     return run
+
+
+def _require_rest(where: str, law: SegmentedLaw | TableLaw, duration: Any) -> None:
+    """Raise where a run goes on beyond a law that does not end at rest."""
+    key, piece = ("law", "segment") if isinstance(law, SegmentedLaw) else ("motion", "entry")
+    ends = f"ends at full speed after {law.duration:g} s, but the run lasts"
+    within = duration <= law.duration * (1 + 1e-12)
+    require(within, where, key, lambda of: f"{ends} {of(duration):g} s: add a {piece}")

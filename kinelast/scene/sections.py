@@ -22,6 +22,8 @@ from kinelast.scene.format import (
     SectionTable,
     Tube,
 )
+from kinelast.scene.many import real, require, some
+from rigid.parts import Real
 
 Entry = TypeVar("Entry")
 
@@ -31,7 +33,7 @@ class CrossSection:
     """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`."""
 
     section: Section
-    mass_per_length: float
+    mass_per_length: Real
     mass_taper: tuple[float, ...] = (1.0,)
 
     @property
@@ -64,9 +66,9 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
             raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
         if shear and shape.kGA is None:
             raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" asks for it')
-        kGA = float(shape.kGA) if shape.kGA else nan
-        plain = Section(float(shape.EA), float(shape.EI), kGA if shear else inf, shear_rigidity=kGA)
-        return CrossSection(_strained(plain, table, link, beam, None), float(shape.mass_per_length))
+        kGA = real(shape.kGA) if shape.kGA else nan
+        plain = Section(real(shape.EA), real(shape.EI), kGA if shear else inf, shear_rigidity=kGA)
+        return CrossSection(_strained(plain, table, link, beam, None), real(shape.mass_per_length))
     if material is None:
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
@@ -76,7 +78,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         raise fault(f"materials.{material}", "poisson", 'the key is missing: beams = "timoshenko" asks for it')
     made, mass_taper = _made(shape, section, stuff, poisson, shear)
     return CrossSection(
-        _strained(made, table, link, beam, stuff.expansion, material), float(stuff.density * made.area), mass_taper
+        _strained(made, table, link, beam, stuff.expansion, material), real(stuff.density) * made.area, mass_taper
     )
 
 
@@ -88,24 +90,25 @@ def _named(tables: Mapping[str, Entry], table: str, key: str, name: str) -> Entr
 
 
 def _made(
-    shape: SectionTable, name: str, stuff: MaterialTable, poisson: float | None, shear: bool
+    shape: SectionTable, name: str, stuff: MaterialTable, poisson: Any, shear: bool
 ) -> tuple[Section, tuple[float, ...]]:
     """Section of a shape and material, and the taper of its mass; `shear` where shear counts."""
-    limit = nan if stuff.yield_stress is None else float(stuff.yield_stress)
+    limit = nan if stuff.yield_stress is None else real(stuff.yield_stress)
     if isinstance(shape, Properties):
-        found = Shape(float(shape.A), float(shape.I), nan if shape.c is None else float(shape.c))
-        made = section_of(found, float(stuff.E), None, limit)
+        found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
+        made = section_of(found, real(stuff.E), None, limit)
         if shear and shape.shear_area is None:
             raise fault(f"sections.{name}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
         if poisson is not None and shape.shear_area is not None:
-            known = float(stuff.E / (2 * (1 + poisson)) * shape.shear_area)
+            known = real(stuff.E) / (2 * (1 + poisson)) * real(shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
     function, start, end = _dimensions(shape, name)
     if start == end:
-        return section_of(function(*start), float(stuff.E), poisson, limit, shear=shear), (1.0,)
+        whole = function(*(real(size) for size in start))
+        return section_of(whole, real(stuff.E), poisson, limit, shear=shear), (1.0,)
     taper, mass_taper = tapered(function, start, end, poisson or 0.0)
-    return section_of(function(*start), float(stuff.E), poisson, limit, taper, shear), mass_taper
+    return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
 
 
 def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], Any, Any]:
@@ -119,23 +122,33 @@ def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], A
         return circle, shape.diameter[:1], shape.diameter[1:]
     assert isinstance(shape, Tube)
     for outer, inner in zip(shape.outer, shape.inner, strict=True):
-        if inner >= outer:
-            problem = f"expected a diameter below outer, {outer:g} m, got {inner:g} m"
-            raise fault(f"sections.{name}", "inner", problem)
+        require_smaller(name, real(inner), real(outer))
     start, end = zip(shape.outer, shape.inner, strict=True)
     return tube, start, end
 
 
-def poisson_of(stuff: MaterialTable, name: str) -> float | None:
+def require_smaller(name: str, inner: Any, outer: Any) -> None:
+    """Raise where a tube's inner diameter is not below the outer one [m]."""
+
+    def problem(of: Any) -> str:
+        return f"expected a diameter below outer, {of(outer):g} m, got {of(inner):g} m"
+
+    require(inner < outer, f"sections.{name}", "inner", problem)
+
+
+def poisson_of(stuff: MaterialTable, name: str) -> Any:
     """Poisson's ratio, as given or by G; None where neither is known."""
     if stuff.G is None:
-        return stuff.poisson
+        return None if stuff.poisson is None else real(stuff.poisson)
     if stuff.poisson is not None:
         raise fault(f"materials.{name}", "poisson", "give poisson or G, not both")
-    poisson = stuff.E / (2 * stuff.G) - 1
-    if not -1 < poisson <= 0.5:
-        raise fault(f"materials.{name}", "G", f"with E it gives a Poisson's ratio of {poisson:.3g}, expected -1 to 0.5")
-    return float(poisson)
+    poisson = real(stuff.E) / (2 * real(stuff.G)) - 1
+
+    def problem(of: Any) -> str:
+        return f"with E it gives a Poisson's ratio of {of(poisson):.3g}, expected -1 to 0.5"
+
+    require((poisson > -1) & (poisson <= 0.5), f"materials.{name}", "G", problem)
+    return poisson
 
 
 def _strained(
@@ -144,7 +157,7 @@ def _strained(
     """A section with what the beam is longer by: as given, and by its temperature."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
-    total = strain or 0.0
+    total = 0.0 if strain is None else real(strain)
     if warming is not None:
         if expansion is None:
             if not material:
@@ -152,8 +165,8 @@ def _strained(
             raise fault(
                 f"materials.{material}", "expansion", "the key is missing: the temperature of a beam asks for it"
             )
-        total += expansion * warming
-    return replace(section, strain=total) if total else section
+        total = total + real(expansion) * real(warming)
+    return replace(section, strain=total) if some(total) else section
 
 
 def making(scene: SceneTable, link: str, number: int) -> Making:

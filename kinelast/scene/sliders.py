@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import SliderTable, SlotTable
 from kinelast.scene.links import Body
+from kinelast.scene.many import way
 from kinelast.scene.points import Points, drawn_direction, known_point
 from rigid import GROUND, Link, Slider
+from rigid.parts import Complex
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, Body], places: Points) -> dict[str, Slider]:
@@ -37,7 +40,7 @@ def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Po
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     known_point(where, "through", table.through, links[table.link].points, table.link)
     own = drawn_direction(links[table.link], places)
-    return _line(where, "through", name, table.link, links[table.on], table.through, table.direction, own, places)
+    return _line(where, "through", name, table.link, links[table.on], table.through, way(table.direction), own, places)
 
 
 def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], places: Points) -> Slider:
@@ -48,7 +51,7 @@ def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], p
     if table.link == table.on:
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     known_point(where, "point", table.point, links[table.link].points, table.link)
-    return _line(where, "point", name, block.name, links[table.on], table.point, table.direction, None, places)
+    return _line(where, "point", name, block.name, links[table.on], table.point, way(table.direction), None, places)
 
 
 def _line(
@@ -58,8 +61,8 @@ def _line(
     link: str,
     owner: Link,
     point: str,
-    direction: complex,
-    own: complex | None,
+    direction: Complex,
+    own: Any,
     places: Points,
 ) -> Slider:
     """A line through the drawn place of a point, in the axes of its owner; `own` are the link's axes as drawn."""
@@ -68,9 +71,9 @@ def _line(
     axes = drawn_direction(owner, places)
     if axes is None:
         raise fault(where, "on", f'draw two points of the link "{owner.name}", so that the line can be fixed in it')
-    origin = places[point]
+    origin: Any = places[point]
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
-        origin = (origin - places[anchor]) * axes.conjugate() + complex(owner.points[anchor])
-    turn = 1 + 0j if own is None else own * axes.conjugate()
+        origin = (origin - places[anchor]) * axes.conjugate() + owner.points[anchor]
+    turn: Any = 1 + 0j if own is None else own * axes.conjugate()
     return Slider(name, link, owner.name, point, origin, direction * axes.conjugate(), turn)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from math import inf
+from math import inf, nan
 from typing import Any, ClassVar, Self
 
 from kinelast.scene.error import likely, plain
@@ -89,6 +89,9 @@ class Quantity(float):
         Of an instance: the one of `units` it is in; empty for a bare number where there are several.
     per_length
         Of an instance: metres in the unit that the file has bare lengths in, where `unit` is empty; else 1.
+    each
+        Of an instance that stands for many designs: their numbers, shape (designs, 1), the instance itself being nan;
+        else None. See `kinelast.scene.many`.
     """
 
     expected: ClassVar[str] = "a number"
@@ -98,6 +101,7 @@ class Quantity(float):
     most: ClassVar[float] = LARGEST
     unit: str
     per_length: float
+    each: Any = None
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
@@ -128,18 +132,50 @@ class Quantity(float):
                 raise ValueError(f"expected {cls.expected}, in quotes with its unit where units are given")
         else:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")
-        occurs = abs(number) < cls.most and not (cls.above == 0 and 0 < number < SMALLEST)
-        if not (occurs and number > cls.above and number >= cls.least):
-            bound = "greater than zero" if cls.above == 0 else "not below zero"
-            bound = bound if occurs else "a number of a size that occurs"
-            raise ValueError(f"expected {cls.expected}, {bound}, got {shown(value)}")
+        if not cls.holds(number):
+            raise ValueError(f"expected {cls.expected}, {cls.bound(number)}, got {shown(value)}")
         quantity = cls(number)
         quantity.unit, quantity.per_length = unit, 1.0 if unit else per_length
         return quantity
 
-    def within(self, unit: str) -> float:
+    @classmethod
+    def holds(cls, number: Any) -> Any:
+        """Whether a number in SI units, or every one of an array, is within the bounds."""
+        occurs = (abs(number) < cls.most) & ~((cls.above == 0) & (number > 0) & (number < SMALLEST))
+        return occurs & (number > cls.above) & (number >= cls.least)
+
+    @classmethod
+    def bound(cls, number: float) -> str:
+        """What a number is expected to be that is out of bounds."""
+        if not abs(number) < cls.most or (cls.above == 0 and 0 < number < SMALLEST):
+            return "a number of a size that occurs"
+        return "greater than zero" if cls.above == 0 else "not below zero"
+
+    @classmethod
+    def many(cls, each: Any, unit: str) -> Self:
+        """The quantity for many designs; `each` in one of `units`, shape (designs, 1)."""
+        quantity = cls(nan)
+        quantity.unit, quantity.per_length, quantity.each = unit, 1.0, each
+        return quantity
+
+    @classmethod
+    def of_unit(cls, unit: str, value: object) -> float:
+        """A number or a text with its unit in a given SI unit; "1" for none.
+
+        Raises
+        ------
+        ValueError
+            As `read`.
+        """
+        none = unit in ("", "1")
+        expected = "a number" if none else f"a number, or a text with a unit, in {unit}"
+        kind: type[Quantity] = type("Any", (Quantity,), {"expected": expected, "units": ("",) if none else (unit,)})
+        return float(kind.read(value))
+
+    def within(self, unit: str) -> Any:
         """The number in the one of `units` that is meant: a bare length is in the file's own."""
-        return float(self) * (self.per_length if unit == "m" and not self.unit else 1.0)
+        number = float(self) if self.each is None else self.each
+        return number * (self.per_length if unit == "m" and not self.unit else 1.0)
 
     @classmethod
     def _converted(cls, text: str) -> tuple[float, str]:

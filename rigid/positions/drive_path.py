@@ -34,7 +34,7 @@ class Path:
     begin
         s of the drawing.
     asked
-        s of the positions asked, shape (positions,).
+        s of the positions asked, shape (positions,), or (designs, positions) where designs pass others.
     stride
         Greatest step of s.
     turn
@@ -86,14 +86,15 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     """The way from the drawing, by `lead` where it is given, through the positions asked."""
     drawn, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
+    first = given[:, 0] if given.ndim == 2 else given[:, 0, 0]
     ways = [
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
-        for at, to, slide in zip(drawn, given[:, 0].tolist(), slides, strict=True)
+        for at, to, slide in zip(drawn, first.tolist(), slides, strict=True)
     ]
     strides = drive_strides(mechanism)
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
-        return Path(float(given[0, 0]) - ways[0], drive[0], strides[0], turn)
+        return Path(float(given[0].flat[0]) - ways[0], drive[0], strides[0], turn)
     if not len(drive):
         return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
     given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
@@ -115,7 +116,7 @@ def drive_strides(mechanism: Mechanism) -> Any:
 
 def size_of(mechanism: Mechanism) -> float:
     """Greatest distance of drawn points [m]."""
-    places = np.array(list(mechanism.drawing.values()), complex)
+    places = np.array([np.ravel(place)[0] for place in mechanism.drawing.values()], complex)
     return float(np.abs(places - places[0]).max(initial=0.0)) or 1.0 if len(places) else 1.0
 
 

@@ -62,7 +62,8 @@ def _carry(placed: PartialPosture, outer: Joint) -> Columns:
 
 def _two_pins(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
-    side = flip * _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
+    drawn = _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
+    side = flip * (drawn if drawing.rows is None or not np.ndim(drawn) else drawn[drawing.rows])
     arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
     _hold(placed, one, first, direction)
@@ -71,12 +72,13 @@ def _two_pins(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, dr
 
 
 @lru_cache(maxsize=1024)
-def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> float:
+def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> Any:
     """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
     drawing = Drawing(mechanism)
     drawn = [drawing.at(name) for name in (one, other, inner)]
     base = drawn[1] - drawn[0]
-    return drawing.side(cross(base, drawn[2] - drawn[0]) / (abs(base) or 1.0), (one, other, inner))
+    length: Any = abs(base)
+    return drawing.side(cross(base, drawn[2] - drawn[0]) / np.where(length, length, 1.0), (one, other, inner))
 
 
 def _pin_and_slide(

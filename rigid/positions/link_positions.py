@@ -100,7 +100,8 @@ def _dense(path: Path) -> bool:
         return False
     low, high = path.span
     covered = low - NEAR <= path.begin <= high + NEAR or 0 < path.turn <= high - low + NEAR
-    return bool(covered and np.abs(path.asked[1:] - path.asked[:-1]).max(initial=0.0) <= min(NEAR, path.stride))
+    steps = path.asked[..., 1:] - path.asked[..., :-1]
+    return bool(covered and np.abs(steps).max(initial=0.0) <= min(NEAR, path.stride))
 
 
 def _firm(sines: Any) -> bool:
@@ -136,7 +137,7 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
     places = places if branch.designs else np.ravel(places)
-    shape = (*branch.designs[:1], drive.shape[1]) if branch.designs else drive.shape[1:]
+    shape = (*branch.designs[:1], drive.shape[-1]) if branch.designs else drive.shape[1:]
 
     def wide(values: Any) -> Any:
         return values.reshape(shape)

@@ -1,0 +1,10 @@
+"""Many designs of a scene at once: numbers of the file by their paths, and the figures of every design."""
+
+from kinelast.designs.evaluate import Designs, evaluate
+from kinelast.designs.variables import Variable, read_value, variable, with_value
+
+__all__ = ["Designs", "Variable", "evaluate", "read_value", "variable", "with_value"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,142 @@
+"""A scene and the numbers of it that differ by design, looked at once for all designs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import msgspec
+
+from elastic import deflection
+from kinelast.designs.figures import Figure, chosen, figures_of
+from kinelast.designs.frequency_figures import frequency_figures
+from kinelast.designs.output_range import output_range_figures
+from kinelast.designs.variables import Place, place_of
+from kinelast.figures.output_error import angle_figures, output_figure, point_figures
+from kinelast.figures.results import Results
+from kinelast.scene.data import Scene
+from kinelast.scene.format import SceneTable
+from kinelast.scene.joints import RUBBING
+from kinelast.scene.limits import Output
+from kinelast.scene.motion import require_determined, scene_motion
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.quantities import Direction
+from kinelast.scene.reading import built
+from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.units import Quantity
+from rigid import structure
+
+SUMMARY = ("deflection", "chord", "stress", "safety", "output_error", "drive_effort", "joint_force", "shaking_force",
+           "shaking_moment", "mass", "condition", "transmission_angle", "reach", "acceptable")  # fmt: skip
+"""Figures of a design where none are asked for by name, as far as a scene has them."""
+FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """What holds for all designs of a scene.
+
+    Attributes
+    ----------
+    tables, table
+        Of the file, and parsed.
+    scene
+        As it stands.
+    places
+        Of the numbers that differ.
+    on_axis
+        Whether each of them can be an array; designs that differ in another number are computed apart.
+    figures
+        That are asked for.
+    output
+        What the machine is there for, where it is known.
+    """
+
+    tables: Mapping[str, Any]
+    table: SceneTable
+    scene: Scene
+    places: tuple[Place, ...]
+    on_axis: tuple[bool, ...]
+    figures: tuple[Figure, ...]
+    output: Output | None
+
+    @cached_property
+    def fields(self) -> frozenset[str]:
+        """Fields that the figures take."""
+        return frozenset(key for figure in self.figures for key in figure.fields)
+
+
+def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
+    """A scene and its numbers and figures by name; raises as `evaluate`."""
+    table = parse_scene(tables)
+    places = tuple(place_of(table, path) for path in paths)
+    scene = built(table, "scene")
+    require_determined(scene)
+    output = scene.output
+    if output is None and figures is not None and "output_error" in figures:
+        output = _guessed_output(scene)
+    further = [*output_range_figures(output), *frequency_figures(scene)]
+    known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
+    names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
+    on_axis = tuple(_on_axis(table, scene, place) for place in places)
+    return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)
+
+
+def _guessed_output(scene: Scene) -> Output | None:
+    """What the machine is there for as its report tells it from its form, where the scene does not say."""
+    results = Results(scene, deflection(scene_motion(scene, partial=True), scene.sections, joints=scene.joints))
+    found = output_figure(results, point_figures(results), angle_figures(results))
+    if found is None or found["kind"] == "angle":
+        return None if found is None else Output(found["name"])
+    owners = (link.name for link in scene.mechanism.links[1:] if found["name"] in link.points)
+    return Output(next(owners), found["name"])
+
+
+def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
+    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant."""
+    top, *inner = place.keys
+    plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
+    if scene.is_integrated or (plain and inner[-1] not in FLOATS):
+        return False
+    one_drive = len(table.drives) == 1
+    if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):
+        able = _follows_its_drawing(table, scene)
+    elif top == "sections":
+        able = not _is_tapered(table.sections[inner[0]])
+    elif top == "materials":
+        shears = inner[1] in ("poisson", "G") or (inner[1] == "E" and _shears(table))
+        able = not shears or not any(_is_tapered(section) for section in table.sections.values())
+    elif top == "drives":
+        able = one_drive and inner[1] in ("speed", "start") and table.drives[0].speed is not None
+    elif top == "run":
+        able = inner[0] == "gravity" or (inner[0] == "duration" and one_drive)
+    elif top == "loads":
+        able = inner[1] in ("force", "moment", "start", "end")
+    elif top == "joints":
+        able = inner[1] not in RUBBING
+    else:
+        able = top in ("links", "masses", "joints", "limits", "springs", "sliders", "slots")
+    return able
+
+
+def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
+    """Whether every design finds its branch on its own drawing: all groups are links that are driven, or dyads."""
+    closed = all(
+        not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
+        for group in structure(scene.mechanism).groups
+    )
+    start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
+    one_way = not start_drawn or (len(table.drives) == 1 and not table.drives[0].repeat)
+    return closed and not table.gears and one_way
+
+
+def _is_tapered(section: Any) -> bool:
+    sizes = (getattr(section, field.name) for field in msgspec.structs.fields(section))
+    return any(isinstance(size, Sizes) and size[0] != size[1] for size in sizes)
+
+
+def _shears(table: SceneTable) -> bool:
+    """Whether shear rigidities come from E and G."""
+    return any(material.G is not None for material in table.materials.values())

@@ -1,0 +1,247 @@
+"""All designs of a scene on the array axis: their numbers in, a figure of every design out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.axis import Rows, numbers_at_fault, table_with
+from kinelast.designs.base import Base, base_of
+from kinelast.designs.figures import Figure, Found
+from kinelast.scene.data import Scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import scene_motion_at, scene_times
+from kinelast.scene.reading import built
+from rigid import SINGULAR, MechanismError, Reals
+from rigid.chunks import columns_of
+from rigid.dynamics import TableError
+from rigid.positions import of_designs
+
+BLOCK = 4096  # designs that are built at once
+KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
+
+
+@dataclass(frozen=True, eq=False)
+class Designs:
+    """Figures of designs.
+
+    Attributes
+    ----------
+    columns
+        By name, a figure of every design in SI units, nan where it is not known, shape (designs,).
+    units
+        Their SI units.
+    reason
+        Why a design has no figures; empty where it has, shape (designs,).
+    place
+        By name, where a figure is largest: a number that is the same for the same beam or joint and position.
+    """
+
+    columns: Mapping[str, Reals]
+    units: Mapping[str, str]
+    reason: Any
+    place: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"Designs({len(self.reason)}, {', '.join(self.columns)})"
+
+
+def evaluate(
+    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
+) -> Designs:
+    """Figures of many designs of a scene, which differ in some of its numbers.
+
+    The answer is the quasi-static one. What a design comes to does not depend on the others.
+
+    Parameters
+    ----------
+    tables
+        Of the scene's file.
+    paths
+        Of the numbers, see `variable`.
+    values
+        Of every design, in the SI units of the variables, shape (designs, paths).
+    figures
+        Names, or figures of one's own; where left out those of a design's summary. Only what is asked for is computed.
+
+    Raises
+    ------
+    SceneError
+        The tables hold a mistake, there is no such number, or no such figure. What is wrong with a design alone is
+        its `reason`.
+
+    Examples
+    --------
+    The mass of the steel four-bar with bars of 3 mm and of 6 mm, in grams:
+
+    >>> from kinelast import shipped_scenes
+    >>> from kinelast.scene.text import file_text, toml_tables
+    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+    >>> found = evaluate(tables, ["sections.bar.depth"], [[0.003], [0.006]], ["mass"])
+    >>> [round(1e3 * mass, 3) for mass in found.columns["mass"].tolist()]
+    [153.075, 306.15]
+    """
+    base = base_of(tables, paths, figures)
+    values = np.asarray(values, float)
+    if values.ndim != 2 or values.shape[1] != len(paths):
+        raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
+    count = len(values)
+    columns = {figure.name: np.full(count, np.nan) for figure in base.figures}
+    places = {figure.name: np.full(count, -1) for figure in base.figures}
+    reason = np.full(count, "", object)
+    with np.errstate(all="ignore"):
+        for group in _groups(base, values):
+            for part in _computed(base, group):
+                reason[part.rows] = part.reason
+                for name, (value, place) in part.found.items():
+                    columns[name][part.rows] = value
+                    if place is not None:
+                        places[name][part.rows] = place
+    for name, value in columns.items():
+        if name != "reach":
+            value[reason != ""] = np.nan
+    found_places = {name: place for name, place in places.items() if (place >= 0).any()}
+    return Designs(columns, {figure.name: figure.unit for figure in base.figures}, reason, found_places)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What some designs come to: their rows, reasons and figures."""
+
+    rows: Any
+    reason: Any
+    found: Mapping[str, tuple[Any, Any]]
+
+
+def _groups(base: Base, values: Any) -> Iterator[Rows]:
+    """Designs that can be on one axis of arrays: those that agree in the numbers that cannot be arrays."""
+    apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
+    if not apart:
+        same = np.zeros(len(values), int)
+    else:
+        same = np.unique(values[:, apart], axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(same, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(same[order])) + 1):
+        for first in range(0, len(rows), BLOCK):
+            some = rows[first : first + BLOCK]
+            if len(some):
+                yield Rows(some, values[some])
+
+
+def _computed(base: Base, group: Rows) -> Iterator[Part]:
+    """Figures of the designs of a group; those that cannot be built are left with their reasons."""
+    for rows, reason in numbers_at_fault(base, group):
+        yield Part(rows, reason, {})
+        group = group.without(rows)
+    while len(group.rows):
+        try:
+            scene = _wide(base, built(table_with(base, group), base.scene.name), len(group.rows) + 1)
+        except (SceneError, MechanismError) as error:
+            wrong = getattr(error, "designs", None)
+            if wrong is None or not len(wrong):
+                yield Part(group.rows, str(error), {})
+                return
+            # Row 0 is the scene as it stands.
+            bad = group.rows[wrong[wrong > 0] - 1]
+            if not len(bad):
+                yield Part(group.rows, f"the scene as it stands: {error}", {})
+                return
+            yield Part(bad, str(error), {})
+            group = group.without(bad)
+            continue
+        yield from _moved(base, scene, group)
+        return
+
+
+def _wide(base: Base, scene: Scene, count: int) -> Scene:
+    """A scene of many designs, its sections as arrays, so that all figures have an axis for them whatever differs."""
+    if not scene.sections or not any(base.on_axis):
+        return scene
+    first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))
+    return replace(scene, sections=(first, *scene.sections[1:]))
+
+
+def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
+    """The designs of a scene that stands for many, as many at a time as stay in the cache."""
+    if not any(base.on_axis):
+        yield from _answered(base, scene, group.rows)
+        return
+    positions = max(scene.run.positions, KNOTS)
+    step = max(columns_of(scene.mechanism, positions) // positions, 2) - 1
+    for first in range(0, len(group.rows), step):
+        yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
+
+
+def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Iterator[Part]:
+    """Some designs behind the scene as it stands, which picks the branch for all, as often again as fills the arrays.
+
+    So what a design comes to does not depend on the others: even the last digits of numpy's products change with the
+    size of the arrays.
+    """
+    rows = np.zeros(step + 1, int)
+    rows[1 : len(which) + 1] = which + 1
+    try:
+        yield from _answered(base, of_designs(scene, rows, (len(group.rows) + 1, 1)), group.rows[which])
+    except (SceneError, MechanismError, TableError) as error:
+        if len(which) == 1:
+            yield Part(group.rows[which], str(error), {})
+            return
+        for half in np.array_split(which, 2):
+            yield from _some(base, scene, group, half, step)
+
+
+def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
+    """Figures of designs at all positions; a row 0 before them is left out."""
+    course = scene_motion_at(scene, scene_times(scene))
+    found = Found(scene, course, base.output, base.fields)
+    many = len(found.columns) > 1
+    own = slice(1, len(rows) + 1) if many else slice(None)
+    figures = {}
+    for figure in base.figures:
+        value, place = figure.of(found)
+        figures[figure.name] = np.atleast_1d(value)[own], None if place is None else np.atleast_1d(place)[own]
+    reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
+    yield Part(rows, reason, figures)
+
+
+def _reasons(found: Found) -> Any:
+    """Why designs have no figures, shape (designs,); empty where they have."""
+    motion, reached = found.motion, found.reached
+    known = found.columns[:-1]
+    reason = np.full(known, "", object)
+    whole = reached.all(axis=-1)
+    if not whole.all():
+        share = (~reached).mean(axis=-1)
+        joint = _opening_joint(found)
+        for at in np.ndindex(known):
+            if share[at] == 1.0:
+                reason[at] = (
+                    f'the mechanism cannot be assembled: the joint "{joint[at]}" is out of reach at every position'
+                )
+            elif share[at]:
+                reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
+    bent = found.__dict__.get("bent")  # where no figure asks for it, it does not matter
+    for block in () if bent is None else bent.blocks:
+        off = (reached & np.isnan(block.xi)).any(axis=-1)
+        number, beam = motion.mechanism.beams[block.beam]
+        link = motion.mechanism.links[number].name
+        reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
+    lost = ~(found.condition <= SINGULAR) if bent is None else bent.lost
+    reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
+    return reason
+
+
+def _opening_joint(found: Found) -> Any:
+    """Name of the inner joint of the first group that does not close somewhere, shape (designs,)."""
+    motion = found.motion
+    name = np.full(found.columns[:-1], "", object)
+    for closed in motion.closures:
+        links = list(closed.group.links)
+        if closed.group.cut:
+            closes = np.isfinite(motion.origin[links] + motion.direction[links]).all(axis=(0, -1))
+            closes = np.broadcast_to(closes, name.shape)
+            name[~closes & (name == "")] = closed.group.cut[0].name
+    return name

@@ -1,0 +1,281 @@
+"""The designs of a sweep: number k of them to the values of its numbers, by a function of k alone."""
+
+from __future__ import annotations
+
+import csv
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from kinelast.designs.variables import Place, place_of, value_at
+from kinelast.scene.error import SceneError, fault, plain
+from kinelast.scene.format import SceneTable
+from kinelast.scene.format_sweep import RangeTable, SweepTable
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.text import file_text
+from rigid import Reals
+
+MOST = 10**18  # designs that can be numbered
+MOST_DRAWN = {"latin-hypercube": 10**7, "sobol": 2**30}  # samples: the one is drawn as a whole, the other of 30 bits
+HEAD = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
+
+
+class Factor(Protocol):
+    """Values of one number, or of several together; a sweep is all combinations of its factors."""
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        ...
+
+    def values(self, number: Any) -> Reals:
+        """Some of them by number, shape (n, numbers)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Values one by one, shape (count, numbers): a list, a grid's, those of a table."""
+
+    rows: Reals
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.rows)
+
+    def values(self, number: Any) -> Reals:
+        """Some of them by number, shape (n, numbers)."""
+        found: Reals = self.rows[number]
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """So many values of one number from `low` to `high`, evenly spread."""
+
+    low: float
+    high: float
+    count: int
+
+    def values(self, number: Any) -> Reals:
+        """Some of them by number, shape (n, 1)."""
+        last = self.count - 1
+        found = np.where(number == last, self.high, self.low + number * ((self.high - self.low) / last))
+        return found[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Values spread over ranges.
+
+    Attributes
+    ----------
+    count
+        How many.
+    low, high
+        Ends of the ranges, shape (numbers,).
+    method
+        "latin-hypercube", or "sobol" for a scrambled Sobol sequence.
+    seed
+        Of what is random about them.
+    """
+
+    count: int
+    low: Reals
+    high: Reals
+    method: str
+    seed: int
+
+    def values(self, number: Any) -> Reals:
+        """Some of them by number, shape (n, numbers)."""
+        found: Reals = self.low + self._shares(np.asarray(number)) * (self.high - self.low)
+        return found
+
+    def _shares(self, number: Any) -> Any:
+        if self.method == "latin-hypercube":
+            return self._drawn[number]
+        from scipy.stats import qmc
+
+        first, last = int(number.min(initial=0)), int(number.max(initial=0))
+        sequence = qmc.Sobol(len(self.low), scramble=True, rng=self.seed)
+        if first:
+            sequence.fast_forward(first)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that only powers of 2 are evenly spread
+            return sequence.random(last - first + 1)[number - first]
+
+    @cached_property
+    def _drawn(self) -> Any:
+        from scipy.stats import qmc
+
+        return qmc.LatinHypercube(len(self.low), rng=self.seed).random(self.count)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The designs of a sweep, numbered from 0: all combinations of its factors, the last one changing fastest.
+
+    Attributes
+    ----------
+    paths, units
+        Of the numbers that differ, and the SI units of their values.
+    factors
+        Of which each tells the values of one number or of several.
+    """
+
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    factors: tuple[Factor, ...]
+
+    @property
+    def count(self) -> int:
+        """How many designs there are."""
+        return prod(factor.count for factor in self.factors)
+
+    def values(self, first: int, last: int) -> Reals:
+        """Numbers of the designs from `first` to before `last` in SI units, shape (last - first, paths)."""
+        number, parts = np.arange(first, last, dtype=np.int64), []
+        for factor in reversed(self.factors):
+            number, own = np.divmod(number, factor.count)
+            parts.append(factor.values(own))
+        return np.concatenate(parts[::-1], axis=1)
+
+
+def plan_of(tables: Mapping[str, Any], folder: Path = Path()) -> Plan:
+    """The plan of a scene's sweep.
+
+    Parameters
+    ----------
+    tables
+        Of the scene's file.
+    folder
+        Where the file is, and its table of designs.
+
+    Raises
+    ------
+    SceneError
+        There is no sweep; a path that names no number; a range the wrong way round; a unit that does not fit; keys that
+        do not go together; a table that cannot be read.
+
+    Examples
+    --------
+    >>> from kinelast import shipped_scenes
+    >>> from kinelast.scene.text import file_text, toml_tables
+    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+    >>> vary = {"sections.bar.depth": {"from": "3 mm", "to": "6 mm", "count": 4}, "drives.crank.speed": [50, 100]}
+    >>> plan = plan_of({**tables, "sweep": {"vary": vary}})
+    >>> plan.count, plan.values(5, 6)
+    (8, array([[5.e-03, 1.e+02]]))
+    """
+    table = parse_scene(tables)
+    sweep = table.sweep
+    if not sweep.vary and sweep.table is None:
+        problem = 'no number is varied: expected as in "sections.bar.depth" = {from = "3 mm", to = "9 mm", count = 7}'
+        raise fault("sweep", "vary", problem)
+    places: list[Place] = []
+    factors: list[Factor] = []
+    if sweep.table is not None:
+        places, rows = _table(table, folder / sweep.table)
+        factors.append(Rows(rows))
+    drawn: list[tuple[Place, float, float]] = []
+    for path, entry in sweep.vary.items():
+        place = place_of(table, path)
+        if isinstance(entry, RangeTable) and entry.count is None:
+            drawn.append((place, *_ends(table, place, entry)))
+            continue
+        places.append(place)
+        if isinstance(entry, RangeTable):
+            factors.append(Grid(*_ends(table, place, entry), entry.count or 2))
+        else:
+            factors.append(Rows(np.array([[_value(table, place, text)] for text in entry])))
+    if drawn or sweep.method != "grid" or sweep.samples is not None:
+        factors.append(_sample(sweep, drawn))
+    places += [place for place, _, _ in drawn]
+    _require_apart(places)
+    paths, units = ([getattr(place.variable, name) for place in places] for name in ("path", "unit"))
+    plan = Plan(tuple(paths), tuple(units), tuple(factors))
+    if plan.count > MOST:
+        raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many to be numbered, at most {MOST:.0e}")
+    return plan
+
+
+def _ends(table: SceneTable, place: Place, entry: RangeTable) -> tuple[float, float]:
+    low, high = _value(table, place, entry.start), _value(table, place, entry.end)
+    if not low < high:
+        path, unit = place.variable.path, place.variable.unit.replace("1", "")
+        problem = f"the wrong way round: from {low:g} to {high:g} {unit}".rstrip()
+        raise fault("sweep", f"vary {path}", f"{problem}, expected from the smaller to the larger")
+    return low, high
+
+
+def _value(table: SceneTable, place: Place, text: Any) -> float:
+    try:
+        return value_at(table, place, text)
+    except SceneError as error:
+        raise fault("sweep", f"vary {place.variable.path}", error.problem) from None
+
+
+def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> Sample:
+    """The ranges without a count, sampled together."""
+    if sweep.method == "grid":
+        if drawn:
+            path = drawn[0][0].variable.path
+            raise fault("sweep", f"vary {path}", "the key is missing: count, how many values a grid has; or a method")
+        raise fault("sweep", "samples", "belongs to the methods latin-hypercube and sobol; a grid has counts")
+    if not drawn:
+        raise fault("sweep", "method", f"{sweep.method} samples ranges without a count: there is none")
+    if sweep.samples is None:
+        raise fault("sweep", "samples", f"the key is missing: how many designs {sweep.method} draws")
+    if sweep.samples > MOST_DRAWN[sweep.method]:
+        problem = f"{sweep.method} draws at most {MOST_DRAWN[sweep.method]}, got {sweep.samples}"
+        raise fault("sweep", "samples", problem)
+    low, high = (np.array(ends) for ends in zip(*((low, high) for _, low, high in drawn), strict=True))
+    return Sample(sweep.samples, low, high, sweep.method, sweep.seed)
+
+
+def _table(table: SceneTable, path: Path) -> tuple[list[Place], Reals]:
+    """Places and values of a CSV file: the heading of a column is a path, with a unit in brackets where it has one."""
+    name = plain(path.name, 80)
+    head, *rows = [row for row in csv.reader(file_text(path).splitlines()) if any(cell.strip() for cell in row)] or [[]]
+    if not rows:
+        raise fault("sweep", "table", f"{name} holds no design: expected a row of paths and a row for every design")
+    columns = []
+    for cell in head:
+        found = HEAD.fullmatch(cell)
+        assert found is not None
+        unit = found[2] or ""
+        whole = unit and not unit.isdecimal()  # a number in brackets is a part of the path
+        columns.append((place_of(table, found[1] if whole else cell.strip()), unit if whole else ""))
+    values = np.empty((len(rows), len(columns)))
+    for number, row in enumerate(rows):
+        if len(row) != len(columns):
+            raise fault("sweep", "table", f"{name}: row {number + 2} has {len(row)} cells, expected {len(columns)}")
+        for k, ((place, unit), cell) in enumerate(zip(columns, row, strict=True)):
+            values[number, k] = value_at(table, place, _cell(cell.strip(), unit))
+    return [place for place, _ in columns], values
+
+
+def _cell(text: str, unit: str) -> float | str:
+    """A number in the unit of its column, or a text with a unit of its own."""
+    try:
+        bare = float(text)
+    except ValueError:
+        return text
+    return f"{text} {unit}" if unit and unit != "1" else bare
+
+
+def _require_apart(places: Sequence[Place]) -> None:
+    """Raise where two paths name one number."""
+    seen: dict[tuple[Any, ...], str] = {}
+    for place in places:
+        before = seen.setdefault(place.keys, place.variable.path)
+        if before != place.variable.path or [other.keys for other in places].count(place.keys) > 1:
+            raise fault("sweep", f"vary {place.variable.path}", "the number is varied twice")

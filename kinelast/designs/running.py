@@ -1,0 +1,218 @@
+"""A sweep of any size: chunk by chunk, side by side, each kept as soon as it is there."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from kinelast.designs.manifest import Manifest, read_manifest, require_same, versions
+from kinelast.designs.store import Store, encoded, store_name
+from kinelast.folder import held
+from kinelast.processes import Lost, answers
+from kinelast.request import RequestError
+from kinelast.scene.error import plain
+
+TRIES = 3  # of a chunk whose process dies
+MOST_FAILED = 10  # chunks of a run: what fails so often fails always
+Report = Callable[[str, int, int], None]
+
+
+class Compute(Protocol):
+    """What computes designs: pickled, and called anywhere, in any order."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the columns by their names."""
+
+    def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
+        """Columns by name, each of shape (last - first,), of designs first to last - 1, and reasons for what is nan."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How far a sweep is: designs that are kept of all, and why chunks failed."""
+
+    folder: Path
+    manifest: Manifest
+    kept: int
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A chunk that was computed: what its file is to hold, and its columns."""
+
+    content: bytes
+    columns: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done with the number of a chunk, wherever: its designs are computed, and made a file's content."""
+
+    compute: Compute
+    manifest: Manifest
+
+    def __call__(self, number: int) -> Chunk | str:
+        """The chunk, or why it failed."""
+        first, last = self.manifest.span(number)
+        try:
+            with np.errstate(all="ignore"):  # what is no number is told as none
+                columns, reasons = self.compute(first, last)
+            content = encoded(self.manifest.store, first, columns, self.compute.units, reasons)
+        except MemoryError:
+            return "out of memory: ask for smaller chunks"
+        except Exception:  # one chunk that the program fails on must not take the others with it
+            return traceback.format_exc()
+        return Chunk(content, tuple(columns))
+
+
+def run_plan(
+    count: int,
+    compute: Compute,
+    folder: Path,
+    identity: Mapping[str, Any],
+    chunk: int,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    report: Report = lambda stage, done, total: None,
+    tell: Callable[[str], None] = lambda sentence: None,
+    resume: bool = False,
+) -> Outcome:
+    """Compute all designs of a sweep and keep them in a folder.
+
+    Whatever ends it, what is kept stays kept, and `resume` goes on from there. The store has the same bytes in the end,
+    whatever happened on the way and wherever it was computed.
+
+    Parameters
+    ----------
+    count
+        How many designs there are: numbers 0 to count - 1.
+    compute
+        Computes designs first to last - 1, see `Compute`. A row depends on the number of its design alone.
+    identity
+        What the figures depend on, as JSON can hold it; versions are added.
+    chunk
+        Designs that are computed, sent and kept together, about a second's.
+    jobs
+        Processes side by side on this machine; 1: this one.
+    scheduler
+        Address of a dask scheduler whose workers compute instead, as "tcp://host:8786".
+    report, tell
+        Called with what is being done and how far it is; with a sentence for the user where it ends early.
+    resume
+        Go on with what is kept there.
+
+    Raises
+    ------
+    RequestError
+        The folder holds another sweep, or this one and `resume` was not said; another run holds it; it cannot be
+        written; too many chunks fail.
+    """
+    store = Store(folder, store_name(count))
+    manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
+    with held(folder, patience=0.0):
+        try:
+            manifest = _begun(store, manifest, resume)
+            done = store.done(manifest)
+            manifest = replace(manifest, complete=manifest.complete and len(done) == manifest.chunks)
+            manifest = _computed(store, manifest, done, compute, jobs, scheduler, report)
+            return Outcome(folder, _finished(store, manifest, done), manifest.count(done))
+        except RequestError:
+            raise
+        except BaseException as stop:
+            kept = f"{manifest.count(store.done(manifest))} of {count} designs are kept; --resume goes on from there"
+            if isinstance(stop, OSError):
+                why = plain(f"{stop.filename or folder}: {(stop.strerror or str(stop)).lower()}", 300)
+                raise RequestError(f"not written: {why}; {kept}") from stop
+            tell(kept)
+            raise
+
+
+def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
+    """The manifest of a folder that is ready for a sweep: what is kept there, or a new one."""
+    folder, kept = store.folder, read_manifest(store.folder)
+    if kept is None:
+        store.require_free()
+    elif resume:
+        require_same(kept, asked, folder)
+        store.tidy()
+        return kept
+    else:
+        old = Store(folder, kept.store)
+        if not kept.complete and (done := old.done(kept)):
+            held = f"{kept.count(done)} of {kept.designs} designs of a sweep that was not finished"
+            raise RequestError(f"{folder} holds {held}: --resume goes on with it, or remove it")
+        old.clear()
+    store.note(asked)
+    return asked
+
+
+def _computed(
+    store: Store,
+    manifest: Manifest,
+    done: set[int],
+    compute: Compute,
+    jobs: int,
+    scheduler: str | None,
+    report: Report,
+) -> Manifest:
+    """Compute the chunks that are not done, and keep each as it comes; the manifest with what was found of them."""
+    failed: dict[int, str] = {}
+    ahead = (number for number in range(manifest.chunks) if number not in done)
+    with closing(_source(Work(compute, manifest), ahead, min(jobs, manifest.chunks - len(done)), scheduler)) as coming:
+        for number, answer in coming:
+            chunk = _agreeing(answer, manifest)
+            if isinstance(chunk, str):
+                failed[number] = chunk
+                manifest = replace(manifest, failed=dict(failed))
+                store.note(manifest)
+                if len(failed) == MOST_FAILED:
+                    break
+                continue
+            if not manifest.columns:
+                units = compute.units
+                manifest = replace(manifest, columns={name: units.get(name, "") for name in chunk.columns})
+                store.note(manifest)
+            store.keep(number, chunk.content)
+            done.add(number)
+            report("designs", manifest.count(done), manifest.designs)
+    return replace(manifest, failed=failed)
+
+
+def _source(
+    work: Work, numbers: Iterator[int], jobs: int, scheduler: str | None
+) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
+    """Chunks as they come, from wherever they are computed."""
+    if scheduler is not None:
+        from kinelast.designs.cluster import cluster_answers
+
+        return cluster_answers(work, numbers, scheduler)
+    if jobs > 1:
+        return answers(work, numbers, jobs, TRIES)
+    return ((number, work(number)) for number in numbers)
+
+
+def _agreeing(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
+    """A chunk that has the columns of the others; or why there is none."""
+    if isinstance(answer, Lost):
+        return f"its process was ended {TRIES} times ({answer.how}), by the system if memory ran out: smaller chunks?"
+    if isinstance(answer, Chunk) and manifest.columns and list(manifest.columns) != list(answer.columns):
+        return f"its columns are {', '.join(answer.columns)}, those of others {', '.join(manifest.columns)}"
+    return answer
+
+
+def _finished(store: Store, manifest: Manifest, done: set[int]) -> Manifest:
+    """The manifest of a sweep that has come to its end, as it stands in the folder then."""
+    whole = replace(manifest, complete=len(done) == manifest.chunks)
+    if whole.complete and not manifest.complete:
+        store.join(whole)
+    store.note(whole)
+    if whole.complete:
+        store.drop_parts()
+    return whole

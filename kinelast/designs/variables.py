@@ -1,0 +1,306 @@
+"""Numbers of a scene by their paths: `sections.bar.depth`, `points.B.x`, `drives.crank.speed`, `loads[1].force.y`.
+
+Every number that stands in a file can be a variable. Entries of a list of tables are named by their number from 1, or
+by their link or slider where that is the only such; components are x and y, or [1] and [2].
+"""
+
+from __future__ import annotations
+
+import cmath
+import copy
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import msgspec
+import numpy as np
+
+from kinelast.scene.error import SceneError, fault, likely
+from kinelast.scene.format import SceneTable
+from kinelast.scene.gears import UNITS
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
+from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.units import Quantity
+
+Tables = Mapping[str, Any]
+PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
+COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
+AXES = {"x": 0, "y": 1}
+STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that ask of designs, and describe none
+NEAR = 3000  # numbers of a file among which the nearest to a wrong path is looked for
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number of a scene: its path, the SI unit of its values, and the value that stands in the file."""
+
+    path: str
+    unit: str
+    base: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a number stands.
+
+    Attributes
+    ----------
+    variable
+        What it is.
+    keys
+        From the parsed tables down to it.
+    names
+        From the tables of the file down to it.
+    leaf
+        What stands there.
+    """
+
+    variable: Variable
+    keys: tuple[Any, ...]
+    names: tuple[Any, ...]
+    leaf: Any
+
+
+def variable(tables: Tables, path: str) -> Variable:
+    """A number of a scene by its path.
+
+    Raises
+    ------
+    SceneError
+        The tables hold a mistake, or no number of that name; the message tells the nearest.
+
+    Examples
+    --------
+    >>> from kinelast import shipped_scenes
+    >>> from kinelast.scene.text import file_text, toml_tables
+    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+    >>> variable(tables, "sections.bar.depth")
+    Variable(path='sections.bar.depth', unit='m', base=0.006)
+    """
+    return place_of(parse_scene(tables), path).variable
+
+
+def read_value(tables: Tables, path: str, text: Any) -> float:
+    """A value for a variable as it may stand in a file, a number or a text with its unit, in the variable's SI unit.
+
+    Raises
+    ------
+    SceneError
+        As `variable`; another dimension, or a value that cannot stand there.
+
+    Examples
+    --------
+    >>> from kinelast import shipped_scenes
+    >>> from kinelast.scene.text import file_text, toml_tables
+    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+    >>> read_value(tables, "sections.bar.depth", "5 mm")
+    0.005
+    """
+    table = parse_scene(tables)
+    return value_at(table, place_of(table, path), text)
+
+
+def value_at(table: SceneTable, place: Place, text: Any) -> float:
+    """The same for a place in parsed tables."""
+    found = place.variable
+    try:
+        value = _read(place.leaf, text)
+    except ValueError as error:
+        raise fault("", found.path, str(error)) from None
+    if isinstance(value, Quantity):
+        if value.unit not in ("", found.unit):
+            raise fault("", found.path, f"expected {value.expected}, in {found.unit}, got {text}")
+        return float(value.within(found.unit))
+    require_bounds(table, place, value)
+    return float(value)
+
+
+def with_value(tables: Tables, path: str, value: float) -> dict[str, Any]:
+    """The tables of the same scene with another value [SI unit of the variable] for one number."""
+    return changed(tables, place_of(parse_scene(tables), path), value)
+
+
+def changed(tables: Tables, place: Place, value: float) -> dict[str, Any]:
+    """The same, of the number in a place."""
+    changed = copy.deepcopy(dict(tables))
+    *names, last = place.names
+    node: Any = changed
+    for at, name in enumerate(names):
+        if isinstance(node, dict) and name not in node:
+            node[name] = {}
+        following = (*names, last)[at + 1]
+        if isinstance(following, int) and not isinstance(node[name], list):
+            node[name] = [node[name], node[name]]  # one size for both ends of a beam
+        node = node[name]
+    unit = place.variable.unit
+    if isinstance(place.leaf, int):
+        node[last] = round(value)
+    else:
+        node[last] = float(value) if unit == "1" else f"{float(value)!r} {unit}"
+    return changed
+
+
+def place_of(table: SceneTable, path: str) -> Place:
+    """Where the number of a path stands in parsed tables; raises as `variable`."""
+    keys: list[Any] = []
+    names: list[Any] = []
+    node: Any = table
+    parents = []
+    parts = list(PART.finditer(path))
+    if not parts or PART.sub("", path).strip(".") or parts[0][2] in STUDIES:
+        raise _unknown(table, path)
+    for part in parts:
+        parents.append(node)
+        try:
+            key, name, node = _entered(node, part[1], part[2])
+        except LookupError:
+            raise _unknown(table, path) from None
+        keys.append(key)
+        names.append(name)
+    if isinstance(node, tuple) and not isinstance(node, Sizes) and len(node) == 2:
+        raise fault("", path, f'is two numbers: name "{path}.x" or "{path}.y"')
+    if not isinstance(node, int | float | Sizes | Direction) or isinstance(node, bool):
+        raise _unknown(table, path)
+    unit = _unit(table, keys, parents, node)
+    return Place(Variable(path, unit, _base(node, unit)), tuple(keys), tuple(names), node)
+
+
+def numbers(table: SceneTable) -> Iterator[str]:
+    """Paths of all numbers that stand in parsed tables."""
+    for field in msgspec.structs.fields(table):
+        if field.name not in STUDIES:
+            yield from _numbers(getattr(table, field.name), field.name)
+
+
+def _numbers(node: Any, path: str) -> Iterator[str]:
+    if isinstance(node, int | float | Direction | Sizes) and not isinstance(node, bool):
+        yield path
+    elif isinstance(node, msgspec.Struct):
+        for field in msgspec.structs.fields(node):
+            yield from _numbers(getattr(node, field.name), f"{path}.{field.encode_name}".lstrip("."))
+    elif isinstance(node, dict):
+        for key, value in node.items():
+            yield from _numbers(value, f"{path}.{key}")
+    elif isinstance(node, tuple) and len(node) == 2 and all(isinstance(part, Quantity) for part in node):
+        yield from (f"{path}.{axis}" for axis in AXES)
+    elif isinstance(node, list | tuple):
+        calls = [_called(entry) for entry in node]
+        for number, entry in enumerate(node, 1):
+            own = calls[number - 1]
+            yield from _numbers(entry, f"{path}.{own}" if own and calls.count(own) == 1 else f"{path}[{number}]")
+
+
+def _called(entry: Any) -> str | None:
+    """Name of a table of a list: its link or slider."""
+    return getattr(entry, "link", None) or getattr(entry, "slider", None)
+
+
+def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
+    """Key, name in the file, and what is there, of one part of a path; LookupError where there is none."""
+    if isinstance(node, msgspec.Struct) and name is not None:
+        own = {field.encode_name: field.name for field in msgspec.structs.fields(node)}
+        return own[name], name, getattr(node, own[name])
+    if isinstance(node, Mapping) and name is not None:
+        return name, name, node[name]
+    if not isinstance(node, list | tuple):
+        raise LookupError
+    if number is not None and 1 <= int(number) <= len(node):
+        at = int(number) - 1
+    elif name in AXES and isinstance(node, tuple) and len(node) == 2:
+        at = AXES[name]
+    else:
+        same = [at for at, entry in enumerate(node) if name is not None and _called(entry) == name]
+        if len(same) != 1:
+            raise LookupError
+        at = same[0]
+    return at, at, node[at]
+
+
+def _unknown(table: SceneTable, path: str) -> SceneError:
+    near = likely(path, islice(numbers(table), NEAR)).partition("; there is")[0]
+    return fault("", path, f"there is no such number in the scene{near}")
+
+
+def _read(leaf: Any, text: Any) -> Any:
+    """A value as the one that stands in a place would be read."""
+    if isinstance(leaf, Sizes):
+        return Size.read(text, leaf[0].per_length if isinstance(leaf[0], Size) else 1.0)
+    if isinstance(leaf, Direction):
+        return Angle.read(text)
+    if isinstance(leaf, Quantity):
+        return type(leaf).read(text, leaf.per_length)
+    if isinstance(text, bool) or not isinstance(text, int | float):
+        raise ValueError(f"expected a number, got {text}")
+    return text
+
+
+def _base(leaf: Any, unit: str) -> float:
+    if isinstance(leaf, Sizes):
+        return float(leaf[0])
+    if isinstance(leaf, Direction):
+        return cmath.phase(leaf)
+    return float(leaf.within(unit)) if isinstance(leaf, Quantity) else float(leaf)
+
+
+def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> str:
+    """SI unit of a number; of one that may have several, the one that its place tells."""
+    if isinstance(leaf, Sizes | Direction):
+        return "m" if isinstance(leaf, Sizes) else "rad"
+    if not isinstance(leaf, Quantity):
+        return "1"
+    units = [unit or "1" for unit in type(leaf).units]
+    if leaf.unit or len(units) == 1:
+        return leaf.unit or units[0]
+    if isinstance(leaf, Abscissa):
+        against = parents[2].against
+        return "s" if against is None else "rad" if against.link else "m"
+    if keys[0] == "gears":
+        gear = table.gears[keys[1]]
+        return UNITS[gear.driver.slider is None, gear.follower.slider is None]
+    if keys[0] == "limits":
+        turns = table.run.output.endswith(".angle")
+    else:
+        turns = parents[2].slider is None if keys[0] == "drives" else parents[2].at is not None
+    turning = [unit for unit in units if "rad" in unit or unit == "N m"]
+    return next(unit for unit in units if (unit in turning) == turns)
+
+
+def require_bounds(table: SceneTable, place: Place, value: float) -> None:
+    """Raise where a plain number of the file is not within the bounds that the format sets."""
+    if not within_bounds(table, place, np.array([value]))[0]:
+        raise fault("", place.variable.path, f"expected a number within its bounds, got {value:g}")
+
+
+def within_bounds(table: SceneTable, place: Place, values: Any) -> Any:
+    """Whether plain numbers are within the bounds that the file's format sets, bool, shape of the values."""
+    node: Any = table
+    for key in place.keys[:-1]:
+        node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]
+    holds = np.isfinite(values)
+    if not isinstance(node, msgspec.Struct):
+        return holds
+    hint = get_type_hints(type(node), include_extras=True)[place.keys[-1]]
+    metas = [meta for part in (hint, *get_args(hint)) if get_origin(part) is Annotated for meta in get_args(part)[1:]]
+    for meta in metas:
+        for name, compare in COMPARED.items():
+            bound = getattr(meta, name)
+            if bound is not None:
+                holds &= compare(values, bound)
+    return holds
+
+
+def replaced(node: Any, keys: tuple[Any, ...], value: Any) -> Any:
+    """Parsed tables with another value in a place."""
+    if not keys:
+        return value
+    key, *rest = keys
+    if isinstance(node, msgspec.Struct):
+        return msgspec.structs.replace(node, **{key: replaced(getattr(node, key), tuple(rest), value)})
+    if isinstance(node, dict):
+        return {**node, key: replaced(node[key], tuple(rest), value)}
+    parts = list(node)
+    parts[key] = replaced(parts[key], tuple(rest), value)
+    return type(node)(parts) if isinstance(node, list | Sizes) else tuple(parts)

@@ -1,0 +1,317 @@
+"""The sweep of a scene: all its designs computed and kept, what they come to, and which is best."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.base import base_of
+from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.manifest import Manifest
+from kinelast.designs.plan import Plan, Rows, plan_of
+from kinelast.designs.rewritten import rewritten
+from kinelast.designs.running import run_plan
+from kinelast.designs.store import NUMBER, put, stored_chunks
+from kinelast.folder import json_bytes, version
+from kinelast.numbers import quantity
+from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.request import RequestError
+from kinelast.scene.error import SceneError, fault, plain
+from kinelast.scene.format_sweep import SweepTable
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.reading import built
+from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
+from rigid import MechanismError
+
+LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
+TRIED = 200  # designs by which that is known
+PAGED = 1_000_000  # designs of which there is a page
+SLOW = 0.3  # [s] a design, of which no more are tried
+REASONS = 20  # that are counted by name
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
+MOST_SHOWN = 3  # numbers of the best design in the closing line
+
+Progress = Callable[[str, int, int], None]
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a sweep; the fields are options of the command."""
+
+    positions: int | None = None
+    jobs: int = 1
+    resume: bool = False
+    most: int = 10_000_000
+    scheduler: str | None = None
+
+
+def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
+    """Compute the designs of a scene and write its folder; whatever goes wrong becomes the outcome.
+
+    Parameters
+    ----------
+    progress
+        Called with what is being done, and how much of it is done and to be done.
+    tell
+        Called with a sentence on how long it takes, before it starts.
+    """
+    return _tried(task, partial(_sweep, task, asked, progress, tell))
+
+
+def try_design(task: Task, number: int) -> Outcome:
+    """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
+    return _tried(task, partial(_design, task, number))
+
+
+def _tried(task: Task, work: Callable[[], Outcome]) -> Outcome:
+    name = task.name
+    try:
+        return work()
+    except (SceneError, MechanismError, RequestError) as error:
+        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
+    except OSError as error:
+        told = plain(f"{error.filename or task.folder}: {(error.strerror or str(error)).lower()}", MESSAGE)
+        return Outcome(BAD_INPUT, f"{name}: not written: {told}")
+    except MemoryError:
+        return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer positions or --jobs")
+    except Exception:
+        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
+
+
+def _design(task: Task, number: int) -> Outcome:
+    path = str(task.path)
+    text = decoded(file_bytes(task.path), path)
+    with of_file(path):
+        plan = plan_of(toml_tables(text, path), task.path.parent)
+        if number >= plan.count:
+            raise RequestError(f"--design: there is no design {number}, the last one of the sweep is {plan.count - 1}")
+        values = dict(zip(plan.paths, plan.values(number, number + 1)[0].tolist(), strict=True))
+        new = rewritten(text, values, f"Design {number} of the sweep of {task.path.name}.").encode()
+    target = task.folder.with_name(f"{task.folder.name}_design_{number}.toml")
+    if target.exists() and target.read_bytes() != new:
+        raise RequestError(f"{target} is there already: move it, or choose another -o")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    put(target, new)
+    return Outcome(FINE, f"{task.name}: design {number} -> {target}", DONE)
+
+
+def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
+    content = file_bytes(task.path)
+    path = str(task.path)
+    tables = toml_tables(decoded(content, path), path)
+    if asked.positions is not None:
+        tables["run"] = {**tables.get("run", {}), "positions": asked.positions}
+    with of_file(path):
+        plan = plan_of(tables, task.path.parent)
+        sweep = parse_scene(tables).sweep
+        figures, aim = _asked_of(tables, sweep, plan)
+    evaluation = Evaluation(tables, plan, figures)
+    takes = _duration(evaluation) / asked.jobs
+    if plan.count > asked.most:
+        advice = "ask for fewer, or allow so many by --most"
+        raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
+    if takes > LONG:
+        tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
+    if built(parse_scene(tables), task.name).theory.demanded:
+        tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
+    identity = _identity(content, plan, evaluation, asked)
+    outcome = run_plan(
+        plan.count,
+        evaluation,
+        task.folder,
+        identity,
+        evaluation.chunk,
+        asked.jobs,
+        asked.scheduler,
+        progress,
+        tell,
+        asked.resume,
+    )
+    manifest = outcome.manifest
+    if manifest.failed:
+        number, why = min(manifest.failed.items())
+        first, _ = manifest.span(number)
+        raise RequestError(f"{plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
+    found = _tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
+    summary = _summary(task, evaluation, found, manifest)
+    put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
+    if found.kept:
+        put(task.folder / "designs.html", _page(tables.get("title", task.path.stem), evaluation, found))
+    status = CHECK_FAILED if found.best is None else FINE
+    return Outcome(status, f"{task.name}: {_closing(evaluation, found)} -> {task.folder}", DONE, figures=summary)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """Which figure is to be small, or large."""
+
+    figure: str
+    largest: bool
+
+
+def _asked_of(tables: Mapping[str, Any], sweep: SweepTable, plan: Plan) -> tuple[tuple[str, ...], Aim]:
+    """Names of the figures, and which of them tells the best design."""
+    if sweep.smallest is not None and sweep.largest is not None:
+        raise fault("sweep", "largest", "the best design is either the smallest or the largest of one figure")
+    try:
+        base = base_of(tables, plan.paths, None)
+        known = [figure.name for figure in base.figures]
+        names = list(sweep.figures or known)
+        aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
+        limits = ["acceptable"] if base.scene.limits else []
+        names = list(dict.fromkeys([*names, aim.figure, *limits]))
+        base_of(tables, plan.paths, names)
+    except SceneError as error:
+        raise (fault("sweep", error.key, error.problem) if error.key == "figures" else error) from None
+    return tuple(names), aim
+
+
+def _duration(evaluation: Evaluation) -> float:
+    """How long a sweep takes on one core [s], by its first designs."""
+    evaluation(0, 1)  # what is done once
+    count, took = 0, 0.0
+    for count in (1, min(TRIED, evaluation.plan.count)):
+        begin = time.process_time()  # others may be at work on this machine
+        evaluation(0, count)
+        took = time.process_time() - begin
+        if took > SLOW:
+            break
+    return took / count * evaluation.plan.count
+
+
+def _words(seconds: float) -> str:
+    """A duration in words."""
+    for size, unit in ((365.25 * 86400, "years"), (86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) -> dict[str, Any]:
+    """What the figures of a sweep depend on: the file, the table of designs, figures and positions."""
+    drawn = hashlib.sha256()
+    for factor in plan.factors:
+        if isinstance(factor, Rows):
+            drawn.update(factor.rows.tobytes())
+    return {
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "values": drawn.hexdigest(),
+        "figures": list(evaluation.figures or ()),
+        "positions": asked.positions,
+    }
+
+
+@dataclass
+class Tally:
+    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; or all."""
+
+    aim: Aim
+    designs: int = 0
+    reasons: Counter[str] = field(default_factory=Counter)
+    acceptable: int | None = None
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    best: dict[str, float] | None = None
+    kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
+
+    def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
+        """Count some more designs."""
+        self.designs += len(reasons)
+        self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
+        for name, values in columns.items():
+            known = values[np.isfinite(values)]
+            if len(known):
+                low, high = self.ranges.get(name, (np.inf, -np.inf))
+                self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
+        good = np.isfinite(columns[self.aim.figure])
+        if "acceptable" in columns:
+            good &= columns["acceptable"] == 1.0
+            self.acceptable = (self.acceptable or 0) + int(np.count_nonzero(columns["acceptable"] == 1.0))
+        if good.any():
+            size = np.where(good, columns[self.aim.figure], np.nan)
+            at = int(np.nanargmax(size) if self.aim.largest else np.nanargmin(size))
+            found = {name: float(values[at]) for name, values in columns.items()}
+            if self.best is None or self._better(found[self.aim.figure]):
+                self.best = found
+
+    def _better(self, value: float) -> bool:
+        assert self.best is not None
+        before = self.best[self.aim.figure]
+        return value > before if self.aim.largest else value < before
+
+
+def _tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
+    """What all designs come to; `keep` them too."""
+    tally = Tally(aim)
+    for columns, reasons in chunks:
+        tally.add(columns, reasons)
+        if keep:
+            tally.kept.append((columns, reasons))
+    return tally
+
+
+def _page(title: str, evaluation: Evaluation, found: Tally) -> bytes:
+    """The page of all designs."""
+    from kinelast.page.designs import designs_page
+
+    names, figures = list(evaluation.units), list(evaluation.figures or ())
+    columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in names}
+    reasons = [reason for _, part in found.kept for reason in part]
+    best = None if found.best is None else int(found.best[NUMBER])
+    return designs_page(title, columns, evaluation.units, reasons, list(evaluation.plan.paths), figures, best)
+
+
+def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifest) -> dict[str, Any]:
+    """A sweep as plain data that JSON can hold."""
+    units = {NUMBER: "1", **evaluation.units}
+
+    def figure(name: str, value: float) -> dict[str, Any]:
+        return {"value": value if np.isfinite(value) else None, "unit": units[name]}
+
+    best = found.best
+    return {
+        "kinelast": version(),
+        "scene": task.path.stem,
+        "designs": found.designs,
+        "numbers": {path: units[path] for path in evaluation.plan.paths},
+        "figures": {name: units[name] for name in evaluation.figures or ()},
+        "theory": "quasi-static",
+        "aim": {"figure": found.aim.figure, "best": "largest" if found.aim.largest else "smallest"},
+        "best": None if best is None else {name: figure(name, value) for name, value in best.items() if name != NUMBER},
+        "best_design": None if best is None else int(best[NUMBER]),
+        "acceptable": found.acceptable,
+        "without_figures": sum(found.reasons.values()),
+        "reasons": dict(found.reasons.most_common(REASONS)),
+        "ranges": {name: [figure(name, end) for end in ends] for name, ends in found.ranges.items() if name != NUMBER},
+        "store": manifest.store,
+        "made_from": manifest.identity,
+    }
+
+
+def _closing(evaluation: Evaluation, found: Tally) -> str:
+    """What a sweep comes to in one line."""
+    units, words = evaluation.units, [f"{found.designs} designs"]
+    if found.acceptable is not None:
+        words.append(f"{found.acceptable} acceptable")
+    aim = found.aim
+    if found.best is None:
+        words.append("none acceptable" if found.acceptable == 0 else f"none has a figure {aim.figure}")
+    else:
+        size = quantity(found.best[aim.figure], units[aim.figure])
+        numbers = [f"{path} {quantity(found.best[path], units[path])}" for path in evaluation.plan.paths[:MOST_SHOWN]]
+        which = "largest" if aim.largest else "smallest"
+        words.append(f"{which} {aim.figure} {size}: no. {found.best[NUMBER]:.0f} ({', '.join(numbers)})")
+    if found.reasons:
+        reason, count = found.reasons.most_common(1)[0]
+        others = "" if len(found.reasons) == 1 else f", {count} of them"
+        words.append(f"{sum(found.reasons.values())} without figures{others}: {reason}")
+    return "; ".join(words)

@@ -1,0 +1,308 @@
+"""A sweep is kept whatever ends it, goes on from there, and comes to the same bytes."""
+
+import csv
+import errno
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweeps import IDENTITY, Parabolas, tree
+
+from kinelast.designs import cluster, running, store
+from kinelast.designs.manifest import read_manifest
+from kinelast.designs.running import run_plan
+from kinelast.designs.store import stored_chunks
+from kinelast.folder import held
+from kinelast.request import RequestError
+
+COUNT, CHUNK = 1050, 100
+KILLS = 4  # benchmarks/sweep_faults.py does it at full size
+SLOW = pytest.mark.slow
+
+
+def sweep(folder, compute=None, count=COUNT, chunk=CHUNK, identity=None, **options):
+    return run_plan(count, compute or Parabolas(), folder, identity or IDENTITY, chunk, **options)
+
+
+@pytest.fixture(params=["csv", "parquet"])
+def kind(request, monkeypatch):
+    """Either kind of store, whatever the number of designs."""
+    if request.param == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    monkeypatch.setattr(store, "SMALL", 10**9 if request.param == "csv" else 0)
+    return request.param
+
+
+@pytest.fixture
+def whole(tmp_path, kind):
+    """What an undisturbed sweep leaves."""
+    sweep(tmp_path / "whole")
+    return tree(tmp_path / "whole")
+
+
+def rows(folder):
+    """All that is kept of a sweep, as columns and reasons."""
+    parts = list(stored_chunks(folder, read_manifest(folder)))
+    columns = {name: np.concatenate([columns[name] for columns, _ in parts]) for name in parts[0][0]}
+    return columns, [reason for _, reasons in parts for reason in reasons]
+
+
+def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch):
+    monkeypatch.setattr(store, "BLOCK", 400)
+    sweep(tmp_path, jobs=2)
+    columns, reasons = rows(tmp_path)
+    number = np.arange(COUNT)
+    length = 0.1 + 1e-3 * number
+    assert np.array_equal(columns["design"], number)
+    assert np.array_equal(columns["length"], length)
+    lost = number % 7 == 3
+    assert np.array_equal(np.isnan(columns["tip"]), lost)
+    assert np.array_equal(columns["tip"][~lost], (20.0 * length**3 / (3 * 37.8))[~lost])
+    assert [reason != "" for reason in reasons] == lost.tolist()
+    assert set(reasons) == {"", 'does not reach, at "B"'}
+
+
+def test_a_small_store_is_one_table_that_names_units(tmp_path):
+    sweep(tmp_path)
+    with (tmp_path / "designs.csv").open(newline="") as file:
+        head, *table = csv.reader(file)
+    assert head == ["design", "length [m]", "tip [m]", "class", "reason"]
+    assert len(table) == COUNT
+    assert {path.name for path in tmp_path.iterdir()} == {"designs.csv", "manifest.json"}
+
+
+def test_a_large_store_is_one_table_to_every_reader_of_parquet(tmp_path, monkeypatch):
+    dataset = pytest.importorskip("pyarrow.dataset", reason="pyarrow is not installed")
+    monkeypatch.setattr(store, "SMALL", 0)
+    sweep(tmp_path)
+    table = dataset.dataset(tmp_path / "designs.parquet").to_table()
+    assert table.column_names == ["design", "length [m]", "tip [m]", "class", "reason"]
+    assert table["design"].to_pylist() == list(range(COUNT))
+
+
+def test_the_bytes_are_the_same_for_any_number_of_processes(tmp_path, whole):
+    sweep(tmp_path / "two", jobs=2)
+    assert tree(tmp_path / "two") == whole
+
+
+def test_what_a_lost_process_was_at_is_done_again(tmp_path):
+    sweep(tmp_path / "whole")
+    bomb = tmp_path / "bomb"
+    bomb.touch()
+    sweep(tmp_path / "lost", Parabolas(kills=bomb), jobs=2)
+    assert not bomb.exists()
+    assert tree(tmp_path / "lost") == tree(tmp_path / "whole")
+
+
+@SLOW
+def test_a_chunk_whose_process_always_dies_is_named_and_the_others_are_kept(tmp_path):
+    outcome = sweep(tmp_path / "out", Deadly(), jobs=2)
+    assert outcome.kept == COUNT - CHUNK
+    assert list(outcome.manifest.failed) == [3]
+    assert "signal 9" in outcome.manifest.failed[3]
+    assert sweep(tmp_path / "out", resume=True).manifest.complete
+
+
+class Deadly(Parabolas):
+    """Parabolas of which some end the process."""
+
+    def __call__(self, first, last):
+        if first == 300:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().__call__(first, last)
+
+
+def test_a_chunk_that_fails_is_noted_with_its_reason_and_done_when_it_no_longer_does(tmp_path, whole):
+    outcome = sweep(tmp_path / "out", Parabolas(fails=frozenset({200, 1000})))
+    assert outcome.kept == COUNT - 150
+    assert not outcome.manifest.complete
+    noted = json.loads((tmp_path / "out" / "manifest.json").read_text())["failed"]
+    assert list(noted) == ["2", "10"]
+    assert "ValueError: no design 1000" in noted["10"]
+    with pytest.raises(RequestError, match="900 of 1050 designs of a sweep that was not finished: --resume goes on"):
+        sweep(tmp_path / "out")
+    assert sweep(tmp_path / "out", resume=True).kept == COUNT
+    assert tree(tmp_path / "out") == whole
+
+
+def test_what_fails_always_is_not_tried_a_million_times(tmp_path):
+    fails = frozenset(range(0, COUNT, 10))
+    assert len(sweep(tmp_path, Parabolas(fails=fails), chunk=10).manifest.failed) == running.MOST_FAILED
+
+
+def test_columns_that_differ_are_a_failure_not_a_mixture(tmp_path):
+    class Changing(Parabolas):
+        def __call__(self, first, last):
+            columns, reasons = super().__call__(first, last)
+            return (columns if first != 400 else {**columns, "more": columns["tip"]}), reasons
+
+    assert "its columns are length, tip, class, more" in sweep(tmp_path, Changing()).manifest.failed[4]
+
+
+@pytest.mark.parametrize("writes", [0, 1, 2, 5, 13])
+def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
+    left, fsync = [writes], os.fsync
+
+    def full(descriptor):
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        fsync(descriptor)
+
+    place = tmp_path / "full"
+    if kind == "parquet" and writes == 13:
+        writes = left[0] = 12  # nothing is joined there
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "sync", full)
+        with pytest.raises(
+            RequestError, match=r"no space left on device; \d+ of 1050 designs are kept; --resume goes on"
+        ):
+            sweep(place)
+    assert not list(place.rglob(".*"))
+    sweep(place, resume=True)
+    assert tree(place) == whole
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"identity": {**IDENTITY, "scene": "another"}}, "scene: a word for its text there, another here"),
+        ({"identity": {**IDENTITY, "options": {"positions": 36}}}, "options.positions: 72 there, 36 here"),
+        ({"count": 1060}, "designs: 1050 there, 1060 here"),
+        ({"chunk": 50}, "chunk: 100 there, 50 here"),
+    ],
+)
+def test_two_sweeps_are_not_mixed(change, told, tmp_path, whole):
+    with pytest.raises(RequestError) as caught:
+        sweep(tmp_path / "whole", resume=True, **change)
+    assert told in str(caught.value)
+    assert "two are not mixed" in str(caught.value)
+    assert tree(tmp_path / "whole") == whole
+
+
+def test_other_versions_are_another_sweep(tmp_path, monkeypatch):
+    sweep(tmp_path)
+    monkeypatch.setattr(running, "versions", lambda: {"kinelast": "9.9"})
+    with pytest.raises(RequestError, match=r"versions.kinelast: .* there, 9.9 here"):
+        sweep(tmp_path, resume=True)
+
+
+def test_a_finished_sweep_gives_way_to_a_new_one_as_every_result_does(tmp_path, whole):
+    sweep(tmp_path / "out", identity={"scene": "before"}, count=20)
+    sweep(tmp_path / "out")
+    assert tree(tmp_path / "out") == whole
+
+
+def test_what_is_not_ours_is_not_overwritten(tmp_path):
+    (tmp_path / "designs.csv").write_text("mine")
+    with pytest.raises(RequestError, match="is of no sweep of this program"):
+        sweep(tmp_path)
+    (tmp_path / "manifest.json").write_text("{}")
+    with pytest.raises(RequestError, match="is no manifest of a sweep"):
+        sweep(tmp_path)
+    assert (tmp_path / "designs.csv").read_text() == "mine"
+
+
+def test_one_run_at_a_time(tmp_path):
+    with held(tmp_path / "out"), pytest.raises(RequestError, match="is being written by another run"):
+        sweep(tmp_path / "out")
+
+
+def test_a_finished_sweep_is_not_computed_again(tmp_path, whole):
+    assert sweep(tmp_path / "whole", Parabolas(fails=frozenset(range(COUNT))), resume=True).kept == COUNT
+    assert tree(tmp_path / "whole") == whole
+
+
+def test_a_lost_file_is_made_again(tmp_path, whole, kind):
+    name = "designs.csv" if kind == "csv" else "designs.parquet/0000000004.parquet"
+    (tmp_path / "whole" / name).unlink()
+    (tmp_path / "whole" / ".designs.csv.part").write_text("torn")
+    sweep(tmp_path / "whole", resume=True)
+    assert tree(tmp_path / "whole") == whole
+
+
+def started(folder, kind, seconds, jobs=2):
+    here = Path(__file__)
+    command = [sys.executable, here.with_name("sweeps.py"), folder, COUNT, 10, jobs, seconds, kind]
+    place = os.pathsep.join((str(here.parent.parent), str(here.parent)))
+    return subprocess.Popen(
+        list(map(str, command)), start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, env={**os.environ, "PYTHONPATH": place},
+    )  # fmt: skip
+
+
+def alive(group):
+    """Whether a group of processes has any."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def kept(folder):
+    return len(list(folder.glob("designs.*/*[0-9].*")))
+
+
+def wait_for(what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.005)
+
+
+@SLOW
+def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
+    sweep(tmp_path / "whole", chunk=10)
+    place, chance = tmp_path / "out", random.Random(1)
+    for _ in range(KILLS):
+        before = kept(place)
+        run = started(place, kind, 0.02)
+        goal = before + chance.randrange(1, 80 // KILLS)
+        wait_for(lambda at=goal: kept(place) >= at)
+        time.sleep(chance.random() * 0.02)  # anywhere in a chunk
+        run.kill()
+        run.communicate()
+    assert 0 < kept(place) < 105
+    sweep(place, chunk=10, resume=True)
+    assert tree(place) == tree(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=SLOW)])
+def test_an_interrupt_tells_what_is_kept_and_leaves_no_process(jobs, tmp_path):
+    run = started(tmp_path / "out", "csv", 0.02, jobs)
+    wait_for(lambda: kept(tmp_path / "out") >= 3)
+    os.killpg(run.pid, signal.SIGINT)  # as a keyboard sends it
+    told, _ = run.communicate()
+    assert f"{10 * kept(tmp_path / 'out')} of 1050 designs are kept; --resume goes on from there" in told
+    wait_for(lambda: not alive(run.pid))
+    assert sweep(tmp_path / "out", chunk=10, resume=True).kept == COUNT
+
+
+@SLOW
+def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
+    sweep(tmp_path / "whole")
+    whole = tree(tmp_path / "whole")
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    bomb = tmp_path / "bomb"
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        sweep(tmp_path / "dask", scheduler=cluster.scheduler_address)
+        bomb.touch()
+        sweep(tmp_path / "lost", Parabolas(kills=bomb), scheduler=cluster.scheduler_address)
+    assert not bomb.exists()
+    assert tree(tmp_path / "dask") == whole
+    assert tree(tmp_path / "lost") == whole
+
+
+def test_no_scheduler_is_told(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    monkeypatch.setattr(cluster, "PATIENCE", "0.2s")
+    with pytest.raises(RequestError, match=r'--scheduler: nobody answers at "tcp://127.0.0.1:9"'):
+        sweep(tmp_path, scheduler="tcp://127.0.0.1:9")
