@@ -120,7 +120,7 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
-    if not built(parse_scene(tables), task.name).theory.plain:
+    if built(parse_scene(tables), task.name).theory.demanded:
         tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
