@@ -128,7 +128,7 @@ def _workers(parent: int) -> list[int]:
 
 
 def on_dask(case: Case) -> str:
-    """Workers of dask, of which one is lost for good on the way."""
+    """Workers of dask, of which one is killed on the way."""
     from threading import Thread
 
     from distributed import LocalCluster
