@@ -22,13 +22,16 @@ BATCH = 50
 ROUNDS = 5
 
 
-def processor_seconds(call: Callable[[], object]) -> float:
-    """Median of what a call takes of the processor, warmed up: others on the machine do not count."""
-    call()
+def processor_seconds(call: Callable[[Path], object], folder: Path) -> float:
+    """Median of what a call takes of the processor, warmed up: others on the machine do not count.
+
+    Every call has a folder of its own, as a first run has.
+    """
+    call(folder / "warm")
     taken = []
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         start = time.process_time()
-        call()
+        call(folder / str(number))
         taken.append(time.process_time() - start)
     return statistics.median(taken)
 
@@ -37,9 +40,9 @@ def scenes(folder: Path) -> list[dict[str, object]]:
     """Every shipped scene alone, all imports made before."""
     rows = []
     for name in shipped_scenes():
-        arguments = [name, "--quiet", "-o", str(folder)]
-        taken = processor_seconds(lambda arguments=arguments: command(arguments))
-        sizes = {file: (folder / name / file).stat().st_size / 1000 for file in ("report.html", "positions.csv")}
+        own = folder / name
+        taken = processor_seconds(lambda out, name=name: command([name, "--quiet", "-o", str(out)]), own)
+        sizes = {file: (own / "0" / name / file).stat().st_size / 1000 for file in ("report.html", "positions.csv")}
         rows.append(
             {"scene": name, "ms": 1000 * taken, "page kB": sizes["report.html"], "table kB": sizes["positions.csv"]}
         )
@@ -47,15 +50,18 @@ def scenes(folder: Path) -> list[dict[str, object]]:
 
 
 def batch(folder: Path) -> list[dict[str, object]]:
-    """Copies of the steel four-bar with other speeds, on one core in one process."""
+    """Copies of the steel four-bar with other speeds, on one core in one process, by either theory of motion."""
     text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
     files = []
     for number in range(BATCH):
         files.append(folder / f"four_bar_{number:03}.toml")
         files[-1].write_text(text.replace('"100 rad/s"', f'"{100 + number / 10} rad/s"'), encoding="utf-8")
-    arguments = [*map(str, files), "--quiet", "-o", str(folder / "out")]
-    taken = processor_seconds(lambda: command(arguments))
-    return [{"four-bars": BATCH, "s": taken, "ms a scene": 1000 * taken / BATCH}]
+    rows = []
+    for theory in ("quasi-static", "elastodynamic"):
+        arguments = [*map(str, files), "--quiet", "--theory", theory]
+        taken = processor_seconds(lambda out, given=arguments: command([*given, "-o", str(out)]), folder / theory)
+        rows.append({"four-bars": BATCH, "theory": theory, "s": taken, "ms a scene": 1000 * taken / BATCH})
+    return rows
 
 
 def main() -> None:

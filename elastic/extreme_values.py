@@ -67,17 +67,15 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     found: dict[str, Extreme] = {}
     for chain in chains():
         found |= _along_chain(deflection, chain, wanted)
-    for key in wanted:
-        field = field_named(key)
-        if field.root_of:
-            square = _greatest_of(deflection, sum_of_squares(deflection, field.root_of))
-            found[key] = Extreme(np.sqrt(np.maximum(square.value, 0.0)), square.xi)
-        elif not field.greatest_of and key not in found:
-            found[key] = _greatest_of(deflection, coefficients(deflection, key))
+    others = [key for key in wanted if key not in found and not field_named(key).greatest_of]
+    found |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
+    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in fields}
     for key in wanted:
         field = field_named(key)
         if field.greatest_of:
-            best = reduce(_greater, (found[part] for part in field.greatest_of))
+            best = reduce(_greater, (found[part] for part in field.greatest_of if part in found))
+            for part in field.greatest_of:
+                best = best if part in found else _greater(best, _root(deflection, part, best))
             found[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
     return {key: found[key] for key in fields}
 
@@ -117,9 +115,34 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
     return found
 
 
-def _greatest_of(deflection: Deflection, values: Any) -> Extreme:
-    """Greatest magnitude of polynomials along the beams whose turning points no other field tells."""
-    return _merged(Extreme(*greatest_at(*at_marks(values, turning_points(values)))), deflection)
+def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
+    """Extremes of fields whose turning points no other field tells: those of one degree together."""
+    alike: dict[int, dict[str, Any]] = {}
+    for key in keys:
+        values = coefficients(deflection, key)
+        alike.setdefault(len(values), {})[key] = values
+    found: dict[str, Extreme] = {}
+    for fields in alike.values():
+        values = np.stack(list(fields.values()), axis=1)
+        both = zip(*greatest_at(*at_marks(values, turning_points(values))), strict=True)
+        found |= {key: _merged(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)}
+    return found
+
+
+def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
+    """Greatest of the root of a sum of squares; 0 where it cannot come up to another extreme beside it.
+
+    No polynomial is greater on [0, 1] than the sum of its coefficients' magnitudes.
+    """
+    squares = sum_of_squares(deflection, field_named(key).root_of)
+    near = np.ones(squares.shape[1:], bool)
+    if beside is not None:
+        near = ~(np.abs(squares).sum(0) <= beside.value[deflection.division.beam] ** 2)
+    value, xi = np.zeros(near.shape), np.zeros(near.shape)
+    if near.any():
+        some = np.ascontiguousarray(squares[:, near])
+        value[near], xi[near] = greatest_at(*at_marks(some, turning_points(some)))
+    return _merged(Extreme(np.sqrt(np.maximum(value, 0.0)), xi), deflection)
 
 
 def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:

@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.options import parsed
@@ -107,6 +108,10 @@ def _list() -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Compute all scenes, one line of output for each."""
+    try:
+        Path.cwd()
+    except OSError:  # which libraries do not survive being imported in
+        return _refuse("the working folder is gone: go to one that is there")
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(options.scenes)
@@ -120,7 +125,7 @@ def _run(options: argparse.Namespace) -> int:
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
     if options.structure:
         return _structures(tasks, options, BAD_INPUT if problems else FINE)
-    if options.sweep:
+    if options.sweep or options.design is not None:
         return _sweeps(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
@@ -159,7 +164,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
     from kinelast.folder import RequestError
-    from kinelast.tables import summary_row, write_index, write_summary
+    from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not options.out.is_dir():
         return
@@ -167,7 +172,10 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Names
         (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
     }
     try:
-        write_index(options.out, write_summary(options.out, {row[0]: row for row in rows.values()}))
+        whole = write_summary(options.out, {row[0]: row for row in rows.values()})
+        seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
+        write_index(options.out, whole, seconds)
+        write_parquet(options.out, whole)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 
@@ -194,8 +202,8 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
 
 
 def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
-    """The designs of every scene's sweep, one line of output for each scene."""
-    from kinelast.sweep import Asked, try_sweep
+    """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
+    from kinelast.sweep import Asked, try_design, try_sweep
 
     asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most, options.scheduler)
 
@@ -206,7 +214,10 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
     try:
         with progress(options) as report:
             for task in tasks:
-                outcome = try_sweep(task, asked, report, tell)
+                if options.design is None:
+                    outcome = try_sweep(task, asked, report, tell)
+                else:
+                    outcome = try_design(task, options.design)
                 status = max(status, outcome.status)
                 if outcome.status >= BAD_INPUT:
                     say(_named_once(outcome.line, task), sys.stderr)
@@ -242,6 +253,11 @@ def _request(options: argparse.Namespace) -> Request | str:
         positions=options.positions,
         refine=options.refine,
         reachable=options.reachable,
+        sensitivities=options.sensitivities,
+        tolerances=options.tolerances,
+        samples=options.samples,
+        optimize=options.optimize,
+        units=options.units,
     )
     try:
         require_pictures(request)

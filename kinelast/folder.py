@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
 USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
-        "speeds.csv", "speeds.svg"}  # fmt: skip
+        "speeds.csv", "speeds.svg", "sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg",
+        "optimum.csv", "optimum.toml"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -53,6 +54,11 @@ class Request:
     positions: int | None = None
     refine: bool = False
     reachable: bool = False
+    sensitivities: bool = False
+    tolerances: bool = False
+    samples: int | None = None
+    optimize: bool = False
+    units: str | None = None
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""
@@ -172,10 +178,11 @@ def finished(folder: Path, made: Mapping[str, Any]) -> dict[str, Any] | None:
     return before if whole and _files(before) and not before.get("failed") else None
 
 
-def foreign(folder: Path) -> list[str]:
-    """Names of what somebody else has put into a folder."""
+def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
+    """Names of what somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
-        return sorted({entry.name for entry in folder.iterdir()} - _ours(folder))
+        names = {entry.name for entry in folder.iterdir()}
+        return sorted(names - ({*_files(summary), "summary.json"} if summary else _ours(folder))) if names else []
     return []
 
 

@@ -9,6 +9,19 @@ DASH, MINUS = "\u2013", "\u2212"
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 UNPREFIXED = ("", "deg", "kg", "kg/m", "1")
 
+REPORT_UNITS = {  # by SI unit: what it is multiplied by, and the unit that this gives
+    "mm": {
+        "m": (1e3, "mm"), "m^2": (1e6, "mm^2"), "m/s": (1e3, "mm/s"), "m/s^2": (1e3, "mm/s^2"), "Pa": (1e-6, "MPa"),
+        "N": (1.0, "N"), "N m": (1e3, "N mm"), "N/m": (1e-3, "N/mm"), "N m^2": (1e6, "N mm^2"),
+    },
+    "in": {
+        "m": (1 / 0.0254, "in"), "m^2": (1 / 0.0254**2, "in^2"), "m/s": (1 / 0.0254, "in/s"),
+        "m/s^2": (1 / 0.0254, "in/s^2"), "Pa": (0.0254**2 / 4.4482216152605, "psi"), "N": (1 / 4.4482216152605, "lbf"),
+        "N m": (1 / (4.4482216152605 * 0.0254), "lbf in"), "N/m": (0.0254 / 4.4482216152605, "lbf/in"),
+        "N m^2": (1 / (4.4482216152605 * 0.0254**2), "lbf in^2"), "kg": (1 / 0.45359237, "lb"),
+    },
+}  # fmt: skip
+
 
 def scale_of(largest: float, unit: str) -> tuple[float, str]:
     """Factor and prefixed unit in which a quantity of this size reads best.

@@ -14,6 +14,8 @@ MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
 MOST_DESIGNS = 10_000_000
+MOST_SAMPLES = 1_000_000
+UNITS = ("SI", "mm", "in")
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -43,6 +45,7 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
         (options.stations, options.fields, "--stations belongs to --fields, which is not asked for"),
         (options.frames, options.animate, "--frames belongs to --animate, which is not asked for"),
         (options.format, options.animate, "--format belongs to --animate, which is not asked for"),
+        (options.samples, options.tolerances, "--samples belongs to --tolerances, which is not asked for"),
     ):
         if given is not None and not needed:
             parser.error(why)
@@ -124,6 +127,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--sweep", action="store_true", help="compute the designs of the scene's [sweep] instead (designs.csv)")
     add(
+        "--design",
+        type=_at_least(0),
+        metavar="N",
+        help="write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)",
+    )
+    add(
         "--most",
         type=_at_least(1),
         default=MOST_DESIGNS,
@@ -135,9 +144,19 @@ def _parser() -> argparse.ArgumentParser:
         metavar="ADDRESS",
         help='of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
     )
+    add("--units", choices=UNITS, help="of the page and of positions.csv, instead of the scene's own [SI]")
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")
     add("--refine", action="store_true", help="search the largest values between the positions too")
     add("--reachable", action="store_true", help="leave out positions that the mechanism cannot reach")
+    add("--sensitivities", action="store_true", help="how every figure changes with every number (sensitivities.*)")
+    add("--tolerances", action="store_true", help="ranges of all figures under [tolerances] (tolerances.*)")
+    add(
+        "--samples",
+        type=_at_least(16, MOST_SAMPLES),
+        metavar="N",
+        help="designs to sample for --tolerances [2048]",
+    )
+    add("--optimize", action="store_true", help="the best design by [optimize], as a scene of its own (optimum.toml)")
     add(
         "--jobs",
         type=_at_least(0),

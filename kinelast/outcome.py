@@ -27,7 +27,7 @@ class Outcome:
     """How a scene went.
 
     The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, and its figures where there are any.
+    figures, its figures where there are any, and how many seconds it took.
     """
 
     status: int
@@ -35,3 +35,4 @@ class Outcome:
     state: str = FAILED
     questions: tuple[str, ...] = ()
     figures: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0

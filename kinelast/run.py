@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -73,6 +74,13 @@ def try_scene(
     tell
         Called with a sentence on how much a large request takes, before it starts.
     """
+    start = time.perf_counter()
+    outcome = _tried(task, request, resume, progress, tell)
+    return replace(outcome, seconds=time.perf_counter() - start)
+
+
+def _tried(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
+    """The outcome of a scene, whatever goes wrong."""
     name = task.name
     try:
         with np.errstate(all="ignore"):  # what is no number is told as none
@@ -96,6 +104,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
     scene = scene_from_bytes(content, task.path)
+    if request.units:
+        scene = replace(scene, report_units=request.units)
     positions = request.positions or scene.run.positions
     long = is_long(scene, positions)
     if scene.is_integrated:
@@ -129,25 +139,25 @@ def _integrate(scene: Scene, progress: Progress) -> None:
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
     """The results of a long run, whose tables are written on the way."""
-    time = scene_times(scene, request.positions)
-    count = len(time)
+    instants = scene_times(scene, request.positions)
+    count = len(instants)
     if request.reachable:
-        time = reached_times(scene, reached_by_integration(scene, time))
-        if not len(time):
+        instants = reached_times(scene, reached_by_integration(scene, instants))
+        if not len(instants):
             raise RequestError("no position can be reached")
-    fields = tables.FieldFile(part / "fields.npz", len(time), request.stations) if request.fields else None
+    fields = tables.FieldFile(part / "fields.npz", len(instants), request.stations) if request.fields else None
 
     def on_chunk(results: Results, first: int) -> None:
         tables.write_positions(part / "positions.csv", results, more=first > 0)
         if fields:
             fields.add(results)
-        progress(f"{scene.name}: positions", first + len(results.motion.time), len(time))
+        progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
 
-    results = long_results(scene, time, on_chunk, _require_chunk)
+    results = long_results(scene, instants, on_chunk, _require_chunk)
     if fields:
         fields.close()
     comparison = _checked(scene, results.shown.deflection, request, progress)
-    return replace(results, comparison=comparison, left_out=count - len(time))
+    return replace(results, comparison=comparison, left_out=count - len(instants))
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
@@ -171,6 +181,8 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
+    if request.sensitivities or request.tolerances or request.optimize:
+        figures.update(_studies(part, results.scene, request, progress))
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -188,14 +200,30 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     found = speeds(scene, asked)
     write_speeds(part / "speeds.csv", scene, found)
     draw_speeds(part / "speeds.svg", scene, found)
-    return speed_figures(found)
+    return speed_figures(found, scene)
+
+
+def _studies(part: Path, scene: Scene, request: Request, progress: Progress) -> dict[str, Any]:
+    """What is asked of the designs around a scene, written and as figures."""
+    from kinelast.designs.output import Studies, write_studies
+
+    asked = Studies(
+        request.sensitivities, request.tolerances, request.optimize, request.samples, positions=request.positions
+    )
+
+    def tell(stage: str, done: int, total: int) -> None:
+        progress(f"{scene.name}: {stage}", done, total)
+
+    return write_studies(part, scene.text, scene.path, scene.name, asked, tell)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """What to say of a scene whose folder is there."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
-    if others := foreign(task.folder):
+    if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    for words in figures.get("optimum", {}).get("words", ()):
+        line += f"\n{task.name}: {words}"
     failed = figures["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
@@ -287,9 +315,9 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
 
 def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
     """The motion, and how many positions were left out."""
-    time = scene_times(scene, request.positions)
-    if request.reachable and len(reached := reached_by_integration(scene, time)) < len(time):
-        return scene_motion_at(scene, reached), len(time) - len(reached)
+    instants = scene_times(scene, request.positions)
+    if request.reachable and len(reached := reached_by_integration(scene, instants)) < len(instants):
+        return scene_motion_at(scene, reached), len(instants) - len(reached)
     course = scene_motion(scene, request.positions, partial=True)
     good = reachable(course)
     if good.all():

@@ -9,6 +9,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.manifest import Manifest
 from kinelast.designs.plan import Plan, Rows, plan_of
+from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
 from kinelast.folder import RequestError, json_bytes, version
@@ -60,9 +62,18 @@ def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outco
     tell
         Called with a sentence on how long it takes, before it starts.
     """
+    return _tried(task, partial(_sweep, task, asked, progress, tell))
+
+
+def try_design(task: Task, number: int) -> Outcome:
+    """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
+    return _tried(task, partial(_design, task, number))
+
+
+def _tried(task: Task, work: Callable[[], Outcome]) -> Outcome:
     name = task.name
     try:
-        return _sweep(task, asked, progress, tell)
+        return work()
     except (SceneError, MechanismError, RequestError) as error:
         return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
     except OSError as error:
@@ -72,6 +83,23 @@ def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outco
         return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer positions or --jobs")
     except Exception:
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
+
+
+def _design(task: Task, number: int) -> Outcome:
+    path = str(task.path)
+    text = decoded(file_bytes(task.path), path)
+    with of_file(path):
+        plan = plan_of(toml_tables(text, path), task.path.parent)
+        if number >= plan.count:
+            raise RequestError(f"--design: there is no design {number}, the last one of the sweep is {plan.count - 1}")
+        values = dict(zip(plan.paths, plan.values(number, number + 1)[0].tolist(), strict=True))
+        new = rewritten(text, values, f"Design {number} of the sweep of {task.path.name}.").encode()
+    target = task.folder.with_name(f"{task.folder.name}_design_{number}.toml")
+    if target.exists() and target.read_bytes() != new:
+        raise RequestError(f"{target} is there already: move it, or choose another -o")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    put(target, new)
+    return Outcome(FINE, f"{task.name}: design {number} -> {target}", DONE)
 
 
 def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:

@@ -6,6 +6,7 @@ import csv
 import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import RequestError, held
+from kinelast.numbers import REPORT_UNITS
 from kinelast.outcome import Outcome
 from kinelast.scene.error import plain
 from rigid import Reals
@@ -44,7 +46,20 @@ def position_columns(results: Results) -> dict[str, Reals]:
     _add_vector(columns, "ground.F{} [N]", forces.ground_force)
     columns["ground.M [N m]"] = forces.ground_moment
     columns["condition [1]"] = motion.condition
+    columns = _in_units(columns, results.scene.report_units)
     return {name: np.broadcast_to(values, motion.columns) for name, values in columns.items()}
+
+
+def _in_units(columns: dict[str, Any], system: str) -> dict[str, Any]:
+    """Columns in the units of the report, which their names tell."""
+    if system not in REPORT_UNITS:
+        return columns
+    found = {}
+    for name, values in columns.items():
+        words, _, unit = name.removesuffix("]").rpartition(" [")
+        factor, shown = REPORT_UNITS[system].get(unit, (1.0, unit))
+        found[f"{words} [{shown}]"] = values * factor if factor != 1.0 else values
+    return found
 
 
 def _add_vector(columns: dict[str, Any], name: str, values: Any) -> None:
@@ -64,7 +79,9 @@ def _lines(table: Reals) -> bytes:
     if np.isinf(table).any():  # for which JSON has no word
         rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
         return ("\n".join(rows) + "\n").encode()
-    return msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n").replace(b"null", b"") + b"\n"
+    encode = msgspec.json.Encoder().encode
+    lines = b"\n".join([encode(row)[1:-1] for row in table.tolist()])
+    return (lines.replace(b"null", b"") if np.isnan(table).any() else lines) + b"\n"
 
 
 class FieldFile:
@@ -171,8 +188,31 @@ def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> list[Sequence
     return list(whole.values())
 
 
-def write_index(out: Path, rows: Sequence[Sequence[str]]) -> None:
-    """OUT/index.html: the rows of summary.csv as a page; raises as `write_summary`."""
+def write_parquet(out: Path, rows: Sequence[Sequence[str]]) -> None:
+    """OUT/summary.parquet where pyarrow is installed: the rows of summary.csv, what has a unit as numbers.
+
+    Raises as `write_summary`.
+    """
+    if find_spec("pyarrow") is None:
+        return
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = out / "summary.parquet"
+    with held(path) as hidden:
+        if path.exists() and b"kinelast" not in (parquet.read_schema(path).metadata or {}):
+            raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
+        kinds = {name: "float64" if name.endswith("]") else "int64" if name == "status" else "string" for name in HEAD}
+        schema = pa.schema(list(kinds.items()), metadata={"kinelast": "summary"})
+        cells = ([cell or None for cell in column] for column in zip(*rows, strict=True))
+        arrays = [pa.array(column).cast(kind) for column, kind in zip(cells, kinds.values(), strict=True)]
+        part = out / f"{hidden}.part"
+        parquet.write_table(pa.table(arrays, schema=schema), part)
+        part.replace(path)
+
+
+def write_index(out: Path, rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None) -> None:
+    """OUT/index.html: the rows of summary.csv and the seconds that scenes took as a page; raises as `write_summary`."""
     from kinelast.page.index import MARK, index_page
 
     path = out / "index.html"
@@ -180,5 +220,5 @@ def write_index(out: Path, rows: Sequence[Sequence[str]]) -> None:
         if path.exists() and MARK not in path.read_bytes():
             raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
         part = out / f"{hidden}.part"
-        part.write_bytes(index_page(out, HEAD, rows))
+        part.write_bytes(index_page(out, HEAD, rows, seconds))
         part.replace(path)

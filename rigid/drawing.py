@@ -70,7 +70,8 @@ class Drawing:
 
     def along(self, joint: Joint) -> Any:
         """Unit vector of a slider's line as drawn."""
-        return self.direction(joint.owner) * joint.line
+        line = next(slider.direction for slider in self.mechanism.sliders if slider.name == joint.name)
+        return self.direction(joint.owner) * line  # of all designs, whichever the joint is of
 
     def side(self, distance: Any, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""

@@ -64,3 +64,12 @@ class Page:
             for url in asked
             if not url.startswith(("data:", "blob:", "about:", "chrome")) and Path(url).suffix != ".html"
         ]
+
+
+def accessibility_faults(page: Page) -> list[tuple[str, str, list[str]]]:
+    """What axe-core finds against a page: rule, how bad, and where; its script comes with axe-selenium-python."""
+    axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
+    page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
+    script = "const done = arguments[arguments.length - 1]; axe.run().then(done)"
+    found = page.driver.execute_async_script(script)["violations"]
+    return [(rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found]

@@ -1,6 +1,16 @@
-"""Random tests draw the same cases on every machine, and as long as they take."""
+"""Random tests draw the same cases on every machine, and as long as they take; one browser serves all pages."""
 
+import pytest
+from browser import started
 from hypothesis import settings
 
 settings.register_profile("steady", derandomize=True, deadline=None, database=None)
 settings.load_profile("steady")
+
+
+@pytest.fixture(scope="session")
+def driver():
+    """A headless Chromium; the test is skipped where there is none."""
+    opened = started()
+    yield opened
+    opened.quit()

@@ -5,8 +5,9 @@ import pytest
 from mechanisms import cantilever, still, supported
 
 from elastic import RIGID, Section, Taper, deflection, extremes, sample, section_of, tube
-from elastic.assessment import introduction_share, shear_share
+from elastic.assessment import introduction_share, sections_with_shear, shear_share
 from fem_check import compare_solid
+from kinelast import read_scene, scene_motion, shipped_scenes
 from rigid import Beam, LineLoad, Link, Mechanism, PointLoad, Slider, motion
 
 E = 210e9
@@ -71,3 +72,17 @@ def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
     moment = np.abs(sample(solved, "M", [1.0])[0, 0, 0])
     assert moment > 0
     np.testing.assert_allclose(introduction_share(solved), 0.28 * share * moment / 400.0 / chord, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank", "flap_plates", "quick_return"])
+def test_share_of_shear_is_that_of_a_solution_with_shear(name):
+    """Also where the forces that statics tells make a second solution needless."""
+    scene = read_scene(shipped_scenes()[name])
+    bent = deflection(scene_motion(scene, 24), scene.sections, joints=scene.joints)
+    xi = np.linspace(0.0, 1.0, 33)
+    with_shear = deflection(bent.motion, sections_with_shear(bent.sections), bent.joints)
+    change = np.abs(sample(with_shear, "chord", xi) - sample(bent, "chord", xi)).max(axis=(-2, -1))
+    largest = np.abs(sample(bent, "chord", xi)).max(axis=(-2, -1))
+    np.testing.assert_allclose(
+        shear_share(bent), change / np.maximum(largest, 1e-6 * largest.max()), rtol=1e-8, atol=1e-12
+    )

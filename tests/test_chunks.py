@@ -6,16 +6,14 @@ batch in one piece, which the other tests hold against references from outside.
 
 from __future__ import annotations
 
-import re
 import tracemalloc
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mechanisms import ALL, bar, four_bar, linkage, motion_of, replaced, steel_four_bar, turn
 
-from elastic import PRIMARY, Section, deflection, deflection_in_chunks, extremes
+from elastic import PRIMARY, deflection, deflection_in_chunks
 from rigid import Beam, Gear, Link, Mechanism, PinDrive, motion, motion_in_chunks
 from rigid.chunks import SEAM
 
@@ -176,25 +174,3 @@ def test_memory_does_not_grow_with_the_positions():
 def test_chunks_too_small_to_see_a_seam_are_refused():
     with pytest.raises(ValueError, match="chunks of 3 columns, expected more than 3"):
         next(motion_in_chunks(parallelogram(), [0.0, 0.1], columns=3))
-
-
-def test_the_page_on_designs_finds_the_best_of_single_runs(capsys):
-    """Its answer and its neighbours, each as a mechanism of its own."""
-    page = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    known = {}
-    exec(block, known)
-    assert f"# {capsys.readouterr().out.strip()}\n" in block
-    found = {}
-    for row in known["best"] + np.array([-1, 0, 1]):
-        depth = float(known["depth"][row, 0])
-        beam = replace(known["beam"], mass_per_length=7850.0 * 0.01 * depth)
-        at = known["at"]
-        links = list(known["scene"].mechanism.links)
-        links[at] = replace(links[at], beams=(beam,))
-        sections = list(known["scene"].sections)
-        sections[1] = Section(EA=210e9 * 0.01 * depth, EI=210e9 * 0.01 * depth**3 / 12)
-        course = motion(replace(known["scene"].mechanism, links=tuple(links)), known["course"].drive, 100.0)
-        found[int(row)] = float(np.abs(extremes(deflection(course, sections), ["w"])["w"].value).max())
-        assert found[int(row)] == pytest.approx(known["greatest"][row], rel=1e-12)
-    assert min(found, key=found.get) == known["best"]

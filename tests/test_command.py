@@ -154,7 +154,8 @@ def test_a_bad_scene_does_not_stop_the_others(arm, tmp_path, capsys):
     assert '"bra"' in said.err
     assert said.out.startswith("arm: ")
     assert said.err.splitlines()[-1].startswith("1 done, 1 failed, 0 skipped, ")
-    assert sorted(entry.name for entry in (tmp_path / "out").iterdir()) == ["arm", "index.html", "summary.csv"]
+    written = {entry.name for entry in (tmp_path / "out").iterdir()}
+    assert written - {"summary.parquet"} == {"arm", "index.html", "summary.csv"}
     rows = {row["scene"]: row for row in rows_of(tmp_path / "out" / "summary.csv")}
     assert (rows["arm"]["state"], rows["bad"]["state"], rows["bad"]["status"]) == ("done", "failed", "2")
     stress = 7850 * (50.0 * 0.2) ** 2 / 2
@@ -583,3 +584,21 @@ def test_what_an_integration_reached_is_written_on_request(tmp_path, capsys):
     run = strict_json(tmp_path / "out" / "arm" / "summary.json")["run"]
     assert run["positions"] + run["left_out"] == 21
     assert run["left_out"] > 0
+
+
+def test_the_table_of_a_batch_is_written_as_parquet_too(arm, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    bad = tmp_path / "bad.toml"
+    bad.write_text("title = 3")
+    call = [str(arm), str(bad), "-o", str(tmp_path / "out"), "--quiet"]
+    assert main(call) == 2
+    assert main(call) == 2
+    table = parquet.read_table(tmp_path / "out" / "summary.parquet").to_pydict()
+    rows = rows_of(tmp_path / "out" / "summary.csv")
+    assert list(table) == list(rows[0])
+    assert table["status"] == [int(row["status"]) for row in rows]
+    assert table["largest_stress [Pa]"] == [float(rows[0]["largest_stress [Pa]"]), None]
+    assert table["message"] == [row["message"] or None for row in rows]
+    (tmp_path / "out" / "summary.parquet").write_bytes(b"mine")
+    assert main(call) == 2
+    assert (tmp_path / "out" / "summary.parquet").read_bytes() == b"mine"

@@ -9,6 +9,7 @@ import pytest
 PAGE = (Path(__file__).parent.parent / "docs" / "dynamics.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_its_examples_run(capsys):
     names: dict = {}
     for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):

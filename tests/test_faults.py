@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -417,9 +418,12 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
     for jobs in ("1", "2"):
         assert started(cases, "-o", tmp_path / jobs / "out", "--jobs", jobs, "--fields", "--quiet").wait(120) == 0
     files = [path.relative_to(tmp_path / "1" / "out") for path in (tmp_path / "1").rglob("*") if path.is_file()]
-    assert len(files) == 2 * 4 + 2
+    assert len(files) == 2 * 4 + 2 + (find_spec("pyarrow") is not None)
     for file in files:
-        assert len({(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")}) == 1, file
+        contents = [(tmp_path / jobs / "out" / file).read_bytes() for jobs in ("1", "2")]
+        if file.name == "index.html":  # tells how long the scenes took
+            contents = [re.sub(rb'"seconds":\{[^}]*\}', b"", content) for content in contents]
+        assert contents[0] == contents[1], file
 
 
 def test_the_package_and_its_command_can_be_run_as_modules():

@@ -104,7 +104,10 @@ def cases(draw, name, taper=False):
     return turning, draw(sections(mechanism, taper))
 
 
-@pytest.mark.parametrize("name", LINKS)
+QUICKLY_PLACED = sorted(set(LINKS) - {"group that is no dyad"})
+
+
+@pytest.mark.parametrize("name", [*QUICKLY_PLACED, pytest.param("group that is no dyad", marks=pytest.mark.slow)])
 @SPREAD
 @given(st.data())
 def test_random_links_agree(name, data):

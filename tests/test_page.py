@@ -3,11 +3,10 @@
 import json
 import re
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Page, started
+from browser import Page, accessibility_faults
 from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
@@ -22,13 +21,6 @@ from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])
 EXACT = 1e-12
-
-
-@pytest.fixture(scope="module")
-def driver():
-    opened = started()
-    yield opened
-    opened.quit()
 
 
 class Reports(dict):
@@ -440,14 +432,8 @@ def test_paper_has_no_blank_page(driver, reports):
 )
 def test_it_is_accessible(name, wish, driver, reports):
     """By axe-core's rules, of which the script comes with axe-selenium-python."""
-    axe = pytest.importorskip("axe_selenium_python", reason="axe-selenium-python is not installed")
     page = Page(driver, reports[name] / "report.html", media={"prefers-color-scheme": wish})
-    page.run((Path(axe.__file__).parent / "node_modules" / "axe-core" / "axe.min.js").read_text())
-    found = driver.execute_async_script("const done = arguments[arguments.length - 1]; axe.run().then(done)")
-    told = [
-        (rule["id"], rule["impact"], [node["html"][:120] for node in rule["nodes"][:3]]) for rule in found["violations"]
-    ]
-    assert told == []
+    assert accessibility_faults(page) == []
 
 
 def test_the_table_of_a_batch(driver, tmp_path):
@@ -458,6 +444,8 @@ def test_the_table_of_a_batch(driver, tmp_path):
     assert errors(page) == []
     names = "return Array.from(document.querySelectorAll('tbody tr'), (row) => row.cells[0].innerText)"
     assert sorted(page.run(names)) == ["quick_return", "steel_four_bar", "wrong"]
+    assert "took" in page.run("return document.querySelector('thead').innerText")
+    assert accessibility_faults(page) == []
     heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText)")
     page.run(
         "document.querySelectorAll('thead button')[arguments[0]].click()",
@@ -480,3 +468,112 @@ def test_the_table_of_a_batch(driver, tmp_path):
     )
     assert sorted(links) == ["quick_return/report.html", "steel_four_bar/report.html"]
     assert all((tmp_path / "out" / link).is_file() for link in links)
+
+
+GEARED = """
+[points]
+O = [0, 0]
+D = [0.3, 0]
+E = [0.3, 0.25]
+P = [0.1, 0]
+[links.ground]
+points = ["O", "D", "E"]
+[links.wheel]
+points = {O = [0, 0], P = [0.1, 0]}
+rigid = true
+mass = 1
+center = "O"
+inertia = 0.1
+[links.other]
+points = {D = [0, 0]}
+rigid = true
+mass = 1
+center = "D"
+inertia = 0.1
+[links.pulley]
+points = {E = [0, 0]}
+rigid = true
+mass = 1
+center = "E"
+inertia = 0.1
+[[drives]]
+link = "wheel"
+speed = "60 rpm"
+[[gears]]
+driver = {link = "wheel"}
+follower = {link = "other"}
+ratio = -0.5
+[[gears]]
+driver = {link = "other"}
+follower = {link = "pulley"}
+ratio = 2
+teeth = false
+[[springs]]
+link = "wheel"
+at = "O"
+stiffness = "3 N m/rad"
+[[springs]]
+link = "wheel"
+point = "P"
+anchor = "E"
+stiffness = "30 N/m"
+[run]
+positions = 12
+"""
+
+
+def test_gears_and_springs_are_drawn(driver, tmp_path):
+    page = page_of(driver, tmp_path, GEARED)
+    parts = {"wheel": 2, "belt": 1, "spring": 2}
+    count = "return document.querySelectorAll(`.mechanism .${arguments[0]}`).length"
+    assert {name: page.run(count, name) for name in parts} == parts
+    first, second = page.run("return kinelast.model.gears[0].map((end) => end.radius)")
+    assert first + second == pytest.approx(0.3)  # they touch between their centres
+    assert first / second == pytest.approx(0.5)
+    shape = "return Array.from(document.querySelectorAll('.mechanism .spring'), (path) => path.getAttribute('d'))"
+    before = page.run(shape)
+    page.run("kinelast.showPosition(4)")
+    after = page.run(shape)
+    assert after[0] == before[0]
+    assert after[1] != before[1]
+    assert errors(page) == []
+
+
+def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
+    arguments = ["--theory", "quasi-static", "--positions", "72", "--speeds", "20 rad/s : 60 rad/s : 4", "--quiet"]
+    assert main(["steel_four_bar", *arguments, "-o", str(tmp_path)]) == 0
+    page = Page(driver, tmp_path / "steel_four_bar" / "report.html")
+    script = """
+        const done = arguments[0], make = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };
+        document.querySelector('button[aria-label="Largest chord deflection against the speed as CSV"]').click();"""
+    shown = [row.split(",") for row in driver.execute_async_script(script).strip().splitlines()]
+    written = [row.split(",") for row in (tmp_path / "steel_four_bar" / "speeds.csv").read_text().splitlines()]
+    ours = [written[0].index(f"{label}.chord [m]") for label in ("crank", "coupler", "rocker")]
+    theirs = [shown[0].index(f'"{label} [m]"') for label in ("crank", "coupler", "rocker")]
+    assert [[float(row[k]) for k in theirs] for row in shown[1:]] == [
+        [float(row[k]) for k in ours] for row in written[1:]
+    ]
+    assert "No limits are set, so no highest speed can be told." in page.run("return document.body.innerText")
+    assert errors(page) == []
+
+
+@pytest.mark.parametrize(
+    ("system", "length", "stress", "unit"), [("mm", 1e3, 1e-6, "MPa"), ("in", 39.37008, 1.450377e-4, "psi")]
+)
+def test_units_of_the_report_are_chosen(system, length, stress, unit, driver, tmp_path):
+    """By the scene or by the command: page and table say which, the summary stays in SI units."""
+    text = shipped_scenes()["steel_four_bar"].read_text().replace("[run]", f'[run]\nreport_units = "{system}"')
+    page = page_of(driver, tmp_path, text, "--theory", "quasi-static", "--positions", "8")
+    folder = tmp_path / "out" / "one"
+    summary = json.loads((folder / "summary.json").read_text())
+    head, *rows = [row.split(",") for row in (folder / "positions.csv").read_text().splitlines()]
+    for field, name, factor in (
+        ("w", f"crank.w_max [{system}]", length),
+        ("mises", f"crank.mises_max [{unit}]", stress),
+    ):
+        largest = max((float(row[head.index(name)]) for row in rows), key=abs)
+        assert largest == pytest.approx(summary["peaks"]["crank"][field]["value"] * factor, rel=1e-6)
+    found = summary["largest_stress"]["value"] * stress
+    assert f"{number(found)} {unit}" in page.run("return document.getElementById('answer').innerText")
+    assert errors(page) == []

@@ -14,6 +14,7 @@ from kinelast.scene.quantities import (
 )
 from kinelast.scene.reading import SceneError, read_scene, scene_from_text, scene_motion, scene_times, shipped_scenes
 from kinelast.scene.schema import schema_text
+from kinelast.scene.units import USUAL, registry
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 
@@ -241,3 +242,10 @@ class TestGuide:
         with pytest.raises(SceneError) as caught:
             scene_motion(scene_from_text(before + header + edited(after, (old, line)), "press", "press.toml"))
         assert str(caught.value).startswith(message.removesuffix("..."))
+
+
+@pytest.mark.parametrize("name", sorted(USUAL))
+def test_usual_units_are_those_of_the_registry(name):
+    """They are known without loading pint, to the last digit as pint has them."""
+    factor, unit = USUAL[name]
+    assert float(registry().convert(1.0, registry().parse_units(name), unit)) == factor

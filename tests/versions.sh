@@ -23,8 +23,11 @@ PYTHON
     "$place/bin/pip" install --quiet "${wanted[@]}"
     "$place/bin/pip" install --quiet --editable .
     echo "+ $1: $("$place/bin/python" --version), ${wanted[*]}"
-    "$place/bin/python" -m pytest -q -p no:cacheprovider
+    "$place/bin/python" -m pytest -q -p no:cacheprovider || failed+=("$1")
 }
 
+failed=()
 tried oldest "${1:-python3.11}" oldest
 tried newest "${2:-python3.13}"
+echo "failed: ${failed[*]:-none}"
+[ ${#failed[@]} = 0 ]

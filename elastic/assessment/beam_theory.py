@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import Section, Taper
+from elastic.links.beam_trees import trees_of
 from elastic.sampling import sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from rigid import Reals
+from rigid.constants import per_row
 
 POISSON = 0.3  # of metals, where none is known
 STATIONS = 33  # along a beam, at which deflections are compared
@@ -75,9 +77,29 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
         return np.zeros((len(sheared), *deflection.motion.columns[:-1]))
     xi = np.linspace(0.0, 1.0, STATIONS)
     without = sample(deflection, "chord", xi)
-    softer = solve(deflection.motion, sheared, deflection.joints, deflection.added)
-    more = sample(softer, "chord", xi) - without
+    if _told_by_statics(deflection) and not any(section.taper for section in sheared):
+        more = _shear_chord(deflection, sheared, xi)
+    else:
+        more = sample(solve(deflection.motion, sheared, deflection.joints, deflection.added), "chord", xi) - without
     return _over_largest(_greatest(more), _greatest(without))
+
+
+def _told_by_statics(deflection: Deflection) -> bool:
+    """Whether section forces are the same whatever the links give way, and go on without a jump along every beam."""
+    trees, closures = trees_of(deflection.motion.mechanism), deflection.motion.closures
+    return deflection.division.whole and not trees.cuts and not any(closed.tensions for closed in closures)
+
+
+def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Any) -> Any:
+    """What shear adds to the deflection from the chord where the forces stay as they are, shape of `sample`.
+
+    w' = V/kGA = M'/kGA, so it is M from the line through its values at the ends, over kGA.
+    """
+    moment, ndim = sample(deflection, "M", xi), len(deflection.motion.columns)
+    line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
+    pairs = zip(sheared, deflection.sections, strict=True)
+    added = [0.0 if new is old else 1.0 / np.asarray(new.kGA, float) for new, old in pairs]
+    return (moment - line) * per_row(added, ndim, float)[..., None]
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,8 +57,8 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     if len(columns) != 1:
         raise ValueError(f"columns of shape {columns}: expected one design")
     count = columns[0]
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    moment = sample(deflection, "M", (nodes + 1) / 2)
+    xi, weights = _quadrature()
+    moment = sample(deflection, "M", xi)
     spectrum = np.abs(np.fft.rfft(moment, axis=1)) / count
     twice = np.full(spectrum.shape[1], 2.0)
     twice[0] = 1.0
@@ -68,6 +69,13 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.sqrt(energy / energy.sum())
     return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share)
+
+
+@cache
+def _quadrature() -> tuple[Any, Any]:
+    """Gauss' stations on [0, 1] and twice their weights."""
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    return (nodes + 1) / 2, weights
 
 
 def quasi_static_error(found: Harmonics, omega: float) -> float:

@@ -25,6 +25,9 @@ def stress_range(deflection: Deflection, stations: Any) -> Any:
 
 
 def _swing(values: Any) -> Any:
+    swing = values.max(axis=-2) - values.min(axis=-2)
+    if np.isfinite(swing).all():
+        return swing
     known = np.isfinite(values)
     high = np.where(known, values, -np.inf).max(axis=-2)
     low = np.where(known, values, np.inf).min(axis=-2)

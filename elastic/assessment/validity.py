@@ -20,7 +20,7 @@ from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from elastic.vibration.frequencies import Frequencies, natural_frequencies
-from rigid import SINGULAR, motion
+from rigid import SINGULAR, Reals, motion
 from rigid.constants import per_row
 
 TURN = 72  # positions over a turn that the run itself does not make
@@ -94,7 +94,7 @@ def exceedances(
     frequencies: Frequencies | None = None,
     period: float | None = None,
     kinds: Sequence[str] = KINDS,
-    found: Mapping[str, Extreme] | None = None,
+    found: Mapping[str, Any] | None = None,
 ) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
@@ -107,14 +107,14 @@ def exceedances(
     kinds
         What to look at; natural frequencies cost most.
     found
-        From `extremes`, of "w" and "mises", where they are known already.
+        From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are known already.
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
     if not deflection.sections:
         return []
     known = found or {}
-    own = {"deflection": known.get("w"), "yield": known.get("mises")}
+    own = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
     return [
         one
         for kind in kinds
@@ -145,9 +145,10 @@ def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Excee
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
-def _axial_force(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
+def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
     message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
-    yield from _per_beam("axial force", over_cycle(euler_ratio(deflection)), message, _amplified)
+    ratio = euler_ratio(deflection) if known is None else known
+    yield from _per_beam("axial force", over_cycle(ratio), message, _amplified)
 
 
 def _amplified(ratio: float) -> str:

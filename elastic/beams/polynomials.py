@@ -66,10 +66,13 @@ def turning_points(values: Any) -> Any:
 def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:
     """Both ends of [0, 1] with the turning points between them, and the polynomials there, shape (m + 2, ...)."""
     marks = np.empty((len(turning) + 2, *values.shape[1:]))
+    heights = np.empty_like(marks)
     marks[0], marks[-1] = 0.0, 1.0
+    heights[0], heights[-1] = values[0], values[::-1].sum(0)
     if len(turning):
         marks[1:-1] = turning
-    return marks, evaluate(values, marks)
+        heights[1:-1] = evaluate(values, marks[1:-1])
+    return marks, heights
 
 
 def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
@@ -121,6 +124,8 @@ def _between(values: Any, low: Any, high: Any) -> Any:
         xi = np.where((xi >= left) & (xi <= right), xi, (left + right) / 2)
         if len(values) == 2:
             return xi
+        if len(values) == 3:
+            return _of_parabola(values, left, right, xi)
         going: Any = slice(None)
         found = xi
         for step in range(STEPS):
@@ -138,6 +143,18 @@ def _between(values: Any, low: Any, high: Any) -> Any:
                 going = np.flatnonzero(far) if step == TOGETHER else going[far]
                 values, left, right, rising, xi = values[:, far], left[far], right[far], rising[far], xi[far]
     return found
+
+
+def _of_parabola(values: Any, left: Any, right: Any, guess: Any) -> Any:
+    """Of the two zeros of each parabola the one between two marks; the guess where round-off leaves none there.
+
+    The larger by the formula without cancellation, the smaller from the product of both.
+    """
+    low, middle, high = values
+    half = -(middle + np.copysign(np.sqrt(np.maximum(middle * middle - 4 * low * high, 0.0)), middle)) / 2
+    one, other = half / high, low / half
+    one = np.where((one >= left) & (one <= right), one, guess)
+    return np.where((other >= left) & (other <= right), other, one)
 
 
 def _with_slope(values: Any, xi: Any) -> tuple[Any, Any]:

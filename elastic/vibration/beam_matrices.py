@@ -33,11 +33,14 @@ class VibratingBeam:
         Shape (n, n).
     rigid
         Combinations of the ends' coordinates that are zero because the beam does not stretch or bend, shape (rows, 6).
+    level
+        With how many inner polynomials every coordinate comes in; 0 of the ends. Shape (n,).
     """
 
     stiffness: Any
     mass: Any
     rigid: Any
+    level: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +136,20 @@ def vibrating_beam(
         shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
         for shape, weight in ((shapes.u, mass_there), (shapes.w, mass_there), (shapes.phi, rotary))
     )
-    return VibratingBeam(stiffness_of(shapes, length, section), mass, rigid_rows(length, section))
+    stiffness = stiffness_of(shapes, length, section)
+    return VibratingBeam(stiffness, mass, rigid_rows(length, section), _levels(section, inner))
+
+
+def _levels(section: Section, inner: int) -> Any:
+    """With how many inner polynomials every coordinate of `_polynomials` comes in, shape (n,)."""
+    stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
+    steps = np.arange(1, inner + 1)
+    found = [np.zeros(ENDS, int), steps[: inner if stretches else 0]]
+    if slides:  # w begins with two, phi with one more than those that refine
+        found += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
+    else:
+        found += [steps[: inner if bends else 0]]
+    return np.concatenate(found)
 
 
 def rigid_rows(length: float, section: Section) -> Any:

@@ -18,6 +18,7 @@ from rigid.kinematics import repeated
 
 SETTLED = 1e-3  # share of a frequency that the last refinement may change
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials of every beam, one after the other
+BUILT = (5, 12)  # with how many of them matrices are made, of which the coarser ones are parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +113,12 @@ def _of_design(
     if not len(good):
         return omega, 0.0
     before, change = np.full((modes, len(good)), np.inf), np.inf
+    built, structure = 0, None
     for inner in REFINEMENTS:
-        structure = VibratingStructure(motion, sections, joints, chosen[good], design, inner)
-        now = structure.frequencies(modes)
+        if structure is None or inner > built:
+            built = next((size for size in BUILT if size >= inner), inner)
+            structure = VibratingStructure(motion, sections, joints, chosen[good], design, built)
+        now = structure.frequencies(modes, inner)
         moving = np.isfinite(now)
         if np.isfinite(before[moving]).all():
             change = float(np.max(before[moving] / now[moving] - 1, initial=0.0))

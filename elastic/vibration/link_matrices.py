@@ -29,11 +29,14 @@ class VibratingLink:
     places
         Displacement x, y and rotation of every point with a beam, or of the origin of a link without, per coordinate,
         shape (3, n), in the link's axes.
+    level
+        With how many inner polynomials of the beams every coordinate comes in, shape (n,).
     """
 
     stiffness: Any
     mass: Any
     places: dict[str, Any]
+    level: Any
 
     def place(self, name: str, local: Any) -> tuple[Any, Any]:
         """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
@@ -83,7 +86,7 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
         beams.append(_coordinates(way / abs(way), count, ends, first, size))
         rigid.append(rigid_rows(abs(way), section) @ beams[-1][:ENDS])
         first += count - ENDS
-    return LinkCoordinates(names, tuple(beams), null_space(np.vstack(rigid)))
+    return LinkCoordinates(names, tuple(beams), _free_of(np.vstack(rigid)))
 
 
 def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> VibratingLink:
@@ -106,7 +109,9 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     _add_lumps(link, own.names, mass)
     free = own.free
     places = {name: own.place(name) for name in own.names}
-    return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places)
+    level = np.concatenate([np.zeros(3 * len(own.names), int), *(part.level[ENDS:] for part in parts)])
+    level = np.where(free != 0, level[:, None], 0).max(axis=0, initial=0)
+    return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
 
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Any:
@@ -199,6 +204,17 @@ def one_of(value: Any, design: int) -> Any:
     """A design's value of a quantity that is a scalar or of shape (designs, 1)."""
     flat = np.ravel(value)
     return flat[design if len(flat) > 1 else 0]
+
+
+def _free_of(rows: Any) -> Any:
+    """The same as `null_space`; coordinates that no row touches stay themselves."""
+    touched = rows.any(axis=0)
+    own, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
+    first = own.shape[1]
+    free = np.zeros((rows.shape[1], first + len(others)))
+    free[touched, :first] = own
+    free[others, first + np.arange(len(others))] = 1.0
+    return free
 
 
 def null_space(rows: Any) -> Any:

@@ -32,6 +32,8 @@ class VibratingStructure:
         Of all links' coordinates, shape (positions, n, n).
     held
         Combinations of coordinates that joints keep zero, shape (rows, positions, n).
+    level
+        With how many inner polynomials of the beams every coordinate comes in, shape (n,): joints know those of 0.
     """
 
     def __init__(
@@ -60,28 +62,45 @@ class VibratingStructure:
             part = slice(first, first + len(own_links[0].mass))
             self.stiffness[:, part, part] = np.array([one.stiffness for one in own_links])
             self.mass[:, part, part] = np.array([one.mass for one in own_links])
+        self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
         self.held: list[Any] = []
         for number, place in enumerate(self._places):
             self._join(number, place, joints.get(place.joint.name, JointCompliance()))
 
-    def frequencies(self, modes: int) -> Any:
-        """[rad/s], rising, shape (modes, positions); infinite where nothing can vibrate."""
+    def frequencies(self, modes: int, inner: int) -> Any:
+        """[rad/s], rising, shape (modes, positions), with so many inner polynomials; infinite if nothing vibrates."""
         omega = np.full((modes, len(self.mass)), np.inf)
-        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)
         if self.mass.shape[-1] > LARGE:
-            parts = zip(self.stiffness, self.mass, rows, strict=True)
-            return np.array([lowest_sparse(*part, modes) for part in parts]).T
+            kept = self.level <= inner
+            rows = np.array(self.held).swapaxes(0, 1)[..., kept]
+            stiffness, mass = (whole[:, kept][:, :, kept] for whole in (self.stiffness, self.mass))
+            return np.array([lowest_sparse(*part, modes) for part in zip(stiffness, mass, rows, strict=True)]).T
+        for chosen, per_stiffness, level in self._unheld:
+            count = np.searchsorted(level, inner, side="right")
+            if count:
+                omega[:, chosen] = _lowest(per_stiffness[:, :count, :count], modes)
+        return omega
+
+    @cached_property
+    def _unheld(self) -> list[tuple[Any, Any, Any]]:
+        """Mass per stiffness of what the joints leave free, by the number of conditions: positions, matrices, levels.
+
+        Joints hold but what is at the ends of beams, so what is within them stays as it is. Levels rise: triangular
+        factors of the first coordinates are the first parts of those of all.
+        """
+        at_ends = self.level == 0
+        rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
+        within = np.flatnonzero(~at_ends)
+        within, found = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in np.unique(ranks):
-            of_rank = np.flatnonzero(ranks == rank)
-            free = basis[of_rank, rank:]
-            if free.shape[1]:
-                stiffness, mass = (
-                    free @ whole[of_rank] @ free.swapaxes(-1, -2) for whole in (self.stiffness, self.mass)
-                )
-                omega[:, of_rank] = _lowest(stiffness, mass, modes)
-        return omega
+            chosen = np.flatnonzero(ranks == rank)
+            free = basis[chosen, rank:]
+            both = [_reduced(whole[chosen], free, at_ends, within) for whole in (self.stiffness, self.mass)]
+            level = np.concatenate([np.zeros(free.shape[1], int), self.level[within]])
+            found.append((chosen, _mass_per_stiffness(*both), level))
+        return found
 
     def _unit_of_length(self) -> float:
         """About the size of the mechanism [m]."""
@@ -204,13 +223,26 @@ def _block(number: int | None) -> str:
     return f"under joint {number}"
 
 
-def _lowest(stiffness: Any, mass: Any, modes: int) -> Any:
-    """Lowest frequencies of stacked structures: by the largest mass per stiffness, so that none needs to have mass."""
+def _reduced(whole: Any, free: Any, at_ends: Any, within: Any) -> Any:
+    """A matrix for what is free of the coordinates at the ends, shape (positions, n free, n ends), and those within."""
+    ends = whole[:, at_ends]
+    across = free @ ends[:, :, within]
+    own = free @ ends[:, :, at_ends] @ free.swapaxes(-1, -2)
+    return np.block([[own, across], [across.swapaxes(-1, -2), whole[:, within[:, None], within]]])
+
+
+def _mass_per_stiffness(stiffness: Any, mass: Any) -> Any:
+    """Symmetric matrices whose eigenvalues are 1/omega^2, so that no coordinate needs to have mass."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     factor = np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :]))
     factor = factor * scale[:, None, :]
-    per_stiffness = np.linalg.eigvalsh(factor @ mass @ factor.swapaxes(-1, -2))[:, ::-1].T[:modes]
-    moving = per_stiffness > MASSLESS * np.maximum(per_stiffness[:1], 0.0)
-    omega = np.full((modes, len(stiffness)), np.inf)
-    omega[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
+    return factor @ mass @ factor.swapaxes(-1, -2)
+
+
+def _lowest(per_stiffness: Any, modes: int) -> Any:
+    """Lowest frequencies of stacked structures, by the largest mass per stiffness."""
+    greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
+    moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)
+    omega = np.full((modes, len(per_stiffness)), np.inf)
+    omega[: len(greatest)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, greatest, 1.0)), np.inf)
     return omega

@@ -10,6 +10,8 @@ from typing import Any
 import msgspec
 
 from kinelast.designs.figures import Figure, chosen, figures_of
+from kinelast.designs.frequency_figures import frequency_figures
+from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.variables import Place, place_of
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
@@ -61,15 +63,16 @@ class Base:
         return frozenset(key for figure in self.figures for key in figure.fields)
 
 
-def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str] | None) -> Base:
+def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
     """A scene and its numbers and figures by name; raises as `evaluate`."""
     table = parse_scene(tables)
     places = tuple(place_of(table, path) for path in paths)
     scene = built(table, "scene")
     require_determined(scene)
     output = scene.output
-    known = figures_of(scene, output)
-    names = [name for name in SUMMARY if name in known] if figures is None else figures
+    further = [*output_range_figures(output), *frequency_figures(scene)]
+    known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
+    names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)
 

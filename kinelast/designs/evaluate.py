@@ -11,7 +11,7 @@ import numpy as np
 from elastic import deflection
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
-from kinelast.designs.figures import Found
+from kinelast.designs.figures import Figure, Found
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at, scene_times
@@ -22,6 +22,7 @@ from rigid.dynamics import TableError
 from rigid.positions import of_designs
 
 BLOCK = 4096  # designs that are built at once
+KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class Designs:
 
 
 def evaluate(
-    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str] | None = None
+    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
     """Figures of many designs of a scene, which differ in some of its numbers.
 
@@ -65,7 +66,7 @@ def evaluate(
     values
         Of every design, in the SI units of the variables, shape (designs, paths).
     figures
-        Names; where left out those of a design's summary. Only what is asked for is computed.
+        Names, or figures of one's own; where left out those of a design's summary. Only what is asked for is computed.
 
     Raises
     ------
@@ -169,7 +170,7 @@ def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
     if not any(base.on_axis):
         yield from _answered(base, scene, group.rows)
         return
-    positions = scene.run.positions
+    positions = max(scene.run.positions, KNOTS)
     step = max(columns_of(scene.mechanism, positions) // positions, 2) - 1
     for first in range(0, len(group.rows), step):
         yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)

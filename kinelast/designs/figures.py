@@ -109,8 +109,8 @@ def figures_of(scene: Scene, output: Output | None) -> dict[str, Figure]:
     return table
 
 
-def chosen(table: Mapping[str, Figure], names: Iterable[str]) -> list[Figure]:
-    """Figures by name.
+def chosen(table: Mapping[str, Figure], names: Iterable[str | Figure]) -> list[Figure]:
+    """Figures by name; one that is none of the table stands for itself.
 
     Raises
     ------
@@ -118,9 +118,9 @@ def chosen(table: Mapping[str, Figure], names: Iterable[str]) -> list[Figure]:
         There is none of a name.
     """
     for name in names:
-        if name not in table:
+        if isinstance(name, str) and name not in table:
             raise fault("", "figures", f'there is no figure "{name}"{likely(name, table)}')
-    return [table[name] for name in names]
+    return [table[name] if isinstance(name, str) else name for name in names]
 
 
 def _along_beams(scene: Scene) -> Iterable[Figure]:

@@ -28,6 +28,7 @@ Tables = Mapping[str, Any]
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
+STUDIES = ("sweep", "sensitivities", "tolerances", "optimize")  # tables that ask of designs, and describe none
 NEAR = 3000  # numbers of a file among which the nearest to a wrong path is looked for
 
 
@@ -148,7 +149,7 @@ def place_of(table: SceneTable, path: str) -> Place:
     node: Any = table
     parents = []
     parts = list(PART.finditer(path))
-    if not parts or PART.sub("", path).strip("."):
+    if not parts or PART.sub("", path).strip(".") or parts[0][2] in STUDIES:
         raise _unknown(table, path)
     for part in parts:
         parents.append(node)
@@ -168,7 +169,9 @@ def place_of(table: SceneTable, path: str) -> Place:
 
 def numbers(table: SceneTable) -> Iterator[str]:
     """Paths of all numbers that stand in parsed tables."""
-    yield from _numbers(table, "")
+    for field in msgspec.structs.fields(table):
+        if field.name not in STUDIES:
+            yield from _numbers(getattr(table, field.name), field.name)
 
 
 def _numbers(node: Any, path: str) -> Iterator[str]:

@@ -182,7 +182,7 @@ class Results:
             return []
         period = None if math.isnan(self.period) else self.period
         if self.whole is None:
-            known = None if self.ill.any() else self.extremes
+            known = None if self.ill.any() else {**self.extremes, "euler_ratio": self.euler_ratio}
             kinds = [kind for kind in LIMITS if kind != "vibration" or self.answer is None]
             found = exceedances(self.counted_deflection, self.frequencies, period, kinds, known)
             return [*found, *divided_links(self.scene, self.quasi_static, self.counted)]

@@ -101,7 +101,7 @@ def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
 def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
     """A row a speed: the largest values of every beam with and without vibration, and growth over a cycle."""
     units = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
-    unit = "rad/s" if isinstance(scene.mechanism.drives[0], PinDrive) else "m/s"
+    unit = _unit(scene)
     names = [f"{label}.{field}{how} [{units[field]}]" for how in ("", " without vibration") for field in FIELDS
              for label in scene.labels]  # fmt: skip
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -112,6 +112,14 @@ def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
             values = np.concatenate((map_.values[k].ravel(), map_.quasi_static[k].ravel()))
             figures = ["" if math.isnan(value) else repr(float(value)) for value in values]
             rows.writerow([repr(float(speed)), *figures, repr(float(map_.growth[k])), bool(map_.stable[k])])
+
+
+def _unit(scene: Scene) -> str:
+    return "rad/s" if isinstance(scene.mechanism.drives[0], PinDrive) else "m/s"
+
+
+def _known(values: Any) -> list[float | None]:
+    return [float(value) if math.isfinite(value) else None for value in values]
 
 
 def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
@@ -151,9 +159,20 @@ def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
     figure.savefig(path, metadata={"Date": None})
 
 
-def speed_figures(found: Speeds) -> dict[str, Any]:
-    """Speeds as plain data."""
+def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
+    """Speeds as plain data; largest values per field and beam, null where there is no steady state."""
+    ways = {"values": found.found.values, "without_vibration": found.found.quasi_static}
+    curves = {
+        way: {
+            field: {label: _known(values[:, k, beam]) for beam, label in enumerate(scene.labels)}
+            for k, field in enumerate(FIELDS)
+        }
+        for way, values in ways.items()
+    }
     return {
+        "unit": _unit(scene),
+        "speed": found.speed.tolist(),
+        **curves,
         "from": float(found.speed[0]),
         "to": float(found.speed[-1]),
         "count": len(found.speed),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,41 +10,43 @@ import numpy as np
 
 from elastic import FIELDS, coefficients
 from kinelast.figures.results import Peak, Results, drive_words, joint_words
-from rigid import PinDrive
+from kinelast.numbers import REPORT_UNITS
+from kinelast.page.arrays import Numbers
+from rigid import PinDrive, Spring, TorsionSpring
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
+INTEGRALS = {"w": ("M", 2, "EI"), "u": ("N", 1, "EA")}  # as many times integrated, over a rigidity
 FOLLOWING = ("V", "phi", "q_x", "q_y")  # derivatives of the stored fields, unless a beam is cut or gives way in shear
 EVALUATED = ("chord", "axial", "left", "right", "shear")  # of these by formulas of scene.js
+ROUND = 1e-6  # share of its radius that the pitch point of a wheel may wander
+EPS = float(np.finfo(float).eps)
 REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed")  # what the page knows of a field
 
 
-class Numbers:
-    """Arrays one behind the other, and where each begins.
+def add_fields(store: Numbers, results: Results, taken: Any) -> None:
+    """Put the coefficients of the fields there, but what follows from others of them by integration, to round-off."""
+    bent, fields = results.deflection, field_coefficients(results)
+    for field, values in fields.items():
+        name, kept = f"field.{field}", len(values)
+        if field in INTEGRALS and bent.division.whole:
+            of, count, rigidity = INTEGRALS[field]
+            rows = zip(bent.length, (getattr(section, rigidity) for section in bent.sections), strict=True)
+            factors = np.array([np.ravel(length)[0] ** count / np.ravel(size)[0] for length, size in rows])
+            if _integrates(values, fields[of], count, factors):
+                kept = count
+                store.integrals[name] = (f"field.{of}", count, factors.tolist())
+        store.add(name, taken(values[:kept]))
 
-    Attributes
-    ----------
-    places
-        By name: "d" (float64) or "f" (float32), number of the first entry among those of its kind, shape.
-    """
 
-    def __init__(self) -> None:
-        self.places: dict[str, tuple[str, int, tuple[int, ...]]] = {}
-        self._parts: dict[str, list[Any]] = {"d": [], "f": []}
-        self._ends = {"d": 0, "f": 0}
-
-    def add(self, name: str, values: Any, kind: str = "d") -> None:
-        """Put an array behind the others of its kind; complex ones get a last axis of two."""
-        values = np.asarray(values)
-        if np.iscomplexobj(values):
-            values = np.ascontiguousarray(values).view(float).reshape(*values.shape, 2)
-        self.places[name] = (kind, self._ends[kind], values.shape)
-        self._parts[kind].append(np.ascontiguousarray(values, "<f8" if kind == "d" else "<f4"))
-        self._ends[kind] += values.size
-
-    def bytes(self) -> bytes:
-        """All float64, then all float32, little-endian."""
-        return b"".join(part.tobytes() for kind in "df" for part in self._parts[kind])
+def _integrates(values: Any, source: Any, count: int, factors: Any) -> bool:
+    """Whether coefficients are those of another field so many times integrated, to the last digits."""
+    if len(values) != len(source) + count or not np.isfinite(factors).all():
+        return False
+    products = [math.prod(range(k + 1, k + count + 1)) for k in range(len(source))]
+    found = source * factors[:, None] / np.array(products, float)[:, None, None]
+    off, greatest = np.abs(found - values[count:]), np.abs(values[count:]).max(axis=(0, 2), initial=0.0)
+    return bool((np.isnan(found) == np.isnan(values[count:])).all() and not (off > 4 * EPS * greatest[:, None]).any())
 
 
 def field_coefficients(results: Results) -> dict[str, Any]:
@@ -74,7 +77,7 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
-    """All arrays of the page at the positions `kept`; positions are the last axis (but for the parts of vectors)."""
+    """All arrays of the page at the positions `kept`."""
     motion, bent, store = results.motion, results.deflection, Numbers()
     count = len(motion.time)
     every = len(kept) == count
@@ -94,12 +97,10 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     forces = bent.forces
     for name, values in (("force", forces.force), ("ground_force", [forces.ground_force])):
         store.add(name, np.array([taken(np.asarray(value, complex)) for value in values]).reshape(-1, len(kept)))
-    for name, values in (("moment", forces.moment), ("ground_moment", [forces.ground_moment])):
-        store.add(name, np.array([taken(np.asarray(value, float)) for value in values]).reshape(-1, len(kept)))
+    store.add("ground_moment", taken(np.asarray(forces.ground_moment, float))[None])
     store.add("counted", taken(results.counted.astype(float)), "f")
     if results.scene.labels:
-        for field, values in field_coefficients(results).items():
-            store.add(f"field.{field}", taken(values))
+        add_fields(store, results, taken)
         if not bent.division.whole:
             store.add("piece.start", taken(bent.division.start))
             store.add("piece.width", taken(bent.division.width))
@@ -113,7 +114,9 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
     mechanism, bent = results.mechanism, results.deflection
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
+        "units": REPORT_UNITS.get(results.scene.report_units, {}),
         "arrays": store.places,
+        "integrals": store.integrals,
         "positions": len(kept),
         "of": len(results.motion.time),
         "left_out": results.left_out,
@@ -135,6 +138,8 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             }
             for slider in mechanism.sliders
         ],
+        "springs": list(_springs(results)),
+        "gears": list(_gears(results)),
         "drives": [
             {
                 "name": name,
@@ -152,6 +157,38 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             for (name, link), (owner, point) in zip(joint_words(results), _joint_points(results), strict=True)
         ],
     }
+
+
+def _springs(results: Results) -> Iterator[dict[str, Any]]:
+    """Per spring its two ends, or the pin that it turns about."""
+    index = results.mechanism.index
+    for load in results.mechanism.loads:
+        if isinstance(load, Spring):
+            yield {"link": index[load.link], "point": load.point, "on": index[load.on], "anchor": load.anchor}
+        elif isinstance(load, TorsionSpring):
+            yield {"link": index[load.link], "point": load.at, "on": index[load.on], "anchor": None}
+
+
+def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
+    """Per gear what drives and what follows: its link, the point that it turns about, and the pitch circle's radius."""
+    for place in results.motion.places:
+        if place.joint.gear is None:
+            continue
+        driver, teeth = place.joint.gear.driver, place.teeth
+        ends = [(driver, driver.child, None), (place.joint, place.joint.child, None)]
+        if teeth is not None:
+            ends = [(driver, teeth.body, teeth.reach_body), (place.joint, place.joint.child, teeth.reach)]
+        yield [
+            {"link": link, "point": joint.point(link), "radius": _radius(reach) if joint.turns else None}
+            for joint, link, reach in ends
+        ]
+
+
+def _radius(reach: Any) -> float | None:
+    """Length of an arm that is the same at all positions [m]."""
+    sizes = np.abs(np.ravel(reach)) if reach is not None else np.zeros(0)
+    sizes = sizes[np.isfinite(sizes)]
+    return float(sizes[0]) if sizes.size and np.ptp(sizes) <= ROUND * sizes[0] else None
 
 
 def _joint_points(results: Results) -> Iterator[tuple[int, str]]:

@@ -16,8 +16,8 @@ from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts", "curves",
-           "maps", "answer", "figures", "main")  # fmt: skip
+SCRIPTS = ("numbers", "dom", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
+           "curves", "speeds", "maps", "answer", "figures", "main")  # fmt: skip
 
 
 def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:
@@ -35,16 +35,18 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     results = results.shown
     kept = kept_positions(results, found)
     store = numbers_of(results, kept)
-    scene = {"summary": figures, "model": model_of(results, kept, store), "text": results.scene.text}
+    numbers, packed = store.bytes()
+    model = {**model_of(results, kept, store), "packed": packed}
+    scene = {"summary": figures, "model": model, "text": results.scene.text}
     words = figures["scene"]
     return filled(
         "report.html",
         {
-            "title": _text(words["title"]),
-            "source": _text(words["source"].strip()),
-            "gist": _text(gist),
+            "title": text_of(words["title"]),
+            "source": text_of(words["source"].strip()),
+            "gist": text_of(gist),
             "scene": as_data(scene),
-            "numbers": b64encode(store.bytes()),
+            "numbers": b64encode(numbers),
             "uplot": _chart_library(),
             **shared_parts(SCRIPTS),
         },
@@ -61,7 +63,7 @@ def as_data(value: Any) -> bytes:
     return json_bytes(value).replace(b"<", b"\\u003c")
 
 
-def _text(words: str) -> bytes:
+def text_of(words: str) -> bytes:
     """Words as text of a page, never as markup."""
     return escape(words).encode("utf-8", "replace")
 

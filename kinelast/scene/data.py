@@ -122,6 +122,8 @@ class Scene:
         The file as it was read; empty where the scene comes from tables.
     theory
         Of the deflection: without or with vibration.
+    report_units
+        Of page and tables: "SI", "mm" or "in".
     """
 
     name: str
@@ -141,6 +143,7 @@ class Scene:
     made_of: tuple[Making, ...] = ()
     text: str = field(default="", repr=False)
     theory: Theory = Theory()
+    report_units: str = "SI"
 
     @cached_property
     def course(self) -> IntegratedMotion | None:

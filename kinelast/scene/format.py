@@ -20,6 +20,7 @@ from kinelast.scene.format_motion import (
     SpringTable,
     Table,
 )
+from kinelast.scene.format_sizing import Amount, OptimizeTable, SensitivitiesTable, ToleranceTable
 from kinelast.scene.format_structure import ContactTable
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.quantities import (
@@ -142,6 +143,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
     steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 2000
     output: str = ""
+    report_units: Literal["SI", "mm", "in"] = "SI"
 
 
 class SceneTable(Table, frozen=True, kw_only=True):
@@ -167,6 +169,9 @@ class SceneTable(Table, frozen=True, kw_only=True):
     limits: LimitsTable = field(default_factory=LimitsTable)
     run: RunTable = field(default_factory=RunTable)
     sweep: SweepTable = field(default_factory=SweepTable)
+    sensitivities: SensitivitiesTable = field(default_factory=SensitivitiesTable)
+    tolerances: dict[str, Amount | ToleranceTable] = field(default_factory=dict)
+    optimize: OptimizeTable = field(default_factory=OptimizeTable)
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:

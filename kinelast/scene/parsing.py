@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Annotated, Any, get_args, get_origin
 
 import msgspec
@@ -109,7 +109,7 @@ def parse_chain(raw: Mapping[str, Any]) -> ChainTable:
 
 
 def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
-    fields = {field.name: field for field in msgspec.structs.fields(whole)}
+    fields = _fields(whole)
     for key in raw:
         if key not in fields:
             place = "; it belongs under [run]" if key in _keys(RunTable, "", raw) else likely(key, fields)
@@ -124,16 +124,22 @@ def _parsed(raw: Mapping[str, Any], whole: Any) -> Any:
     return whole(**parts)
 
 
+@cache
+def _fields(whole: Any) -> dict[str, msgspec.structs.FieldInfo]:
+    """The fields of a table by name: found once, by evaluating their annotations."""
+    return {field.name: field for field in msgspec.structs.fields(whole)}
+
+
 def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
     """One entry of the top level, a table at a time, so that messages can name it."""
     kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if get_origin(kind) is dict:
         entry = get_args(kind)[1]
-        leaf = name in ("points", "masses")
+        leaf = name in ("points", "masses", "tolerances")
         if not isinstance(value, dict) or not (leaf or all(isinstance(item, dict) for item in value.values())):
             example = f"[{name}] with NAME = ..." if leaf else f"[{name}.NAME]"
             raise fault(name, "", f"expected tables of their own, written {example}")
-        for key in value:
+        for key in value if name != "tolerances" else ():  # whose keys are paths
             check_name(name, key)
         if leaf:
             return {key: _converted(item, entry, name, key, hook) for key, item in value.items()}
@@ -226,8 +232,9 @@ def _choices(kind: Any) -> str:
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
     """Keys that a table may have."""
     kind = NESTED.get(path.partition("[")[0], kind)
-    if options := get_args(kind):
-        kind = next(option for option in options if option.__struct_config__.tag == value.get("shape"))
+    if options := [option for option in get_args(kind) if hasattr(option, "__struct_config__")]:
+        named = (option for option in options if option.__struct_config__.tag == value.get("shape"))
+        kind = options[0] if len(options) == 1 else next(named)
     return list(kind.__struct_encode_fields__)
 
 

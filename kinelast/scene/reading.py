@@ -124,6 +124,7 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         output=build_output(table, mechanism),
         made_of=made_of,
         theory=_theory(table, made_of),
+        report_units=table.run.report_units,
     )
     return scene
 

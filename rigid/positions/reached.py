@@ -71,13 +71,10 @@ def _returns(branch: Branch, first: float, last: float) -> bool:
     """Whether all designs are at one place as they are at another, all places between being reached."""
     if _ends(branch):
         return False
-    ends = [branch.before(row, place + STILL) for row in range(branch.rows) for place in (first, last)]
-    place = branch.table["place"]
-    ends = [
-        at + 1 if abs(place[at + 1] - to) < abs(place[at] - to) else at
-        for at, to in zip(ends, [first, last] * branch.rows, strict=True)
-    ]
-    one, other = ({name: branch.table[name][ends[k::2]] for name in ("origin", "direction", "sign")} for k in (0, 1))
+    place, to = branch.table["place"], np.array([first, last])
+    at = located(branch.table, to + STILL, branch.rows)
+    ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
+    one, other = ({name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1))
     size = size_of(branch.mechanism)
     away = [np.abs(one["origin"] - other["origin"]).max() / size, np.abs(one["direction"] - other["direction"]).max()]
     return bool(max(away) < SAME and (one["sign"] == other["sign"]).all())

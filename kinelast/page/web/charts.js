@@ -50,6 +50,7 @@ function chart(holder, heading, unit, curves, options = {}) {
       made.plot.setData([xs, ...clean(made.rows, made.factor)], false);
       return made.tell(null);
     }
+    if (!made.cycle) return made.tell(null);
     const index = orderOf.get(i);
     at.style.transform = `translateX(${made.plot.valToPos(xs[index], "x")}px)`;
     made.tell(index);

@@ -1,6 +1,10 @@
 // The table of a batch: a row a scene, to sort, to filter, to go from to its page.
 const STEP = 300;
-const { head, rows, reports } = JSON.parse($("rows").textContent);
+const { head: ownHead, rows: ownRows, reports, seconds } = JSON.parse($("rows").textContent);
+// How long a scene took stands before its message, where any was computed just now.
+const timed = Object.keys(seconds).length > 0, beforeLast = (row, more) => [...row.slice(0, -1), more, row[row.length - 1]];
+const head = timed ? beforeLast(ownHead, "took [s]") : ownHead;
+const rows = timed ? ownRows.map((row) => beforeLast(row, row[0] in seconds ? String(seconds[row[0]]) : "")) : ownRows;
 const linked = new Set(reports);
 const columns = head.map((name) => {
   const [, words, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/), numeric = unit !== undefined;

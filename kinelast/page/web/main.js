@@ -1,9 +1,4 @@
 // From the data to the page.
-async function inflated(id) {
-  const stream = new Blob([bytesOf(id)]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).text();
-}
-
 function theme() {
   const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
   const button = h("button", { type: "button", id: "theme", "aria-label": "dark or light page", onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark") }, "◐");
@@ -29,7 +24,7 @@ function aboutRun() {
 
 async function start() {
   const script = document.createElement("script");
-  script.textContent = await inflated("uplot");
+  script.textContent = new TextDecoder().decode(await inflated("uplot"));
   document.head.append(script);
   $("gist").remove();
   theme();
@@ -38,6 +33,7 @@ async function start() {
   mechanismSection();
   beamSection();
   curvesSection();
+  speedsSection();
   mapsSection();
   kinematicsSection();
   extremesSection();

@@ -4,6 +4,10 @@ const view = {
   factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, selected: null, redraw: () => {},
 };
 
+// Gears: the wheels by their pitch circles, and what a belt ties, or teeth that are not told, by the line of centres.
+const wheels = model.gears.flat().filter(({ point, radius }, k, all) => radius !== null && point !== null && all.findIndex((each) => each.point === point && each.radius === radius) === k);
+const belts = model.gears.filter((ends) => ends.every(({ point, radius }) => point !== null && radius === null));
+
 const corners = (() => {
   const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
   const reach = ([x, y]) => {
@@ -13,6 +17,7 @@ const corners = (() => {
   };
   Object.values(model.links[GROUND].points).forEach(reach);
   for (const { link, point } of movingPoints) for (let i = 0; i < N; i++) reach(placeOf(link, localOf(link, point), i));
+  for (const { link, point, radius } of wheels) for (let i = 0; i < N; i++) for (const side of [-radius, radius]) reach(plus(placeOf(link, localOf(link, point), i), [side, side]));
   if (!isFinite(low[0])) return [[-0.5, -0.5], [0.5, 0.5]];
   if (low[0] === high[0] && low[1] === high[1]) return [plus(low, [-0.5, -0.5]), plus(high, [0.5, 0.5])];
   // Room for diagrams, and for what is displaced out of the way.
@@ -98,6 +103,9 @@ function drawMechanism(holder, tip) {
       block: parts.joints.appendChild(s("rect", { class: "block", width: 3.4 * unit, height: 2.1 * unit, x: -1.7 * unit, y: -1.05 * unit, style: `stroke:${linkColour(slider.link)}`, "data-link": slider.link })),
     }));
     for (const { slider, rail } of parts.sliders) if (slider.on === GROUND) drawRails(slider, rail);
+    parts.wheels = wheels.map((wheel) => ({ wheel, line: parts.rigid.parentNode.insertBefore(s("path", { class: "wheel", style: `stroke:${linkColour(wheel.link)}` }), parts.links) }));
+    parts.belts = belts.map((ends) => ({ ends, line: parts.joints.appendChild(s("path", { class: "belt" })) }));
+    parts.springs = model.springs.map((spring) => ({ spring, line: parts.joints.appendChild(s("path", { class: "spring" })) }));
     parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.joint ? "pin" : "spot", r: pin.joint ? 0.55 * unit : 0.32 * unit })) }));
     parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
     parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, each.point)) }));
@@ -146,7 +154,7 @@ function drawMechanism(holder, tip) {
   }
 
   function scaleBar() {
-    const length = roundDown(Math.min(0.22 * width, 200) / scale), x = 12, y = height - 10;
+    const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per, x = 12, y = height - 10;
     return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m")));
   }
 
@@ -173,6 +181,9 @@ function drawMechanism(holder, tip) {
       circle.setAttribute("cx", x || 0); circle.setAttribute("cy", y || 0);
     }
     for (const each of parts.drives) drawDrive(each, i);
+    for (const { wheel, line: path } of parts.wheels) drawWheel(wheel, path, i);
+    for (const { ends, line: path } of parts.belts) path.setAttribute("d", line(ends.map(({ link, point }) => drawnPlace(link, point, i, factor))));
+    for (const { spring, line: path } of parts.springs) drawSpring(spring, path, i);
     if (view.names) nameAll(i);
     if (view.reactions) for (const [k, each] of parts.forces.entries()) drawForce(k, each, i);
     [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));
@@ -211,6 +222,25 @@ function drawMechanism(holder, tip) {
     const tip = [x + 5.4 * u * d[0], y + 5.4 * u * d[1]];
     const wing = (q) => `${tip[0] - u * d[0] + q * n[0]} ${tip[1] - u * d[1] + q * n[1]}`;
     mark.setAttribute("d", isFinite(x + y) ? `M${x + 2 * u * d[0]} ${y + 2 * u * d[1]}L${tip}M${wing(0.6 * u)}L${tip}L${wing(-0.6 * u)}` : "");
+  }
+
+  // A pitch circle with a spoke that turns with its link.
+  function drawWheel({ link, point, radius }, path, i) {
+    const [x, y] = at(drawnPlace(link, point, i, view.factor)), r = scale * radius, [dx, dy] = armOf(link, [r, 0], i);
+    path.setAttribute("d", isFinite(x + y) ? `M${x - r} ${y}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0M${x} ${y}l${dx} ${-dy}` : "");
+  }
+
+  // A zigzag between two points, or a spiral about a pin.
+  function drawSpring({ link, point, on, anchor }, path, i) {
+    const u = unit, [x, y] = at(drawnPlace(link, point, i, view.factor));
+    if (anchor === null) {
+      const spiral = Array.from({ length: 41 }, (_, k) => [x + (0.8 + k * 0.055) * u * Math.cos(k * 0.35), y - (0.8 + k * 0.055) * u * Math.sin(k * 0.35)]);
+      return path.setAttribute("d", isFinite(x + y) ? `M${spiral.join("L")}` : "");
+    }
+    const [ex, ey] = at(drawnPlace(on, anchor, i, view.factor)), long = Math.hypot(ex - x, ey - y) || 1, [ax, ay] = [(ex - x) / long, (ey - y) / long];
+    const turns = 9, plain = Math.min(0.18 * long, 2 * u), spot = (along, across) => `${x + along * ax - across * ay} ${y + along * ay + across * ax}`;
+    const zigzag = Array.from({ length: turns * 2 - 1 }, (_, k) => spot(plain + ((k + 0.5) * (long - 2 * plain)) / (turns * 2 - 1), (k % 2 ? -0.75 : 0.75) * u));
+    path.setAttribute("d", isFinite(x + y + ex + ey) ? `M${spot(0, 0)}L${spot(plain, 0)}L${zigzag.join("L")}L${spot(long - plain, 0)}L${spot(long, 0)}` : "");
   }
 
   function drawForce(k, { joint, arrow }, i) {

@@ -3,7 +3,11 @@ const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "
 const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
+// Units that the report is asked for, by SI unit: factor and name; all others have the prefix that suits.
+const chosenUnits = {};
+
 function scaleOf(largest, unit) {
+  if (unit in chosenUnits) return chosenUnits[unit];
   const size = Math.abs(largest);
   if (UNPREFIXED.has(unit) || !isFinite(size) || size < 1e-12) return [1, unit];
   let power = Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3), -9), 9);

@@ -1,27 +1,24 @@
 // What the page holds: the figures as JSON, the polynomials as numbers, and their values anywhere.
 const read = (id) => JSON.parse($(id).textContent);
 
-function bytesOf(id) {
-  const text = atob($(id).textContent.trim());
-  const bytes = new Uint8Array(text.length);
-  for (let k = 0; k < text.length; k++) bytes[k] = text.charCodeAt(k);
-  return bytes;
-}
-
 const { summary, model, text: sceneText } = read("scene");
 const N = model.positions;
-const arrays = (() => {
-  const bytes = bytesOf("numbers");
-  const doubles = Object.values(model.arrays).filter(([kind]) => kind === "d");
-  const total = doubles.reduce((sum, [, , shape]) => sum + shape.reduce((a, b) => a * b, 1), 0);
-  const found = {};
-  for (const [name, [kind, first, shape]] of Object.entries(model.arrays)) {
-    const count = shape.reduce((a, b) => a * b, 1);
-    const values = kind === "d" ? new Float64Array(bytes.buffer, 8 * first, count) : new Float32Array(bytes.buffer, 8 * total + 4 * first, count);
-    found[name] = { values, shape };
+Object.assign(chosenUnits, model.units);
+const arrays = await unpacked(model, N);
+for (const [name, [of, times, factors]] of Object.entries(model.integrals)) arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
+
+// Coefficients of a field of which the first are known, and the rest those of another that is so many times integrated.
+function integrated(first, { values, shape: [order, pieces] }, times, factors) {
+  const whole = new Float64Array((order + times) * pieces * N);
+  whole.set(first);
+  for (let k = 0; k < order; k++) {
+    let product = 1;
+    for (let d = 1; d <= times; d++) product *= k + d;
+    for (let piece = 0; piece < pieces; piece++)
+      for (let i = 0; i < N; i++) whole[((k + times) * pieces + piece) * N + i] = (values[(k * pieces + piece) * N + i] * factors[piece]) / product;
   }
-  return found;
-})();
+  return { values: whole, shape: [order + times, pieces] };
+}
 
 const row = (name, k = 0) => arrays[name].values.subarray(k * N, (k + 1) * N);
 const has = (name) => name in arrays;

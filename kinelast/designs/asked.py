@@ -1,0 +1,167 @@
+"""What a scene's tables ask of its designs: sensitivities, tolerances, the best one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.problem import Limit
+from kinelast.designs.tolerances import Tolerance
+from kinelast.designs.variables import Variable, read_value, variable
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.format import SceneTable
+from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
+from kinelast.scene.format_sizing import Amount, BoundTable, OptimizeTable, ToleranceTable
+from kinelast.scene.units import Quantity
+
+Tables = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Scattered:
+    """Numbers of a scene with their tolerances."""
+
+    variables: tuple[Variable, ...]
+    tolerances: tuple[Tolerance, ...]
+
+
+def scattered(tables: Tables, table: SceneTable) -> Scattered:
+    """The tolerances of a scene.
+
+    Raises
+    ------
+    SceneError
+        There are none, or one is no number with a unit that fits, or not greater than zero.
+    """
+    if not table.tolerances:
+        raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
+    found = [(variable(tables, path), _tolerance(tables, path, given)) for path, given in table.tolerances.items()]
+    return Scattered(tuple(one for one, _ in found), tuple(tolerance for _, tolerance in found))
+
+
+def _tolerance(tables: Tables, path: str, given: Amount | ToleranceTable) -> Tolerance:
+    if not isinstance(given, ToleranceTable):
+        given = ToleranceTable(plus_minus=given)
+    half = _amount(tables, path, given.plus_minus, "tolerances")
+    if not half > 0:
+        raise fault("tolerances", f'"{path}"', f"expected a tolerance greater than zero, got {given.plus_minus!r}")
+    return Tolerance(half, given.distribution == "normal")
+
+
+def _amount(tables: Tables, path: str, given: Amount, place: str) -> float:
+    """A difference of a number, in its own unit or as a share of it in per cent."""
+    if isinstance(given, str) and given.strip().endswith("%"):
+        try:
+            return abs(variable(tables, path).base) * float(given.strip()[:-1]) / 100
+        except ValueError:
+            raise fault(place, f'"{path}"', f'expected a share, as in "2 %", got "{given}"') from None
+    return read_value(tables, path, given)
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """What is to be made best: variables with bounds, a figure, and limits of others."""
+
+    variables: tuple[Variable, ...]
+    low: np.ndarray
+    high: np.ndarray
+    figure: str
+    largest: bool
+    limits: tuple[Limit, ...]
+    evolve: bool
+    seed: int
+
+
+def sought(tables: Tables, table: SceneTable, units: Mapping[str, str]) -> Sought:
+    """What a scene's [optimize] asks for; its [limits] count too.
+
+    Parameters
+    ----------
+    units
+        Of the figures that there are, by name.
+
+    Raises
+    ------
+    SceneError
+        The table is missing, or names what there is not, or bounds are the wrong way round.
+    """
+    asked = table.optimize
+    if not asked.variables and asked.minimize is None and asked.maximize is None:
+        raise fault("optimize", "", 'the table is missing: say what to minimize, as in minimize = "mass"')
+    if (asked.minimize is None) == (asked.maximize is None):
+        raise fault("optimize", "minimize", "expected one figure, to minimize or to maximize")
+    figure = asked.minimize if asked.minimize is not None else asked.maximize
+    assert figure is not None
+    known_name("optimize", "minimize" if asked.maximize is None else "maximize", figure, units, "figure")
+    if not asked.variables:
+        raise fault(
+            "optimize.variables", "", 'expected numbers with bounds, as in "sections.bar.depth" = ["3 mm", "9 mm"]'
+        )
+    paths = list(asked.variables)
+    bounds = np.array([_range(tables, path, *asked.variables[path]) for path in paths])
+    limits = (*_own_limits(table, units), *_limits(asked, units))
+    return Sought(
+        tuple(variable(tables, path) for path in paths), bounds[:, 0], bounds[:, 1], figure, asked.maximize is not None,
+        limits, asked.method == "evolution", asked.seed,
+    )  # fmt: skip
+
+
+def _range(tables: Tables, path: str, low: Amount, high: Amount) -> tuple[float, float]:
+    first, last = (read_value(tables, path, each) for each in (low, high))
+    if not first < last:
+        problem = f"expected two bounds, the lower one first, got [{low!r}, {high!r}]"
+        raise fault("optimize.variables", f'"{path}"', problem)
+    return first, last
+
+
+def _own_limits(table: SceneTable, units: Mapping[str, str]) -> list[Limit]:
+    """The limits of a scene."""
+    limits = table.limits
+    found = [*_of_links("", limits, units)]
+    for name, own in limits.links.items():
+        found += _of_links(name, own, units)
+    if limits.output is not None and "output_error" in units:
+        found.append(Limit("output_error", float(limits.output)))
+    return found
+
+
+def _of_links(link: str, table: LimitsTable | LinkLimitsTable, units: Mapping[str, str]) -> list[Limit]:
+    """Limits of every beam of a link, or of all: a limit of the largest of them would have more kinks."""
+    return [
+        Limit(figure, float(value), kind == "safety")
+        for kind, value in (("deflection", table.deflection), ("chord", table.chord), ("safety", table.safety))
+        if value is not None
+        for figure in _each(kind, units, link)
+    ]
+
+
+def _each(kind: str, units: Mapping[str, str], link: str = "") -> list[str]:
+    """A figure of every beam, of one link or of all, where there are such figures; else the one of all."""
+    own = [name for name in units if name.startswith(f"{kind}.") and link in ("", name.split(".")[1])]
+    return own or [kind]
+
+
+def _limits(asked: OptimizeTable, units: Mapping[str, str]) -> Sequence[Limit]:
+    """The limits under [optimize.limits]."""
+    limits = []
+    for name, given in asked.limits.items():
+        known_name("optimize.limits", f'"{name}"', name, units, "figure")
+        bound = given if isinstance(given, BoundTable) else BoundTable(most=given)
+        if bound.most is None and bound.least is None:
+            raise fault("optimize.limits", f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
+        for value, least in ((bound.most, False), (bound.least, True)):
+            if value is not None:
+                bound_ = figure_value(value, units[name], name)
+                limits += [Limit(each, bound_, least) for each in _each(name, units)]
+    return limits
+
+
+def figure_value(given: Amount, unit: str, name: str) -> float:
+    """A bound of a figure in its SI unit."""
+    try:
+        return Quantity.of_unit(unit, given)
+    except ValueError as error:
+        raise fault("optimize.limits", f'"{name}"', str(error)) from None

@@ -1,0 +1,80 @@
+"""The best design of a problem, with its certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinelast.designs.certificate import Certificate, certificate
+from kinelast.designs.problem import Problem
+from kinelast.designs.search import Found, Tell, evolved, from_many_starts, local_searches
+
+ROUNDS = 4  # local searches from a better neighbour, at most
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best design that was found.
+
+    Attributes
+    ----------
+    shares, values
+        Of the variables: of the way between their bounds, and in their units, shape (variables,).
+    feasible
+        Whether all limits are kept.
+    searches
+        Where the local searches have ended, the best first.
+    certificate
+        What speaks for it.
+    designs, calls
+        How many designs were computed, and in how many calls.
+    """
+
+    shares: np.ndarray
+    values: np.ndarray
+    feasible: bool
+    searches: tuple[Found, ...]
+    certificate: Certificate
+    designs: int
+    calls: int
+
+
+def _unheard(stage: str, done: int, total: int) -> None:
+    pass
+
+
+def optimum(
+    problem: Problem, evolve: bool = False, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard
+) -> Optimum:
+    """The best design: as local searches from many starts find it, or else one from a population that has evolved.
+
+    Parameters
+    ----------
+    first
+        A start besides others, as shares of the variables, shape (variables,).
+    tell
+        Called with what is being done, how much of it is done, and to be done.
+
+    Raises
+    ------
+    ValueError
+        No design that was tried has all figures.
+    """
+    searches = (evolved if evolve else from_many_starts)(problem, seed, first, tell)
+    if not searches or not np.isfinite(searches[0].violation):
+        raise ValueError("no design that was tried has all the figures that are asked for")
+    best = searches[0]
+    found = certificate(problem, best.end, seed)
+    for _ in range(ROUNDS):
+        if found.neighbours.best is None:
+            break
+        closer = local_searches(problem, [found.neighbours.best], tell)[0]
+        if closer.rank >= best.rank:
+            break
+        best = closer
+        found = certificate(problem, best.end, seed)
+    counted = problem.counted
+    return Optimum(
+        best.end, problem.values(best.end), best.violation == 0, tuple(searches), found, sum(counted), len(counted)
+    )

@@ -1,0 +1,154 @@
+"""The best design and its certificate as plain data, as a table and in words."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.asked import Sought
+from kinelast.designs.certificate import ACTIVE, RADII
+from kinelast.designs.optimum import Optimum
+from kinelast.numbers import number, percent, quantity
+
+HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A problem and the best design that was found.
+
+    Attributes
+    ----------
+    before, after
+        Figures of the scene as it stands and of the best design, by name; nan where they are not known.
+    """
+
+    sought: Sought
+    optimum: Optimum
+    units: Mapping[str, str]
+    before: Mapping[str, float]
+    after: Mapping[str, float]
+
+
+def optimum_figures(solved: Solved) -> dict[str, Any]:
+    """The best design and why, as plain data that JSON can hold; what is not known is null."""
+    sought, found = solved.sought, solved.optimum
+    held, name = found.certificate, sought.figure
+    sign = -1.0 if sought.largest else 1.0
+    return {
+        "goal": "maximize" if sought.largest else "minimize",
+        "figure": name,
+        "unit": solved.units[name],
+        "before": _known(solved.before[name]),
+        "value": _known(solved.after[name]),
+        "feasible": found.feasible,
+        "variables": _variables(solved),
+        "limits": _limits(solved),
+        "residual": _known(held.residual),
+        "kinked": held.kinked,
+        "neighbours": [
+            {"within": radius, "tried": tried, "feasible": feasible, "better": better}
+            for radius, tried, feasible, better in zip(
+                RADII, held.neighbours.tried, held.neighbours.feasible, held.neighbours.better, strict=True
+            )
+        ],
+        "searches": [
+            {"value": _known(sign * each.cost), "violation": _known(each.violation), "feasible": each.violation == 0}
+            for each in found.searches
+        ],
+        "designs": found.designs,
+        "calls": found.calls,
+        "words": words(solved),
+    }
+
+
+def _variables(solved: Solved) -> list[dict[str, Any]]:
+    sought, found = solved.sought, solved.optimum
+    rows = []
+    for k, one in enumerate(sought.variables):
+        at = "low" if found.shares[k] < ACTIVE else "high" if found.shares[k] > 1 - ACTIVE else None
+        multiplier = max(found.certificate.low[k], found.certificate.high[k])
+        rows.append(
+            {
+                "path": one.path,
+                "unit": one.unit,
+                "before": one.base,
+                "value": float(found.values[k]),
+                "low": float(sought.low[k]),
+                "high": float(sought.high[k]),
+                "at_bound": at,
+                "multiplier": float(multiplier),
+            }
+        )
+    return rows
+
+
+def _limits(solved: Solved) -> list[dict[str, Any]]:
+    held = solved.optimum.certificate
+    return [
+        {
+            "figure": limit.figure,
+            "unit": solved.units[limit.figure],
+            "bound": limit.bound,
+            "kind": "least" if limit.least else "most",
+            "before": _known(solved.before[limit.figure]),
+            "value": _known(solved.after[limit.figure]),
+            "margin": _known(margin),
+            "active": bool(abs(margin) < ACTIVE),
+            "multiplier": float(multiplier),
+        }
+        for limit, margin, multiplier in zip(solved.sought.limits, held.margin, held.multiplier, strict=True)
+    ]
+
+
+def _known(value: Any) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def words(solved: Solved) -> list[str]:
+    """What to say of an optimum."""
+    sought, found, unit = solved.sought, solved.optimum, solved.units[solved.sought.figure]
+    held = found.certificate
+    kept = "all limits kept" if found.feasible else "NOT all limits can be kept: this is the nearest to that"
+    said = [f"{sought.figure}: {quantity(solved.before[sought.figure], unit)} -> "
+            f"{quantity(solved.after[sought.figure], unit)}; {kept}"]  # fmt: skip
+    less = "more" if sought.largest else "less"
+    for limit, margin, multiplier in zip(sought.limits, held.margin, held.multiplier, strict=True):
+        if abs(margin) < ACTIVE:
+            bound = quantity(limit.bound, solved.units[limit.figure])
+            said.append(f"held by {limit.figure}, {bound}: 1 % more room is {number(multiplier, 3)} % {less}")
+    for row in _variables(solved):
+        if row["at_bound"]:
+            end = "lower" if row["at_bound"] == "low" else "upper"
+            said.append(f"held by the {end} bound of {row['path']}, {quantity(row['value'], row['unit'])}")
+    residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
+    better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
+    said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {found.designs} designs computed")
+    return said
+
+
+def write_optimum(path: Path, solved: Solved) -> None:
+    """A row for the goal, every variable and every limit."""
+    figures = optimum_figures(solved)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(HEAD)
+        goal = [figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"]]
+        rows.writerow(_cells([*goal, None, None, None, None]))
+        for each in figures["variables"]:
+            keys = ("path", "unit", "before", "value", "low", "high")
+            rows.writerow(_cells(["variable", *(each[key] for key in keys), None, each["multiplier"]]))
+        for each in figures["limits"]:
+            bounds = [each["bound"], None] if each["kind"] == "least" else [None, each["bound"]]
+            own = [each[key] for key in ("figure", "unit", "before", "value")]
+            rows.writerow(_cells(["limit", *own, *bounds, each["margin"], each["multiplier"]]))
+
+
+def _cells(values: list[Any]) -> list[str]:
+    return ["" if value is None else repr(value) if isinstance(value, float) else str(value) for value in values]

@@ -1,0 +1,73 @@
+"""What a scene's designs were asked for, written into its folder, and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kinelast.designs.optimum_files import optimum_figures, write_optimum
+from kinelast.designs.rewritten import rewritten
+from kinelast.designs.sensitivity_files import sensitivity_bars, sensitivity_figures, write_sensitivities
+from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
+from kinelast.designs.tolerance_files import tolerance_bars, tolerance_figures, write_tolerances
+from kinelast.designs.tolerances import DESIGNS
+from kinelast.scene.parsing import parse_toml
+from kinelast.scene.text import of_file
+
+FILES = ("sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg", "optimum.csv", "optimum.toml")
+
+Tell = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Studies:
+    """What is asked of a scene's designs: sensitivities, tolerances with so many samples, the best one."""
+
+    sensitivities: bool = False
+    tolerances: bool = False
+    optimize: bool = False
+    samples: int | None = None
+    positions: int | None = None
+
+
+def write_studies(part: Path, text: str, path: str, name: str, asked: Studies, tell: Tell) -> dict[str, Any]:
+    """Files of what is asked for, and the figures of it by what they are of.
+
+    Parameters
+    ----------
+    part
+        Where to.
+    text, path, name
+        Of the scene: its file, where that is, and what it is called.
+
+    Raises
+    ------
+    SceneError
+        It cannot be answered.
+    """
+    figures = {}
+    with of_file(path):
+        tables = parse_toml(text)
+        if asked.positions:
+            tables["run"] = {**tables.get("run", {}), "positions": asked.positions}
+        if asked.sensitivities:
+            found = sensitivity_study(tables, tell=tell)
+            write_sensitivities(part / "sensitivities.csv", *found)
+            (part / "sensitivities.svg").write_text(sensitivity_bars(*found), encoding="utf-8")
+            figures["sensitivities"] = sensitivity_figures(*found)
+        if asked.tolerances:
+            ranges = tolerance_study(tables, asked.samples or DESIGNS, tell)
+            write_tolerances(part / "tolerances.csv", ranges)
+            (part / "tolerances.svg").write_text(tolerance_bars(ranges), encoding="utf-8")
+            figures["tolerances"] = tolerance_figures(ranges)
+        if asked.optimize:
+            best = optimum_study(tables, tell)
+            values = zip(best.sought.variables, best.optimum.values.tolist(), strict=True)
+            head = f"The best design by [optimize] of the scene {name}: {'' if best.optimum.feasible else 'NOT '}all limits kept."
+            new = rewritten(text, {one.path: value for one, value in values}, head)
+            (part / "optimum.toml").write_text(new, encoding="utf-8")
+            write_optimum(part / "optimum.csv", best)
+            figures["optimum"] = optimum_figures(best)
+    return figures

@@ -1,0 +1,68 @@
+"""The text of a scene's file with other values for some of its numbers; comments and order stay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import tomlkit
+
+from kinelast.designs.variables import Place, place_of
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.units import FORM, TYPESET, Quantity
+
+DIGITS = 12
+SCHEMA = "#:schema"  # whose place is told from the file's own
+
+
+def rewritten(text: str, values: Mapping[str, float], head: str = "") -> str:
+    """A scene's text with other values, in SI units, for numbers named by their paths.
+
+    A number keeps the unit that it has in the file.
+
+    Parameters
+    ----------
+    head
+        A comment for the first line.
+
+    Raises
+    ------
+    SceneError
+        The text holds a mistake, or no number of a name.
+    """
+    document = tomlkit.parse(text)
+    table = parse_scene(document.unwrap())
+    for path, value in values.items():
+        _put(document, place_of(table, path), value)
+    lines = tomlkit.dumps(document).splitlines(keepends=True)
+    kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
+    return "".join([f"# {head}\n" if head else "", *kept])
+
+
+def _put(document: Any, place: Place, value: float) -> None:
+    """Put a value into a document."""
+    node: Any = document
+    for name, following in zip(place.names[:-1], place.names[1:], strict=True):
+        if isinstance(node, dict) and name not in node:
+            node[name] = tomlkit.table()
+        if isinstance(following, int) and not isinstance(node[name], list):
+            node[name] = [node[name], node[name]]  # one size for both ends of a beam
+        node = node[name]
+    last = place.names[-1]
+    there = node[last] if not isinstance(node, dict) or last in node else None
+    node[last] = _written(place, there, value)
+
+
+def _written(place: Place, there: Any, value: float) -> Any:
+    """A value as it stands in a file."""
+    unit = place.variable.unit
+    if isinstance(place.leaf, int):
+        return round(value)
+    if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
+        own = Quantity.of_unit(unit, f"1 {form[2]}")
+        return f"{value / own:.{DIGITS}g} {form[2].strip()}"
+    bare = getattr(place.leaf[0] if isinstance(place.leaf, Sizes) else place.leaf, "per_length", 1.0) == 1.0
+    if isinstance(there, int | float) and bare and not isinstance(place.leaf, Direction):
+        return float(f"{value:.{DIGITS}g}")
+    return f"{value:.{DIGITS}g} {unit}" if unit != "1" else float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,170 @@
+"""Searches for the best design: local ones from many starts, or a population that evolves; a step is one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.optimize import differential_evolution, least_squares, minimize
+from scipy.stats import qmc
+
+from kinelast.designs.problem import Linear, Problem, linearized
+from kinelast.designs.together import together
+
+SAMPLED = 64  # designs to a variable, of which the best are starts
+MOST_SAMPLED = 1024
+STARTS = 8
+ASUNDER = 0.1  # how far starts are apart, of the diagonal
+ITERATIONS = 200
+PRECISION = 1e-13  # of the cost, at which a local search ends
+POPULATION, GENERATIONS = 15, 400  # to a variable; at most
+LOST = 1e3  # cost, in units of the start's, of a design that has no figures
+WORSE = 1e50  # than any cost: designs that break a limit come after all others
+
+Tell = Callable[[str, int, int], None]
+
+
+def _unheard(stage: str, done: int, total: int) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a local search has ended.
+
+    Attributes
+    ----------
+    start, end
+        Shares of the variables, shape (variables,).
+    cost
+        What is to be least, there.
+    violation
+        Sum of the shares by which limits are not kept.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    cost: float
+    violation: float
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """By which the better comes first."""
+        return self.violation, self.cost
+
+
+def from_many_starts(
+    problem: Problem, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard
+) -> list[Found]:
+    """Local searches from the best designs of a Latin hypercube, that lie apart; the best first.
+
+    Parameters
+    ----------
+    first
+        One more start, shape (variables,).
+    """
+    return local_searches(problem, _starts(problem, seed, first), tell)
+
+
+def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
+    """Good designs that lie apart."""
+    variables = len(problem.low)
+    cube = qmc.LatinHypercube(variables, rng=np.random.default_rng(seed))
+    shares = cube.random(min(SAMPLED * variables, MOST_SAMPLED))
+    judged = problem.judged(shares)
+    starts = [] if first is None else [np.asarray(first, float)]
+    for number in judged.order()[: int(np.isfinite(judged.violation).sum())]:
+        apart = (np.linalg.norm(shares[number] - start) > ASUNDER * np.sqrt(variables) for start in starts)
+        if len(starts) < STARTS and all(apart):
+            starts.append(shares[number])
+    return starts
+
+
+def evolved(problem: Problem, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard) -> list[Found]:
+    """The end of a local search from the best of a population that has evolved (differential evolution)."""
+    variables, generation = len(problem.low), [0]
+
+    def cost(shares: np.ndarray) -> np.ndarray:  # (variables, designs)
+        judged = problem.judged(shares.T)
+        broken = np.minimum(judged.violation, LOST)
+        return np.where(broken > 0, WORSE * (1 + broken), judged.cost)
+
+    def on_generation(*_: object) -> None:
+        generation[0] += 1
+        tell("generations", generation[0], GENERATIONS)
+
+    result = differential_evolution(
+        cost, [(0.0, 1.0)] * variables, vectorized=True, updating="deferred", polish=False, popsize=POPULATION,
+        maxiter=GENERATIONS, rng=np.random.default_rng(seed), x0=first, callback=on_generation, tol=1e-8,
+    )  # fmt: skip
+    return local_searches(problem, [np.asarray(result.x)], tell)
+
+
+def local_searches(problem: Problem, starts: Sequence[np.ndarray], tell: Tell = _unheard) -> list[Found]:
+    """Where sequential quadratic programming ends from several starts at once; the best first."""
+    calls = [0]
+
+    def answers(asked: list[np.ndarray]) -> list[Linear]:
+        calls[0] += 1
+        tell("steps of local searches", calls[0], ITERATIONS)
+        return linearized(problem, asked)
+
+    found = together([partial(_local_search, np.asarray(start, float), problem) for start in starts], answers)
+    return sorted(found, key=lambda each: each.rank)
+
+
+def _local_search(start: np.ndarray, problem: Problem, ask: Callable[[np.ndarray], Linear]) -> Found:
+    """The best design that a local search comes by from a start.
+
+    Least squares first where that is what is sought, then sequential quadratic programming where there are limits.
+    """
+    known: dict[bytes, Linear] = {}
+
+    def at(shares: np.ndarray) -> Linear:
+        shares = np.clip(shares, 0.0, 1.0)
+        key = shares.tobytes()
+        if key not in known:
+            known[key] = ask(shares)
+        return known[key]
+
+    def best() -> Linear:
+        return min(known.values(), key=lambda each: (each.violation, each.cost))
+
+    first = at(start)
+    if not np.isfinite(first.cost):
+        return Found(start, start, np.nan, np.inf)
+    with np.errstate(all="ignore"):
+        if problem.parts:
+            _least_squares(at, start)
+        if problem.limits or not problem.parts:
+            _quadratic_programming(at, best().shares, bool(problem.limits))
+    return Found(start, best().shares, best().cost, best().violation)
+
+
+def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray) -> None:
+    unit = float(np.linalg.norm(at(start).parts)) or 1.0
+    least_squares(
+        lambda shares: _known(at(shares).parts / unit, LOST), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
+        jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=ITERATIONS,
+        x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15,
+    )  # fmt: skip
+
+
+def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool) -> None:
+    unit = abs(at(start).cost) or 1.0
+    constraints = {
+        "type": "ineq",
+        "fun": lambda shares: _known(at(shares).margin, -LOST),
+        "jac": lambda shares: _known(at(shares).margin_slope, 0.0),
+    }
+    minimize(
+        lambda shares: float(_known(np.array(at(shares).cost / unit), LOST)), start, bounds=[(0.0, 1.0)] * len(start),
+        jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
+        method="SLSQP", options={"maxiter": ITERATIONS, "ftol": PRECISION},
+    )  # fmt: skip
+
+
+def _known(values: np.ndarray, instead: float) -> np.ndarray:
+    return np.where(np.isfinite(values), values, instead)

@@ -1,0 +1,166 @@
+"""Sensitivities: how every figure changes with every number of a design, from one call for all perturbed designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from kinelast.designs.richardson import limit, steps
+
+ROUND_OFF = 4 * np.finfo(float).eps  # relative, of a figure that is computed as well as can be
+APART = 3.0  # times their errors that the slopes to both sides differ by at a kink
+BEND = 1e-6  # of a slope: what differs by less is no kink to speak of
+
+
+class Figures(Protocol):
+    """Figures of many designs."""
+
+    @property
+    def columns(self) -> Mapping[str, np.ndarray]:
+        """Of every figure by name, shape (designs,); nan where a design has none."""
+
+    @property
+    def place(self) -> Mapping[str, np.ndarray]:
+        """Where the largest value of a figure is, as a whole number, shape (designs,); of some figures only."""
+
+
+FiguresOf = Callable[[np.ndarray], Figures]
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of figures to variables.
+
+    All arrays but `at` and `scale` have the shape (figures, variables) unless said otherwise.
+
+    Attributes
+    ----------
+    figures
+        Names of the figures.
+    at
+        The variables' values, shape (variables,).
+    figure
+        The figures' values, shape (figures,).
+    slope, error
+        Derivative, and the estimate of its error. At a kink the mean of both sides; at the end of a range that of the
+        one side there is; nan where there is none.
+    below, above
+        Derivatives to either side.
+    kink
+        The slopes to both sides differ: what is largest is so in two places at once.
+    still
+        Largest relative change of the variable, to both sides, that was tried and leaves what is largest where it is;
+        0 at a kink. Beyond it the figure may follow another link or position.
+    """
+
+    figures: tuple[str, ...]
+    at: np.ndarray
+    figure: np.ndarray
+    slope: np.ndarray
+    error: np.ndarray
+    below: np.ndarray
+    above: np.ndarray
+    kink: np.ndarray
+    still: np.ndarray
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Per cent of the figure to one per cent of the variable, shape (figures, variables)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.slope * self.at / self.figure[:, None])
+
+
+def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | None = None) -> Sensitivities:
+    """Derivatives of all figures to all variables.
+
+    Parameters
+    ----------
+    figures_of
+        From values of the variables, shape (designs, variables), to figures; called once.
+    at
+        Where, shape (variables,).
+    scale
+        How large each variable is, shape (variables,): the largest step is a 16th of it. By default its value, or 1
+        where that is 0.
+
+    Raises
+    ------
+    ValueError
+        A scale is not greater than zero.
+    """
+    at = np.asarray(at, float)
+    scale = np.where(at == 0, 1.0, abs(at)) if scale is None else np.asarray(scale, float)
+    if not (scale > 0).all():
+        raise ValueError(f"scales have to be greater than zero, got {scale.min()}")
+    moved = _moved(at, steps(scale))
+    found = figures_of(np.concatenate([at[None], moved.reshape(-1, len(at))]))
+    names = tuple(found.columns)
+    shape = (len(names), *moved.shape[:3])
+    values = np.stack([np.asarray(found.columns[name], float) for name in names])
+    places = np.stack([np.asarray(found.place.get(name, np.zeros(values.shape[1])), float) for name in names])
+    move = np.diagonal(moved - at, axis1=2, axis2=3)  # as rounded, so that round-off of the step does no harm
+    found_at = _Tried(values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move)
+    watched = np.array([name in found.place for name in names])
+    return _gathered(names, at, found_at, watched, np.where(watched[:, None], _still(found_at, scale), np.nan))
+
+
+def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Designs with one variable moved, shape (sides, levels, variables moved, variables)."""
+    levels, count = step.shape
+    moved = np.broadcast_to(at, (2, levels, count, count)).copy()
+    own = np.arange(count)
+    moved[0][:, own, own] -= step
+    moved[1][:, own, own] += step
+    return moved
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """Figures and their places of one design, (figures,), and of moved ones, (figures, sides, levels, variables)."""
+
+    own: np.ndarray
+    value: np.ndarray
+    own_place: np.ndarray
+    place: np.ndarray
+    move: np.ndarray  # (sides, levels, variables)
+
+    @property
+    def smooth(self) -> np.ndarray:
+        """Whether a moved design has what is largest where those that are moved less to that side have it."""
+        same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
+        return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
+
+    @property
+    def unmoved(self) -> np.ndarray:
+        """Whether, close by, what is largest is where the design itself has it; shape (figures, sides, variables)."""
+        return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
+
+
+def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
+    """Largest relative change tried, to both sides, that leaves what is largest where it is; (figures, variables)."""
+    way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
+    return np.asarray(way.max(axis=2).min(axis=1))
+
+
+def _gathered(
+    names: tuple[str, ...], at: np.ndarray, tried: _Tried, watched: np.ndarray, still: np.ndarray
+) -> Sensitivities:
+    """Derivatives from the figures of moved designs; `watched`: the places of which figures are known."""
+    served = np.where(tried.smooth, tried.value, np.nan).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
+    own, (left, right) = tried.own[:, None], tried.move[:, :, None, :]
+    rough = ROUND_OFF * np.maximum(abs(own), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
+    both = tried.unmoved.all(axis=1)
+    middle = limit(np.where(both, served[1] - served[0], np.nan) / (right - left), 2 * rough / (right - left), order=2)
+    below, above = (limit((served[k] - own) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right)))
+    gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
+    kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
+    kink &= ~(both & watched[:, None])
+    slope = np.where(both & ~kink, middle.value, (below.value + above.value) / 2)
+    error = np.where(both & ~kink, middle.error, (below.error + above.error) / 2)
+    for side in (below, above):  # the only one there is
+        error = np.where(np.isnan(slope), side.error, error)
+        slope = np.where(np.isnan(slope), side.value, slope)
+    return Sensitivities(names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still))

@@ -1,0 +1,105 @@
+"""Sensitivities as plain data, as a table and as bars."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.bars import Bars, bars_svg
+from kinelast.designs.sensitivities import Sensitivities
+from kinelast.designs.variables import Variable
+from kinelast.numbers import number, quantity
+
+HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
+        "slope below", "slope above", "stays by")  # fmt: skip
+MOST_BARS = 12
+SIZED = 5e-4  # per cent to one per cent: what changes a figure by less is not drawn
+
+
+def sensitivity_figures(
+    found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
+) -> dict[str, Any]:
+    """Sensitivities as plain data that JSON can hold; what is not known is null."""
+    return {
+        "numbers": [{"path": one.path, "value": one.base, "unit": one.unit} for one in variables],
+        "figures": [
+            {
+                "name": name,
+                "value": _known(found.figure[row]),
+                "unit": units[name],
+                "slopes": [_slope(found, row, column) for column in range(len(variables))],
+                "words": [words for _, words in _ranked(found, variables, row)[:MOST_BARS]],
+            }
+            for row, name in enumerate(found.figures)
+        ],
+    }
+
+
+def _slope(found: Sensitivities, row: int, column: int) -> dict[str, Any]:
+    kinked = bool(found.kink[row, column])
+    return {
+        "slope": _known(found.slope[row, column]),
+        "error": _known(found.error[row, column]),
+        "percent": _known(found.logarithmic[row, column]),
+        "kink": kinked,
+        "stays_by": _known(found.still[row, column]),
+        **({"below": _known(found.below[row, column]), "above": _known(found.above[row, column])} if kinked else {}),
+    }
+
+
+def _known(value: Any) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _ranked(found: Sensitivities, variables: Sequence[Variable], row: int) -> list[tuple[int, str]]:
+    """Numbers of the variables that matter to a figure, what matters most first, and what to say of each."""
+    sizes = np.where(np.isfinite(found.logarithmic[row]), found.logarithmic[row], 0.0)
+    order = [int(column) for column in np.argsort(-abs(sizes), kind="stable") if abs(sizes[column]) > SIZED]
+    return [(column, told(variables[column].path, sizes[column], found.figures[row])) for column in order]
+
+
+def told(path: str, percent: float, figure: str) -> str:
+    """A sensitivity in words.
+
+    >>> told("sections.bar.depth", -2.7, "deflection")
+    '1 % more sections.bar.depth: −2.7 % deflection'
+    """
+    return f"1 % more {path}: {'+' if percent > 0 else ''}{number(percent, 3)} % {figure}"
+
+
+def write_sensitivities(
+    path: Path, found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
+) -> None:
+    """A row a figure and number: derivative, estimate of its error, logarithmic derivative, kinks."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(HEAD)
+        for row, name in enumerate(found.figures):
+            for column, one in enumerate(variables):
+                values = (found.slope, found.error, found.logarithmic)
+                own = [repr(float(each[row, column])) for each in values]
+                sides = [repr(float(each[row, column])) for each in (found.below, found.above, found.still)]
+                kink = bool(found.kink[row, column])
+                head = [name, repr(float(found.figure[row])), units[name], one.path, repr(one.base), one.unit]
+                rows.writerow([*head, *own, kink, *sides])
+
+
+def sensitivity_bars(found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> str:
+    """What matters most to every figure, as bars in SVG: per cent of the figure to one per cent of the number."""
+    charts = []
+    for row, name in enumerate(found.figures):
+        ranked = _ranked(found, variables, row)[:MOST_BARS]
+        size = quantity(float(found.figure[row]), units[name])
+        bars = []
+        for column, _ in ranked:
+            share = float(found.logarithmic[row, column])
+            mark = " (kink)" if found.kink[row, column] else ""
+            bars.append((variables[column].path, share, f"{'+' if share > 0 else ''}{number(share, 3)} %{mark}"))
+        if bars:
+            charts.append(Bars(f"{name}, {size}: what 1 % more makes of it", tuple(bars)))
+    return bars_svg(charts)

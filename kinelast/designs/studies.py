@@ -1,0 +1,217 @@
+"""Sensitivities, tolerances and the best design of a scene: from its tables to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
+from kinelast.designs.asked import scattered, sought
+from kinelast.designs.evaluate import Designs, evaluate
+from kinelast.designs.figures import Figure
+from kinelast.designs.figures import figures_of as known_figures
+from kinelast.designs.frequency_figures import frequency_figures
+from kinelast.designs.optimum import optimum
+from kinelast.designs.optimum_files import Solved
+from kinelast.designs.output_range import output_range_figures
+from kinelast.designs.problem import Problem
+from kinelast.designs.sensitivities import Sensitivities, sensitivities
+from kinelast.designs.tolerance_files import Toleranced
+from kinelast.designs.tolerances import DESIGNS, REPEATS, first_order, points_for, scatter, variance_shares
+from kinelast.designs.variables import Variable, numbers, variable
+from kinelast.scene.data import Scene
+from kinelast.scene.error import fault, known_name
+from kinelast.scene.format import SceneTable
+from kinelast.scene.limits import Output
+from kinelast.scene.motion import scene_motion
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.reading import scene_from_dict
+
+Tables = Mapping[str, Any]
+Tell = Callable[[str, int, int], None]
+NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
+NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing
+PART = 512  # designs between two words on how far it is
+
+
+def _unheard(stage: str, done: int, total: int) -> None:
+    pass
+
+
+def _figures_of(
+    tables: Tables, paths: Sequence[str], figures: Sequence[str | Figure], tell: Tell = _unheard, stage: str = ""
+) -> Callable[[np.ndarray], Designs]:
+    """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
+
+    def found(values: np.ndarray) -> Designs:
+        parts = []
+        for first in range(0, len(values), PART):
+            if stage:
+                tell(stage, first, len(values))
+            parts.append(evaluate(tables, paths, values[first : first + PART], figures))
+        if len(parts) == 1:
+            return parts[0]
+        places = {name: None for part in parts for name in part.place}
+        return Designs(
+            {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
+            parts[0].units,
+            np.concatenate([part.reason for part in parts]),
+            {name: np.concatenate([_place(part, name) for part in parts]) for name in places},
+        )
+
+    return found
+
+
+def _place(part: Designs, name: str) -> Any:
+    return part.place.get(name, np.full(len(part.reason), -1))
+
+
+def _as_it_stands(tables: Tables, figures: Sequence[str | Figure] | None) -> Designs:
+    """Figures of a scene as it stands.
+
+    Raises
+    ------
+    SceneError
+        It has none.
+    """
+    found = evaluate(tables, [], np.zeros((1, 0)), figures)
+    if found.reason[0]:
+        raise fault("", "", f"the scene as it stands: {found.reason[0]}")
+    return found
+
+
+def sensitivity_study(
+    tables: Tables, asked: Sequence[str] = (), tell: Tell = _unheard
+) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
+    """Sensitivities of a scene's figures to its numbers; the numbers, and the figures' units.
+
+    Parameters
+    ----------
+    asked
+        Paths of the numbers; where left out those of [sensitivities], or else all that describe the machine.
+
+    Raises
+    ------
+    SceneError
+        The tables hold a mistake, or name what there is not; or the scene as it stands has no figures.
+    """
+    table = parse_scene(tables)
+    paths = [*asked] or table.sensitivities.numbers or _machine(table)
+    names = table.sensitivities.figures or None
+    base = _as_it_stands(tables, names)
+    chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
+    variables = tuple(variable(tables, path) for path in paths)
+    figures_of = _figures_of(tables, paths, chosen, tell, "sensitivities")
+    at = np.array([one.base for one in variables])
+    with np.errstate(all="ignore"):
+        return sensitivities(figures_of, at, _scale(table, variables)), variables, base.units
+
+
+def _machine(table: SceneTable) -> list[str]:
+    """Paths of all numbers that describe the machine."""
+    return [path for path in numbers(table) if path.partition(".")[0].partition("[")[0] not in NOT_NUMBERS]
+
+
+def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
+    """How large variables are: a coordinate as the drawing, what is zero as one."""
+    extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
+    return np.array(
+        [
+            max(abs(one.base), extent) if one.unit == "m" and one.path.endswith((".x", ".y")) else abs(one.base) or 1.0
+            for one in variables
+        ]
+    )
+
+
+def tolerance_study(tables: Tables, designs: int = DESIGNS, tell: Tell = _unheard) -> Toleranced:
+    """Ranges of a scene's figures under its [tolerances].
+
+    Besides the figures of a design's summary, where the scene names its output: how far that is off by geometry, by
+    deflection, and by both.
+
+    Parameters
+    ----------
+    designs
+        How many to sample, at least.
+
+    Raises
+    ------
+    SceneError
+        As `sensitivity_study`; or there are no tolerances.
+    """
+    table = parse_scene(tables)
+    asked = scattered(tables, table)
+    scene = scene_from_dict(tables)
+    own: list[str | Figure] = []
+    if scene.output is not None:
+        own += accuracy_figures(scene_motion(scene), scene.output)
+    base = _as_it_stands(tables, None)
+    known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
+    figures = [*known, *own]
+    paths = [one.path for one in asked.variables]
+    at = np.array([one.base for one in asked.variables])
+    with np.errstate(all="ignore"):
+        nominal = sensitivities(_figures_of(tables, paths, figures), at, _scale(table, asked.variables))
+        figures_of = _figures_of(tables, paths, figures, tell, "designs within tolerances")
+        sampled = scatter(figures_of, asked.tolerances, at, designs)
+        shares = variance_shares(_figures_of(tables, paths, figures, tell, "shares"), asked.tolerances, at)
+    units = {**base.units, **{figure.name: figure.unit for figure in own if isinstance(figure, Figure)}}
+    linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
+    return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
+
+
+def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
+    """The best design that a scene's [optimize] asks for.
+
+    Raises
+    ------
+    SceneError
+        As `sensitivity_study`; or there is nothing to optimize, or no design that was tried has the figures.
+    """
+    table = parse_scene(tables)
+    scene = scene_from_dict(tables)
+    own = _path_figures(table, scene)
+    base = evaluate(tables, [], np.zeros((1, 0)), _known_figures(table, scene, own))
+    known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
+    asked = sought(tables, table, known)
+    paths = [one.path for one in asked.variables]
+    by_name = {figure.name: figure for figure in own}
+    parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
+    names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
+    figures_of = _figures_of(tables, paths, [by_name.get(name, name) for name in names])
+    problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
+    first = problem.shares(np.array([one.base for one in asked.variables]))
+    try:
+        best = optimum(problem, asked.evolve, asked.seed, first, tell)
+    except ValueError as error:
+        raise fault("optimize", "", str(error)) from None
+    after = figures_of(best.values[None]).columns
+    return Solved(asked, best, base.units, _first(base.columns), _first(after))
+
+
+def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:
+    """All figures that a limit or a goal may name; those of vibration, which take long, where one does."""
+    named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
+    vibration = [each.name for each in frequency_figures(scene) if each.name in named]
+    swings = [each.name for each in output_range_figures(scene.output)]
+    return [*known_figures(scene, scene.output), *swings, *vibration, *own]
+
+
+def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:
+    """Figures of the path under [optimize.path], where there is one."""
+    asked = table.optimize.path
+    if asked is None:
+        return []
+    places = [complex(*place) for place in asked.places]
+    if len(places) != scene.run.positions:
+        problem = f"expected a place for each of the {scene.run.positions} positions of the run, got {len(places)}"
+        raise fault("optimize.path", "places", problem)
+    moving = {point: link.name for link in reversed(scene.mechanism.links[1:]) for point in link.points}
+    known_name("optimize.path", "point", asked.point, moving, "point that moves")
+    return path_figures(Output(moving[asked.point], asked.point), places)
+
+
+def _first(columns: Mapping[str, Any]) -> dict[str, float]:
+    return {name: float(values[0]) for name, values in columns.items()}

@@ -1,0 +1,175 @@
+"""What tolerances of a design's numbers make of its figures: to first order, and by samples of designs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import norm, qmc, sobol_indices, uniform
+
+from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
+
+REPEATS = 8  # sets of points that are scrambled apart
+DESIGNS = 2048  # by default, in all sets together
+QUANTILES = (0.025, 0.5, 0.975)
+WITHIN = 3.0  # standard deviations that a tolerance of a normal distribution stands for
+INDEX_SAMPLE = 256  # times two more than there are variables: designs for Sobol's indices
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How a number scatters about its value.
+
+    Attributes
+    ----------
+    half
+        The tolerance: half the width of its range, in the number's own unit.
+    normal
+        Distributed normally, with a standard deviation of a third of `half`; else uniformly within it.
+    """
+
+    half: float
+    normal: bool = False
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation."""
+        return self.half / (WITHIN if self.normal else np.sqrt(3.0))
+
+    def scattered(self, shares: np.ndarray) -> np.ndarray:
+        """Differences from the value below which given shares of all pieces are; of the shares' shape."""
+        return self.deviation * ndtri(shares) if self.normal else self.half * (2 * shares - 1)
+
+
+@dataclass(frozen=True)
+class FirstOrder:
+    """Scatter of figures as their slopes tell it.
+
+    Attributes
+    ----------
+    deviation
+        Standard deviation, shape (figures,).
+    worst
+        Largest difference with every number at the end of its tolerance, shape (figures,).
+    share
+        Of each number in the variance, shape (figures, variables); nan where nothing scatters.
+    """
+
+    deviation: np.ndarray
+    worst: np.ndarray
+    share: np.ndarray
+
+
+def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
+    """Scatter of figures to first order, of numbers that are independent of each other."""
+    own = found.slope * np.array([each.deviation for each in tolerances])
+    variance = (own**2).sum(axis=1)
+    worst = (abs(found.slope) * np.array([each.half for each in tolerances])).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return FirstOrder(np.sqrt(variance), worst, own**2 / variance[:, None])
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Distribution of a figure over sampled designs.
+
+    Attributes
+    ----------
+    mean, deviation, low, median, high
+        The last three: 2.5, 50 and 97.5 per cent of all designs are below.
+    least, largest
+        Of the sample.
+    error
+        Standard errors of mean, deviation, low, median and high, from the spread of repeated samples; shape (5,).
+    known
+        Share of the designs that have the figure; the others are left out.
+    """
+
+    mean: float
+    deviation: float
+    low: float
+    median: float
+    high: float
+    least: float
+    largest: float
+    error: np.ndarray
+    known: float
+
+
+def sample(tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0) -> np.ndarray:
+    """Designs within tolerances by scrambled Sobol points, shape (repeats, points, variables).
+
+    As many as are asked for, or more: points of a set are a power of two.
+    """
+    seeds = np.random.SeedSequence(seed).spawn(REPEATS)
+    shares = [_points(len(at), points_for(designs), np.random.default_rng(each)) for each in seeds]
+    return np.asarray(np.asarray(at) + scattered(tolerances, np.stack(shares)))
+
+
+def points_for(designs: int) -> int:
+    """Points of each of the repeated sets for so many designs or more: a power of two."""
+    return int(2 ** max(math.ceil(math.log2(designs / REPEATS)), 0))
+
+
+def _points(variables: int, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Points within the unit cube, none of them on its faces."""
+    points = np.asarray(qmc.Sobol(variables, rng=rng).random(count))
+    return np.asarray(np.clip(points, 2.0**-33, 1 - 2.0**-33))
+
+
+def scattered(tolerances: Sequence[Tolerance], shares: np.ndarray) -> np.ndarray:
+    """Differences from all values, of shares of shape (..., variables)."""
+    return np.stack([each.scattered(shares[..., k]) for k, each in enumerate(tolerances)], axis=-1)
+
+
+def scatter(
+    figures_of: FiguresOf, tolerances: Sequence[Tolerance], at: np.ndarray, designs: int = DESIGNS, seed: int = 0
+) -> dict[str, Scatter]:
+    """Distributions of all figures over designs that scatter within tolerances, from one call for all designs."""
+    tried = sample(tolerances, at, designs, seed)
+    found = figures_of(tried.reshape(-1, tried.shape[-1]))
+    return {name: _scatter(np.asarray(each, float).reshape(tried.shape[:2])) for name, each in found.columns.items()}
+
+
+def _scatter(values: np.ndarray) -> Scatter:
+    """The distribution of a figure, (repeats, points)."""
+    known = np.isfinite(values)
+    if not known.any():
+        nan = math.nan
+        return Scatter(nan, nan, nan, nan, nan, nan, nan, np.full(5, nan), 0.0)
+    every = values[known]
+    sets = [_moments(own[good]) for own, good in zip(values, known, strict=True) if good.any()]
+    error = np.std(sets, axis=0, ddof=1) / np.sqrt(len(sets)) if len(sets) > 1 else np.full(5, math.nan)
+    mean, deviation, low, median, high = _moments(every)
+    return Scatter(mean, deviation, low, median, high, float(every.min()), float(every.max()), error, known.mean())
+
+
+def _moments(values: np.ndarray) -> tuple[float, ...]:
+    """Mean, standard deviation and quantiles."""
+    return float(values.mean()), float(values.std()), *map(float, np.quantile(values, QUANTILES))
+
+
+def variance_shares(
+    figures_of: Callable[[np.ndarray], Figures], tolerances: Sequence[Tolerance], at: np.ndarray, seed: int = 0
+) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
+    """Shares of the variance that a number has alone, and with all it acts together with: Sobol's indices.
+
+    They hold beyond the first order, which `first_order` is not told to do. Shapes (variables,); nan of a figure that
+    some design does not have, or that does not scatter.
+    """
+    names: list[str] = []
+
+    def values(designs: np.ndarray) -> np.ndarray:
+        found = figures_of(np.asarray(at) + designs.T).columns
+        names[:] = found
+        return np.stack([np.asarray(found[name], float) for name in names])
+
+    dists = [norm(0, each.deviation) if each.normal else uniform(-each.half, 2 * each.half) for each in tolerances]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
+    return {
+        name: (np.atleast_2d(found.first_order)[k], np.atleast_2d(found.total_order)[k]) for k, name in enumerate(names)
+    }

@@ -1,0 +1,68 @@
+// The designs as a table to sort, and one of them in full.
+const ROWS = 50;
+
+function tableSection() {
+  const order = { by: data.best === null ? "" : data.figures[0] ?? "", falling: false }, body = h("tbody");
+  const heads = ["", ...axes].map((name) => h("th", { scope: "col", class: name ? "figure" : null, "aria-sort": "none" }, h("button", { type: "button", onclick: () => sort(name) }, name || "design", name && unitOf(name) ? h("small", {}, ` [${unitOf(name)}]`) : null)));
+  const any = data.reasons.some(Boolean), more = h("button", { type: "button", onclick: () => { shown *= 5; draw(); } }, "Show more"), told = soft("");
+  let shown = ROWS;
+  section("designs-table", "Table", "All designs", told, h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Designs" }, h("table", {}, h("caption", {}, "Designs"), h("thead", {}, h("tr", {}, heads, any ? h("th", { scope: "col" }, "why there are no figures") : null)), body)), more);
+  function sort(name) {
+    order.falling = order.by === name ? !order.falling : state.greater.has(name);
+    order.by = name;
+    draw();
+  }
+  function draw() {
+    const kept = every.filter(inside), values = order.by ? columnOf(order.by) : columnOf("#design"), way = order.falling ? -1 : 1;
+    const size = (k) => (isFinite(values[k]) ? way * values[k] : Infinity);
+    kept.sort((a, b) => size(a) - size(b) || a - b);
+    body.replaceChildren(...kept.slice(0, shown).map((k) => h("tr", { class: k === state.chosen ? "worst" : null, "data-design": designOf(k) },
+      h("th", { scope: "row" }, h("button", { type: "button", class: "pick", "aria-label": `choose design ${designOf(k)}`, onclick: () => choose(k) }, designOf(k)), k === bestPlace ? h("span", { class: "mark" }, " best") : null),
+      axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
+    heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
+    more.hidden = kept.length <= shown;
+    told.textContent = `${kept.length} designs${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.`;
+  }
+  for (const what of ["change", "brush", "choice"]) listeners[what].push(draw);
+  draw();
+}
+
+// What makes a design: its numbers as lines of the scene, and its figures beside those of the best.
+function chosenSection() {
+  const holder = h("div", { "aria-live": "polite" });
+  section("chosen", "One design", "The design chosen", holder);
+  function draw() {
+    const k = state.chosen;
+    if (k === null) { holder.replaceChildren(soft("None: click a dot, or a number in the table.")); return; }
+    const address = data.pages[String(designOf(k))], reason = reasonOf(k), beside = bestPlace !== null && bestPlace !== k ? bestPlace : null;
+    const rows = data.figures.map((name) => h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "figure" }, valueWords(name, k, 6)), beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)), h("td", {}, unitOf(name))));
+    const lines = data.numbers.map((name) => `${name} = ${numberText(name, k)}`);
+    holder.replaceChildren(
+      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page")) : ""),
+      reason ? h("p", { class: "verdict poor" }, reason) : "",
+      h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
+      h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
+      h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, ["figure", "here", ...(beside === null ? [] : ["the best"]), "unit"].map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
+  }
+  listeners.choice.push(draw);
+  draw();
+}
+
+// As a scene's file has it: in SI units, all digits.
+function numberText(name, k) {
+  const unit = data.units[name], value = columnOf(name)[k];
+  return unit === "1" || unit === "" ? `${value}` : `"${value} ${unit}"`;
+}
+
+// By how many per cent a figure grows where a number grows by 1 %.
+function sensitivitySection() {
+  const figures = Object.keys(data.sensitivities);
+  if (!figures.length) return;
+  const bars = h("div", { class: "shares" }), pick = h("select", { id: "sensitivity-of", onchange: () => draw() }, figures.map((name) => h("option", { value: name }, name)));
+  section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how many per cent the figure grows where a number grows by 1 %, the others held; orange: it falls."), h("div", { class: "bar" }, h("label", { for: "sensitivity-of" }, "Figure"), pick), bars);
+  function draw() {
+    const rows = Object.entries(data.sensitivities[pick.value]).filter(([, size]) => size !== null).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1])), most = Math.max(...rows.map(([, size]) => Math.abs(size)), 1e-300);
+    bars.replaceChildren(h("ul", {}, rows.map(([name, size]) => h("li", {}, h("span", {}, name), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" })), h("span", {}, `${number(size, 3)} %`)))));
+  }
+  draw();
+}

@@ -1,0 +1,282 @@
+"""Many designs at once: every row is what a single run of that design says, for every number of a scene."""
+
+import copy
+import re
+
+import numpy as np
+import pytest
+
+from elastic import FIELDS, deflection, extremes, sample
+from elastic.cycle_maxima import cycle_maxima
+from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
+from kinelast.designs import evaluate, read_value, variable, with_value
+from kinelast.designs.base import base_of
+from kinelast.designs.variables import numbers
+from kinelast.figures.results import peaks
+from kinelast.figures.summary import summary
+from kinelast.folder import Request
+from kinelast.run import computed
+from kinelast.scene.parsing import parse_scene
+from kinelast.scene.text import file_text, toml_tables
+from tests.scene_texts import SWING, WHEEL
+
+SPREAD = 3e-3  # share by which numbers are changed
+
+
+def shipped(name, positions):
+    tables = toml_tables(file_text(shipped_scenes()[name]), "")
+    tables["run"] = {**tables.get("run", {}), "positions": positions}
+    return tables
+
+
+STEEL = shipped("steel_four_bar", 24)
+
+# Numbers that must not change alone: places on one line, choices of the theory, what none of the figures takes.
+MECHANISMS = {
+    "steel": (STEEL, ("run.accuracy", "run.tolerance", "run.steps")),
+    "press": (shipped("offset_slider_crank", 24), ("run.tolerance", "run.steps")),
+    "shaper": (
+        shipped("quick_return", 24),
+        ("run.tolerance", "run.steps", "points.C", "points.A", "points.D", "points.O.x", "sliders"),
+    ),
+    "wing": (shipped("drs_push_up", 25), ("run.tolerance", "run.steps", "outline", "table", "links.flap.points.T")),
+    "swing": (toml_tables(SWING, ""), ("run.tolerance", "run.steps", "motion[1]")),
+    "wheel": (toml_tables(WHEEL, ""), ("run.tolerance", "run.steps")),
+    "andrews": (shipped("andrews_driven", 24), ("run.tolerance", "run.steps")),
+}
+
+
+def paths_of(name):
+    tables, without = MECHANISMS[name]
+    return [path for path in numbers(parse_scene(tables)) if not any(word in path for word in without)]
+
+
+def single(tables):
+    """Figures of one scene by the way of the report, which knows nothing of designs."""
+    results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
+    found = summary(results, peaks(results))
+    largest = {"deflection": "largest_deflection", "chord": "largest_chord", "stress": "largest_stress"}
+    row = {name: found[key]["value"] for name, key in largest.items() if found[key]}
+    safety = [each["safety_factor"]["value"] for each in found["strength"].values()]
+    if safety and None not in safety:
+        row["safety"] = min(safety)
+    for name, drive in found["drives"].items():
+        row[f"drive_effort.{name}"] = drive["effort"]["value"]
+    row["joint_force"] = max(each["force"]["value"] for each in found["joints"])
+    row["shaking_force"] = found["shaking"]["force"]["value"]
+    row["shaking_moment"] = found["shaking"]["moment"]["value"]
+    row["condition"] = found["run"]["largest_condition"]["value"]
+    return row
+
+
+def rows_and_singles(tables, paths, count, seed=1):
+    rng = np.random.default_rng(seed)
+    base = np.array([variable(tables, path).base for path in paths])
+    values = np.where(base == 0, 1e-4, base) * (1 + SPREAD * rng.uniform(-1, 1, (count, len(paths))))
+    changed = []
+    for row in values:
+        own = copy.deepcopy(tables)
+        for path, value in zip(paths, row, strict=True):
+            own = with_value(own, path, value)
+        changed.append(single(own))
+    return evaluate(tables, paths, values, list(changed[0])), changed
+
+
+def require_same(found, singles):
+    assert list(found.reason) == [""] * len(singles)
+    for name, column in found.columns.items():
+        alone = np.array([row[name] for row in singles])
+        assert np.abs(column - np.abs(alone)).max() <= 1e-11 * np.abs(alone).max() + 1e-13, name
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name):
+    tables, _ = MECHANISMS[name]
+    paths = paths_of(name)
+    assert len(paths) > 9
+    require_same(*rows_and_singles(tables, paths, 2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
+    tables, _ = MECHANISMS[name]
+    base = base_of(tables, paths_of(name), None)
+    paths = [place.variable.path for place, fits in zip(base.places, base.on_axis, strict=True) if fits]
+    assert len(paths) > 9
+    found, singles = rows_and_singles(tables, paths, 3, seed=2)
+    require_same(found, singles)
+
+
+def test_a_design_finds_its_branch_on_its_own_drawing():
+    heights = [0.24, -0.24, 0.2, -0.3]
+    heavy = {**STEEL, "run": {"positions": 24, "gravity": [0.0, -9.81]}}
+    found = evaluate(heavy, ["points.B.y"], [[height] for height in heights], ["deflection", "shaking_moment"])
+    singles = [single(with_value(heavy, "points.B.y", height)) for height in heights]
+    require_same(found, [{name: row[name] for name in found.columns} for row in singles])
+    assert found.columns["shaking_moment"][0] != pytest.approx(found.columns["shaking_moment"][1], rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "paths", "spread"),
+    [
+        ("steel", ["links.crank.length", "links.rocker.length"], 0.4),  # some are out of reach
+        ("steel", ["drives.crank.speed", "points.A.y"], 0.3),
+        ("press", ["points.B.y", "sliders.guide.direction"], 0.1),
+        ("shaper", ["links.rod.length", "sections.arm.depth"], 0.1),
+        ("andrews", ["links.K3.points.E.y", "links.K5.mass"], 0.1),
+    ],
+)
+def test_a_row_does_not_depend_on_the_others_to_the_last_bit(name, paths, spread):
+    tables, _ = MECHANISMS[name]
+    rng = np.random.default_rng(3)
+    base = np.array([variable(tables, path).base for path in paths])
+    values = np.where(base == 0, 1e-3, base) * (1 + spread * rng.uniform(-1, 1, (40, 2)))
+    whole = evaluate(tables, paths, values)
+    for rows in ([39, 3], range(20, 35)):
+        part = evaluate(tables, paths, values[list(rows)])
+        for figure, column in whole.columns.items():
+            assert column[list(rows)].tobytes() == part.columns[figure].tobytes()
+        assert list(whole.reason[list(rows)]) == list(part.reason)
+
+
+def test_a_design_that_cannot_be_is_a_row_with_its_reason():
+    press = MECHANISMS["press"][0]
+    paths = ["sections.rod.inner", "links.rod.length", "links.crank.length"]
+    good = [0.008, 0.18, 0.05]
+    values = [good, [0.012, 0.18, 0.05], [0.008, -0.1, 0.05], [0.008, 0.045, 0.05], [0.008, 0.01, 0.001], good]
+    found = evaluate(press, paths, values, ["deflection", "reach"])
+    assert list(np.isfinite(found.columns["deflection"])) == [True, False, False, False, False, True]
+    assert found.columns["deflection"][0] == found.columns["deflection"][5]
+    alone = [None, *(wrong(press, paths, row) for row in values[1:5])]
+    assert found.reason[1] == alone[1] == "[sections.rod] inner: expected a diameter below outer, 0.012 m, got 0.012 m"
+    assert (
+        found.reason[2] == 'links.rod.length: expected a length, as in "100 mm" or 0.1, greater than zero, got -0.1 m'
+    )
+    assert "greater than zero" in alone[2]
+    share = found.columns["reach"][3]
+    assert 0 < share < 1
+    assert found.reason[3] == f'{1 - share:.0%} of the positions are out of reach: the joint "B" opens'
+    assert f"{1 - share:.0%} of the positions are out of reach" in alone[3]
+    assert 'the joint "B" opens' in alone[3]
+    assert found.reason[4] == 'the mechanism cannot be assembled: the joint "B" is out of reach at every position'
+    assert 'the joint "B" is out of reach at every position' in alone[4]
+
+
+def wrong(tables, paths, values):
+    """What a single run of a design says that cannot be."""
+    try:
+        for path, value in zip(paths, values, strict=True):
+            tables = with_value(tables, path, value)
+        single(tables)
+    except SceneError as error:
+        return str(error)
+    raise AssertionError("nothing is wrong")
+
+
+def test_numbers_of_a_file_are_known_by_their_paths():
+    assert variable(STEEL, "drives.crank.speed") == variable(STEEL, "drives[1].speed").__class__(
+        "drives.crank.speed", "rad/s", 100.0
+    )
+    assert variable(STEEL, "points.B.y").base == variable(STEEL, "points.B[2]").base == 0.24
+    swing = MECHANISMS["swing"][0]
+    assert variable(swing, "springs[2].stiffness").unit == "N m/rad"
+    assert variable(swing, "springs[1].stiffness").unit == "N/m"
+    assert variable(swing, "sections.bar.outer[2]").base == 0.006
+    assert variable(swing, "loads.block.table[1][1]").unit == "m"
+    assert variable(MECHANISMS["press"][0], "sliders.guide.direction").unit == "rad"
+    assert read_value(STEEL, "drives.crank.speed", "3000 rpm") == pytest.approx(100 * np.pi)
+    assert read_value(STEEL, "sections.bar.depth", "5 mm") == 0.005
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        (
+            "sections.bar.dept",
+            'sections.bar.dept: there is no such number in the scene; did you mean "sections.bar.depth"?',
+        ),
+        ("points.B", 'points.B: is two numbers: name "points.B.x" or "points.B.y"'),
+        ("links.crank.section", "links.crank.section: there is no such number in the scene"),
+        (
+            "drives[2].speed",
+            'drives[2].speed: there is no such number in the scene; did you mean "drives.crank.speed"?',
+        ),
+        ("", ": there is no such number in the scene"),
+    ],
+)
+def test_a_path_that_names_no_number_is_told_with_the_nearest(path, words):
+    with pytest.raises(SceneError) as caught:
+        variable(STEEL, path)
+    assert words in f"{path}: {caught.value.problem}"
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "words"),
+    [
+        ("sections.bar.depth", "5 kg", 'expected a length, as in "100 mm" or 0.1, got "5 kg"'),
+        ("sections.bar.depth", "-5 mm", "greater than zero"),
+        ("drives.crank.speed", "2 m/s", "in rad/s, got 2 m/s"),
+        ("materials.steel.poisson", 0.7, "expected a number within its bounds, got 0.7"),
+        ("materials.steel.poisson", "much", "expected a number, got much"),
+    ],
+)
+def test_a_value_that_cannot_stand_there_is_told(path, text, words):
+    with pytest.raises(SceneError, match=re.escape(words)):
+        read_value(STEEL, path, text)
+
+
+def test_a_figure_that_there_is_none_of_is_told_with_the_nearest():
+    with pytest.raises(SceneError, match=re.escape('there is no figure "deflexion"; did you mean "deflection"?')):
+        evaluate(STEEL, ["sections.bar.depth"], [[0.005]], ["deflexion"])
+    with pytest.raises(ValueError, match=re.escape("values of shape (1, 2) for 1 paths, expected (designs, 1)")):
+        evaluate(STEEL, ["sections.bar.depth"], [[0.005, 0.1]])
+
+
+def test_limits_and_the_output_are_judged_design_by_design():
+    tables = copy.deepcopy(STEEL)
+    tables["run"]["output"] = "B"
+    tables["limits"] = {"deflection": "1 mm", "output": "2 mm", "links": {"crank": {"safety": 1.5}}}
+    values = [[depth] for depth in (0.004, 0.006, 0.01)]
+    found = evaluate(tables, ["sections.bar.depth"], values, ["acceptable", "output_error", "mass"])
+    for row, (depth,) in enumerate(values):
+        results = computed(
+            scene_from_dict(with_value(tables, "sections.bar.depth", depth)), Request(theory="quasi-static")
+        )
+        figures = summary(results, peaks(results))
+        assert bool(found.columns["acceptable"][row]) == figures["acceptance"]["passed"]
+        assert found.columns["output_error"][row] == pytest.approx(figures["output"]["value"], rel=1e-12)
+        masses = [link["mass"]["value"] for link in figures["links"]]
+        assert found.columns["mass"][row] == pytest.approx(sum(masses), rel=1e-12)
+    assert set(found.columns["acceptable"]) == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("name", ["steel", "shaper", "swing"])
+def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
+    scene = scene_from_dict(MECHANISMS[name][0])
+    bent = deflection(scene_motion(scene), scene.sections, joints=scene.joints)
+    keys = [key for key in FIELDS if key not in ("q_x", "q_y")]
+    found, whole = cycle_maxima(bent, keys), extremes(bent, keys)
+    stations = np.linspace(0, 1, 401)
+    for key in keys:
+        greatest = np.abs(whole[key].value).max(axis=-1)
+        np.testing.assert_allclose(found[key].value, greatest, rtol=1e-12, atol=0)
+        at = np.take_along_axis(np.abs(whole[key].value), found[key].position[:, None], -1)[:, 0]
+        np.testing.assert_allclose(at, greatest, rtol=1e-12)
+        seen = np.abs(sample(bent, key, stations)).max(axis=(-2, -1))
+        assert (seen <= found[key].value * (1 + 1e-12)).all()
+        np.testing.assert_allclose(seen, found[key].value, rtol=1e-2)
+
+
+def test_positions_that_do_not_count_are_passed_over():
+    scene = scene_from_dict(STEEL)
+    bent = deflection(scene_motion(scene), scene.sections)
+    best = cycle_maxima(bent, ["w"])["w"].position
+    counted = np.arange(24) != best[1]
+    second = cycle_maxima(bent, ["w"], counted)["w"]
+    values = np.abs(extremes(bent, ["w"])["w"].value)
+    np.testing.assert_allclose(second.value, values[:, counted].max(axis=-1), rtol=1e-12)
+    none = cycle_maxima(bent, ["w"], np.zeros(24, bool))["w"]
+    assert np.isnan(none.value).all()
+    assert (none.position == -1).all()

@@ -1,0 +1,167 @@
+"""The page of many designs in a browser: its front, what is chosen, what is kept, and words that stay data."""
+
+import re
+
+import numpy as np
+import pytest
+from browser import Page, accessibility_faults
+
+from kinelast.page.designs import SHOWN, designs_page, front, kept_designs
+
+NUMBERS, FIGURES = ("sections.bar.depth", "drives.crank.speed"), ("deflection", "mass", "safety")
+UNITS = {"sections.bar.depth": "m", "drives.crank.speed": "rad/s", "deflection": "m", "mass": "kg", "safety": "1"}
+REASON = "cannot be assembled: <img src=x onerror='window.hit = 1'>"
+BEST = 7
+
+
+def designs(count):
+    """Columns and reasons of designs made up: every tenth has no figures."""
+    random = np.random.default_rng(4)
+    depth, speed = random.uniform(4e-3, 12e-3, count), random.uniform(60.0, 140.0, count)
+    spread = random.uniform(1.0, 3.0, count)
+    columns = {
+        "sections.bar.depth": depth,
+        "drives.crank.speed": speed,
+        "deflection": 1e-3 * spread * (6e-3 / depth) ** 2,
+        "mass": 30.0 * depth,
+        "safety": 2.0 * depth / 6e-3,
+    }
+    reasons = np.where(np.arange(count) % 10 == 3, REASON, "")
+    for name in FIGURES:
+        columns[name][reasons != ""] = np.nan
+    return columns, reasons
+
+
+@pytest.fixture(scope="module")
+def columns():
+    return designs(200)[0]
+
+
+@pytest.fixture
+def page(driver, tmp_path, columns):
+    sensitivities = {"deflection": {"sections.bar.depth": -2.0, "drives.crank.speed": 0.5}}
+    content = designs_page(
+        "Bars </script><script>window.hit = 1</script>", *with_reasons(columns), best=BEST,
+        sensitivities=sensitivities, pages={BEST: "best/report.html"},
+    )  # fmt: skip
+    (tmp_path / "designs.html").write_bytes(content)
+    opened = Page(driver, tmp_path / "designs.html")
+    assert opened.run("return document.body.dataset.ready") == "yes"
+    assert [entry["message"] for entry in opened.logs()] == []
+    assert opened.requests() == []
+    return opened
+
+
+def with_reasons(columns):
+    reasons = designs(len(columns["mass"]))[1]
+    return columns, UNITS, reasons.tolist(), NUMBERS, FIGURES
+
+
+def by_hand(one, other):
+    """Every design against every other one."""
+    known = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
+    pairs = np.stack([one[known], other[known]])
+    beaten = ((pairs[:, :, None] >= pairs[:, None, :]).all(0) & (pairs[:, :, None] > pairs[:, None, :]).any(0)).any(1)
+    return set(known[~beaten].tolist())
+
+
+def test_the_front_is_what_no_design_beats(page, columns):
+    shown = "return kinelast.scatter.front().map((k) => kinelast.columnOf('#design')[k])"
+    assert set(page.run(shown)) == by_hand(columns["mass"], columns["deflection"])
+    assert set(front(columns["mass"], columns["deflection"]).tolist()) == set(page.run(shown))
+    page.run("const up = document.getElementById('up'); up.value = 'safety'; up.dispatchEvent(new Event('change'));")
+    assert set(page.run(shown)) == by_hand(columns["mass"], -columns["safety"])
+
+
+def test_numbers_arrive_to_the_last_digit(page, columns):
+    for name in (*NUMBERS, *FIGURES):
+        found = np.array(page.run("return Array.from(kinelast.columnOf(arguments[0]))", name), float)
+        np.testing.assert_array_equal(found, columns[name])
+
+
+def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
+    assert "the best" in page.run("return document.getElementById('chosen').innerText")
+    assert page.run("return document.querySelector('#chosen a').getAttribute('href')") == "best/report.html"
+    page.run("document.querySelectorAll('#designs-table tbody button')[4].click()")
+    chosen = int(page.run("return document.querySelectorAll('#designs-table tbody tr')[4].dataset.design"))
+    lines = page.run("return document.getElementById('lines').textContent").splitlines()
+    assert lines[0] == f'sections.bar.depth = "{float(columns["sections.bar.depth"][chosen])!r} m"'
+    order = np.argsort(columns["deflection"], kind="stable")
+    assert chosen == order[4]
+    from selenium.webdriver import ActionChains
+
+    page.run("document.querySelector('canvas.drawn').scrollIntoView({block: 'center', behavior: 'instant'})")
+    box = page.run(
+        "const box = document.querySelector('canvas.drawn').getBoundingClientRect(); "
+        "return [box.left, box.top, box.width, box.height]"
+    )
+    corner = max(np.flatnonzero(np.isfinite(columns["mass"])), key=lambda at: columns["mass"][at])
+    spans = [(np.nanmin(columns[name]), np.nanmax(columns[name])) for name in ("mass", "deflection")]
+    spans = [(low - 0.03 * (high - low), high + 0.03 * (high - low)) for low, high in spans]
+    part = [
+        (columns[n][corner] - low) / (high - low) for n, (low, high) in zip(("mass", "deflection"), spans, strict=True)
+    ]
+    action = ActionChains(page.driver, duration=10)
+    action.w3c_actions.pointer_action.move_to_location(
+        round(box[0] + 74 + part[0] * (box[2] - 90)), round(box[1] + 394 - part[1] * 380)
+    )
+    action.w3c_actions.pointer_action.click()
+    action.perform()
+    assert page.run("return kinelast.columnOf('#design')[kinelast.state.chosen]") == corner
+
+
+def test_a_range_keeps_what_is_within(page, columns):
+    page.run(
+        "const which = document.getElementById('range-of'), to = document.getElementById('range-to'); "
+        "which.value = 'mass'; which.dispatchEvent(new Event('change')); "
+        "to.value = '0.2'; to.dispatchEvent(new Event('change'))"
+    )
+    within = set(np.flatnonzero(columns["mass"] <= 0.2).tolist())
+    kept = "return Array.from({length: 200}, (_, k) => k).filter((k) => kinelast.inside(k))"
+    assert set(page.run(kept)) == within
+    assert f"{len(within)} designs within" in page.run("return document.getElementById('designs-table').innerText")
+    page.run("document.getElementById('all-again').click()")
+    assert len(page.run(kept)) == 200
+
+
+def test_words_are_data_and_the_page_is_accessible(page):
+    assert page.run("return window.hit ?? 'none'") == "none"
+    page.run("document.querySelectorAll('#designs-table thead button')[0].click()")
+    assert REASON in page.run("return document.querySelectorAll('#designs-table tbody tr')[3].innerText")
+    assert accessibility_faults(page) == []
+    for width in (400, 800, 2000):
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        page.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        assert page.run("return document.documentElement.scrollWidth <= window.innerWidth")
+
+
+def test_of_many_designs_the_fronts_and_the_best_are_kept():
+    columns, _ = designs(3 * SHOWN)
+    figures = [columns["deflection"], columns["mass"], columns["drives.crank.speed"]]
+    kept = kept_designs(3 * SHOWN, figures, 1234)
+    assert len(np.unique(kept)) == SHOWN
+    assert by_hand(figures[0][:500], figures[1][:500]) == set(front(figures[0][:500], figures[1][:500]).tolist())
+    assert {1234, *front(figures[0], figures[1]), *front(figures[0], figures[2])} <= set(kept.tolist())
+    np.testing.assert_array_equal(kept, kept_designs(3 * SHOWN, figures, 1234))
+    all_on_it = [columns["mass"], -columns["mass"]]
+    crowded = kept_designs(3 * SHOWN, all_on_it, 1234)
+    assert len(np.unique(crowded)) == SHOWN
+    assert 1234 in crowded
+
+
+def test_ten_thousand_designs_are_fluent(driver, tmp_path):
+    columns, reasons = designs(3 * SHOWN)
+    content = designs_page("Many", columns, UNITS, reasons.tolist(), NUMBERS, FIGURES, best=1234)
+    (tmp_path / "designs.html").write_bytes(content)
+    page = Page(driver, tmp_path / "designs.html")
+    assert re.search(rf"holds {SHOWN} of them", page.run("return document.getElementById('about').innerText"))
+    assert page.run("return kinelast.columnOf('#design')[kinelast.state.chosen]") == 1234
+    assert len(content) < 1_500_000
+
+
+def test_a_column_that_is_missing_is_told():
+    columns, reasons = designs(20)
+    with pytest.raises(ValueError, match="column 'stress': expected shape \\(20,\\), got none"):
+        designs_page("Few", columns, UNITS, reasons.tolist(), NUMBERS, ("stress",))
+    with pytest.raises(ValueError, match="column 'mass': expected shape \\(3,\\), got \\(20,\\)"):
+        designs_page("Few", columns, UNITS, ["", "", ""], NUMBERS[:0], ("mass",))

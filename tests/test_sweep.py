@@ -1,0 +1,213 @@
+"""Sweeps: the designs of a plan by their numbers, the command, and the page on designs."""
+
+import csv
+import json
+import re
+import tomllib
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinelast import SceneError, scene_from_dict, shipped_scenes
+from kinelast.command import main
+from kinelast.designs import evaluate, with_value
+from kinelast.designs.plan import plan_of
+from kinelast.figures.results import peaks
+from kinelast.folder import Request
+from kinelast.run import computed
+from kinelast.scene.text import file_text, toml_tables
+
+STEEL = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
+DEPTH, SPEED, ACROSS = "sections.bar.depth", "drives.crank.speed", "points.D.x"
+PAGE = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
+
+
+def plan(folder=Path(), **sweep):
+    return plan_of({**STEEL, "sweep": sweep}, folder)
+
+
+def test_a_grid_is_all_combinations_the_last_one_changing_fastest():
+    found = plan(vary={DEPTH: {"from": "3 mm", "to": "6 mm", "count": 4}, SPEED: [50, "1000 rpm"]})
+    assert (found.count, found.paths, found.units) == (8, (DEPTH, SPEED), ("m", "rad/s"))
+    expected = list(product([0.003, 0.004, 0.005, 0.006], [50, 100 * np.pi / 3]))
+    np.testing.assert_allclose(found.values(0, 8), expected, rtol=1e-15)
+    assert (found.values(3, 7) == found.values(0, 8)[3:7]).all()
+
+
+@pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])
+def test_a_sample_spreads_over_its_ranges_and_is_known_by_number(method):
+    ranges = {DEPTH: {"from": "3 mm", "to": "6 mm"}, ACROSS: {"from": 0.3, "to": 0.4}, SPEED: [50, 100]}
+    found = plan(vary=ranges, method=method, samples=64, seed=5)
+    values = found.values(0, 128)
+    assert found.count == 128
+    assert (found.values(70, 75) == values[70:75]).all()
+    assert (values[:64, 1:] == values[64:, 1:]).all()
+    assert set(values[:64, 0]) == {50.0}
+    for column, low, high in ((1, 3e-3, 6e-3), (2, 0.3, 0.4)):  # one value in every 64th of the range
+        cells = np.floor((values[:64, column] - low) / (high - low) * 64).astype(int)
+        assert sorted(cells) == list(range(64))
+    other = plan(vary=ranges, method=method, samples=64, seed=6).values(0, 64)
+    assert not (other == values[:64]).all()
+
+
+def test_a_table_is_read_with_its_units(tmp_path):
+    (tmp_path / "designs.csv").write_text(f"{DEPTH} [mm],drives[1].speed,{ACROSS}\n3,100,0.35\n4,1000 rpm,36 cm\n")
+    found = plan(tmp_path, table="designs.csv", vary={"points.A.x": [0.1, 0.11]})
+    assert found.paths == (DEPTH, "drives[1].speed", ACROSS, "points.A.x")
+    expected = [[0.003, 100, 0.35, 0.1], [0.003, 100, 0.35, 0.11], [0.004, 100 * np.pi / 3, 0.36, 0.1]]
+    np.testing.assert_allclose(found.values(0, 3), expected, rtol=1e-15)
+
+
+RANGE, OPEN = {"from": "3 mm", "to": "6 mm", "count": 4}, {"from": 1, "to": 2}
+
+
+@pytest.mark.parametrize(
+    ("sweep", "words"),
+    [
+        ({}, "[sweep] vary: no number is varied: expected as in"),
+        ({"vary": {"sections.bar.dept": RANGE}}, 'no such number in the scene; did you mean "sections.bar.depth"?'),
+        (
+            {"vary": {DEPTH: {**RANGE, "from": "9 mm"}}},
+            "the wrong way round: from 0.009 to 0.006 m, expected",
+        ),
+        ({"vary": {DEPTH: {**RANGE, "to": "6 kg"}}}, 'expected a length, as in "100 mm" or 0.1, got "6 kg"'),
+        ({"vary": {DEPTH: {**RANGE, "from": "-3 mm"}}}, f"[sweep] vary {DEPTH}: expected a length"),
+        ({"vary": {DEPTH: OPEN}}, "the key is missing: count"),
+        ({"vary": {DEPTH: {**RANGE, "cout": 3}}}, 'there is no such key; did you mean "count"?'),
+        ({"vary": {DEPTH: RANGE}, "samples": 4}, "[sweep] samples: belongs to the methods"),
+        (
+            {"vary": {DEPTH: RANGE}, "method": "sobol", "samples": 4},
+            "sobol samples ranges without a count: there is none",
+        ),
+        (
+            {"vary": {DEPTH: {"from": 1, "to": 2}}, "method": "sobol"},
+            "the key is missing: how many designs sobol draws",
+        ),
+        (
+            {"vary": {DEPTH: {"from": 1, "to": 2}}, "method": "sobol", "samples": 2**31},
+            "sobol draws at most 1073741824",
+        ),
+        ({"vary": {DEPTH: RANGE}, "method": "latin"}, "expected one of grid, latin-hypercube, sobol"),
+        ({"vary": {SPEED: [1.0], "drives[1].speed": [2.0]}}, "the number is varied twice"),
+        ({"vary": {DEPTH: {**RANGE, "count": 10**10}, ACROSS: {**RANGE, "count": 10**10}}}, "too many to be numbered"),
+        ({"table": "none.csv"}, "none.csv: there is no such file"),
+        ({"table": "empty.csv"}, "empty.csv holds no design"),
+        ({"table": "short.csv"}, "short.csv: row 2 has 1 cells, expected 2"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_told(tmp_path, sweep, words):
+    (tmp_path / "empty.csv").write_text("sections.bar.depth\n")
+    (tmp_path / "short.csv").write_text("sections.bar.depth,points.D.x\n0.003\n")
+    with pytest.raises(SceneError, match=re.escape(words)):
+        plan(tmp_path, **sweep)
+
+
+def swept(folder, text, *options):
+    path = folder / "bars.toml"
+    steel = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8").replace("positions = 360", "positions = 12")
+    path.write_text(steel + text, encoding="utf-8")
+    return main([str(path), "-o", str(folder / "out"), *options])
+
+
+SWEEP = """
+[limits]
+safety = 1.5
+[sweep]
+figures = ["mass", "deflection.rocker"]
+smallest = "deflection.rocker"
+[sweep.vary]
+"sections.bar.depth" = {from = "4 mm", to = "9 mm", count = 6}
+"links.crank.length" = ["100 mm", "260 mm"]
+"""
+
+
+def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
+    assert swept(tmp_path, SWEEP, "--sweep") == 0
+    line = capsys.readouterr().out
+    with (tmp_path / "out" / "bars" / "designs.csv").open(newline="") as file:
+        head, *rows = list(csv.reader(file))
+    assert head == [
+        "design", "sections.bar.depth [m]", "links.crank.length [m]", "mass [kg]", "deflection.rocker [m]",
+        "acceptable [1]", "reason",
+    ]  # fmt: skip
+    assert len(rows) == 12
+    best = min((row for row in rows if row[5] == "1.0"), key=lambda row: float(row[4]))
+    summary = json.loads((tmp_path / "out" / "bars" / "sweep.json").read_text())
+    assert summary["best_design"] == int(best[0])
+    assert f"bars: 12 designs; {sum(row[5] == '1.0' for row in rows)} acceptable; smallest deflection.rocker" in line
+    assert f"no. {best[0]} (sections.bar.depth" in line
+    assert "6 without figures: ...% of the positions are out of reach" in line
+    assert [bool(row[-1]) for row in rows] == [False, True] * 6
+    assert summary["without_figures"] == 6
+
+    assert swept(tmp_path, SWEEP, "--design", best[0]) == 0
+    one = toml_tables(file_text(tmp_path / "out" / "bars_design_10.toml"), "")
+    results = computed(scene_from_dict(one), Request(theory="quasi-static"))
+    assert abs(peaks(results)["w"][2].value) == pytest.approx(float(best[4]), rel=1e-11)
+    assert swept(tmp_path, SWEEP, "--design", "12") == 2
+    assert "there is no design 12, the last one of the sweep is 11" in capsys.readouterr().err
+
+
+def test_a_sweep_goes_on_where_it_was_and_another_does_not(tmp_path, capsys):
+    assert swept(tmp_path, SWEEP, "--sweep", "--quiet") == 0
+    before = (tmp_path / "out" / "bars" / "designs.csv").read_bytes()
+    assert swept(tmp_path, SWEEP, "--sweep", "--resume") == 0
+    assert (tmp_path / "out" / "bars" / "designs.csv").read_bytes() == before
+    assert swept(tmp_path, SWEEP.replace("260 mm", "261 mm"), "--sweep", "--resume") == 2
+    assert "another sweep" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("count = 6", "count = 1_000_000_000_000", "2e+12 designs would take about"),
+        ('"mass", ', '"mas", ', '[sweep] figures: there is no figure "mas"; did you mean "mass"?'),
+        ('smallest = "def', 'largest = "mass"\nsmallest = "def', "either the smallest or the largest of one figure"),
+        (
+            "sections.bar.depth",
+            "sections.bar.dept",
+            "bars.toml: sections.bar.dept: there is no such number in the scene; did",
+        ),
+        ("[sweep", "[sweeep", "bars.toml: sweeep: there is no such table or key"),
+    ],
+)
+def test_what_cannot_be_swept_is_told_before_it_starts(tmp_path, capsys, old, new, words):
+    assert swept(tmp_path, SWEEP.replace(old, new), "--sweep") == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out" / "bars" / "designs.csv").exists()
+
+
+def test_the_three_steps_of_the_page_on_designs(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    steps = re.findall(r"^\$ deflection-report (.*)\n(.*)$", PAGE, re.MULTILINE)
+    assert len(steps) == 3
+    for command, line in steps:
+        assert main(command.split()) == 0
+        assert capsys.readouterr().out.splitlines()[-1] == line
+    (told,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    assert tomllib.loads(told)["sweep"] == toml_tables(file_text(shipped_scenes()["press_sweep"]), "")["sweep"]
+
+
+def test_the_python_of_the_page_on_designs_finds_what_single_runs_find(capsys):
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    known = {}
+    exec(block, known)
+    assert f"# {capsys.readouterr().out.strip()}\n" in block
+    for row in known["stiff"] + np.array([-1, 0]):
+        tables = with_value(STEEL, DEPTH, float(known["depth"][row]))
+        alone = computed(scene_from_dict(tables), Request(theory="quasi-static"))
+        value = abs(peaks(alone)["w"][1].value)
+        assert value == pytest.approx(known["deflection"][row], rel=1e-12)
+        assert (value < 0.2e-3) == (row == known["stiff"])
+
+
+def test_figures_of_the_page_on_designs_are_all_there():
+    told = re.search(r"\*\*Figures\*\*: (.*?)\n\n", PAGE, re.DOTALL)[1]
+    names = [name for name in re.findall(r"`([\w.]+)`", told) if name != "chord.rod"]
+    tables = toml_tables(file_text(shipped_scenes()["press_sweep"]), "")
+    tables["run"]["output"] = "B"
+    found = evaluate(tables, ["sections.web.depth"], [[0.01]], [*names, "chord.rod"])
+    assert len(names) == 20
+    assert np.isfinite([float(column[0]) for column in found.columns.values()]).all()

@@ -1,0 +1,97 @@
+"""Claim: tolerances of numbers are turned into ranges of figures as the theory of probability has it."""
+
+import numpy as np
+import pytest
+from figure_table import Table
+from scipy.stats import norm
+
+from kinelast.designs.sensitivities import sensitivities
+from kinelast.designs.tolerances import Tolerance, first_order, scatter, variance_shares
+
+
+def test_a_sum_scatters_as_the_root_of_squares():
+    factors = np.array([3.0, -4.0, 12.0])
+    tolerances = [Tolerance(0.3, normal=True), Tolerance(0.1 * np.sqrt(3)), Tolerance(0.03, normal=True)]
+    deviations = np.array([0.1, 0.1, 0.01])
+
+    def figures(values):
+        return Table({"sum": values @ factors})
+
+    at = np.array([1.0, 2.0, 3.0])
+    exact = np.sqrt(((factors * deviations) ** 2).sum())
+    linear = first_order(sensitivities(figures, at), tolerances)
+    assert linear.deviation == pytest.approx([exact], rel=1e-11)
+    assert linear.share[0] == pytest.approx((factors * deviations / exact) ** 2, rel=1e-10)
+    assert linear.worst == pytest.approx([3 * 0.3 + 4 * 0.1 * np.sqrt(3) + 12 * 0.03], rel=1e-11)
+    sampled = scatter(figures, tolerances, at)["sum"]
+    assert sampled.mean == pytest.approx(factors @ at, abs=5 * sampled.error[0])
+    assert sampled.deviation == pytest.approx(exact, abs=5 * sampled.error[1])
+    assert sampled.error[1] < 1e-3 * exact
+    assert sampled.known == 1
+
+
+def test_one_uniform_number_has_the_quantiles_of_its_range():
+    sampled = scatter(lambda values: Table({"f": values[:, 0]}), [Tolerance(0.5)], np.array([10.0]))["f"]
+    assert [sampled.low, sampled.median, sampled.high] == pytest.approx([9.525, 10.0, 10.475], abs=3e-4)
+    assert 9.5 <= sampled.least < sampled.largest <= 10.5
+
+
+def test_a_product_of_normals_has_its_closed_form():
+    means, deviations = np.array([2.0, 3.0]), np.array([0.4, 0.5])
+    tolerances = [Tolerance(3 * each, normal=True) for each in deviations]
+
+    def figures(values):
+        return Table({"product": values.prod(axis=1)})
+
+    variance = means[0] ** 2 * 0.25 + means[1] ** 2 * 0.16 + 0.16 * 0.25
+    sampled = scatter(figures, tolerances, means)["product"]
+    assert sampled.mean == pytest.approx(6.0, abs=5 * sampled.error[0] + 1e-4)
+    assert sampled.deviation == pytest.approx(np.sqrt(variance), abs=5 * sampled.error[1])
+    alone, whole = variance_shares(figures, tolerances, means)["product"]
+    exact = np.array([9 * 0.16, 4 * 0.25]) / variance
+    assert alone == pytest.approx(exact, abs=0.02)
+    assert whole == pytest.approx(exact + 0.16 * 0.25 / variance, abs=0.02)
+    linear = first_order(sensitivities(figures, means), tolerances)
+    assert linear.deviation[0] == pytest.approx(np.sqrt(variance - 0.04), rel=1e-10)  # without the product of both
+
+
+def test_normal_quantiles():
+    sampled = scatter(lambda values: Table({"f": np.exp(values[:, 0])}), [Tolerance(0.9, normal=True)], np.zeros(1))
+    exact = np.exp(0.3 * norm.ppf([0.025, 0.5, 0.975]))
+    assert [sampled["f"].low, sampled["f"].median, sampled["f"].high] == pytest.approx(exact, rel=1e-3)
+
+
+def fourbar_angle(crank, coupler, rocker, ground, turn):
+    """Angle of the rocker by the law of cosines, written for this test."""
+    tip = crank * np.exp(1j * turn) - ground
+    cosine = (abs(tip) ** 2 + rocker**2 - coupler**2) / (2 * abs(tip) * rocker)
+    return np.angle(tip) - np.arccos(cosine)
+
+
+def test_lengths_of_a_four_bar_move_its_output_as_the_hand_formula_says():
+    lengths, turn = np.array([0.1, 0.3, 0.25, 0.35]), 1.1
+    tolerances = [Tolerance(1e-4, normal=True), Tolerance(5e-5), Tolerance(2e-4, normal=True), Tolerance(1e-4)]
+    out = fourbar_angle(*lengths, turn)
+    # the loop closed: a e^it + b e^ic = d + r e^io; along the coupler its turn drops out
+    c = np.angle(lengths[3] + lengths[2] * np.exp(1j * out) - lengths[0] * np.exp(1j * turn))
+    slopes = np.array([np.cos(turn - c), 1.0, -np.cos(out - c), -np.cos(c)]) / (-lengths[2] * np.sin(out - c))
+    deviations = np.array([1e-4 / 3, 5e-5 / np.sqrt(3), 2e-4 / 3, 1e-4 / np.sqrt(3)])
+
+    def figures(values):
+        return Table({"angle": fourbar_angle(*values.T, turn)})
+
+    linear = first_order(sensitivities(figures, lengths), tolerances)
+    exact = np.sqrt(((slopes * deviations) ** 2).sum())
+    assert linear.deviation[0] == pytest.approx(exact, rel=1e-9)
+    sampled = scatter(figures, tolerances, lengths)["angle"]
+    assert sampled.deviation == pytest.approx(exact, rel=1e-3)
+
+
+def test_designs_without_a_figure_are_counted_and_left_out():
+    with np.errstate(invalid="ignore"):
+        sampled = scatter(lambda values: Table({"f": np.sqrt(values[:, 0])}), [Tolerance(1.0)], np.zeros(1))["f"]
+    assert sampled.known == pytest.approx(0.5, abs=1e-3)
+    assert sampled.mean == pytest.approx(2 / 3, abs=1e-3)
+    nothing = scatter(lambda values: Table({"f": np.full(len(values), np.nan)}), [Tolerance(1.0)], np.zeros(1))["f"]
+    assert nothing.known == 0
+    assert np.isnan(nothing.mean)
