@@ -21,7 +21,7 @@ from kinelast.stopping import StoppedError, stoppable
 from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
-    from kinelast.folder import Request
+    from kinelast.request import Request
     from kinelast.terminal import Report
 
 BY_SIGNAL, INTERRUPTED = 128, 130
@@ -123,10 +123,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.out.exists() and not options.out.is_dir():
         return _refuse(f'-o: "{options.out}" is a file: name a folder')
     tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
-    if options.structure:
-        return _structures(tasks, options, BAD_INPUT if problems else FINE)
-    if options.sweep or options.design is not None:
-        return _sweeps(tasks, options, BAD_INPUT if problems else FINE)
+    others = _structures if options.structure else _sweeps if options.sweep or options.design is not None else None
+    if others:
+        return others(tasks, options, BAD_INPUT if problems else FINE)
     request = _request(options)
     if isinstance(request, str):
         return _refuse(request)
@@ -163,7 +162,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
-    from kinelast.folder import RequestError
+    from kinelast.request import RequestError
     from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not options.out.is_dir():
@@ -230,7 +229,7 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
 
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.folder import Request, RequestError
+    from kinelast.request import Request, RequestError
     from kinelast.run import require_pictures
 
     unknown = _unknown_diagram(options.animate)

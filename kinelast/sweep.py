@@ -21,9 +21,10 @@ from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
-from kinelast.folder import RequestError, json_bytes, version
+from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
@@ -32,6 +33,7 @@ from rigid import MechanismError
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known
+PAGED = 1_000_000  # designs of which there is a page
 SLOW = 0.3  # [s] a design, of which no more are tried
 REASONS = 20  # that are counted by name
 NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
@@ -137,9 +139,11 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
         raise RequestError(f"{plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
-    found = _tallied(stored_chunks(task.folder, manifest), aim)
+    found = _tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
     summary = _summary(task, evaluation, found, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
+    if found.kept:
+        put(task.folder / "designs.html", _page(tables.get("title", task.path.stem), evaluation, found))
     status = CHECK_FAILED if found.best is None else FINE
     return Outcome(status, f"{task.name}: {_closing(evaluation, found)} -> {task.folder}", DONE, figures=summary)
 
@@ -206,7 +210,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) 
 
 @dataclass
 class Tally:
-    """What the designs of a sweep come to: how many have no figures and why, ranges of the figures, the best."""
+    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; or all."""
 
     aim: Aim
     designs: int = 0
@@ -214,6 +218,7 @@ class Tally:
     acceptable: int | None = None
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     best: dict[str, float] | None = None
+    kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
 
     def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
         """Count some more designs."""
@@ -241,11 +246,25 @@ class Tally:
         return value > before if self.aim.largest else value < before
 
 
-def _tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim) -> Tally:
+def _tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
+    """What all designs come to; `keep` them too."""
     tally = Tally(aim)
     for columns, reasons in chunks:
         tally.add(columns, reasons)
+        if keep:
+            tally.kept.append((columns, reasons))
     return tally
+
+
+def _page(title: str, evaluation: Evaluation, found: Tally) -> bytes:
+    """The page of all designs."""
+    from kinelast.page.designs import designs_page
+
+    names, figures = list(evaluation.units), list(evaluation.figures or ())
+    columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in names}
+    reasons = [reason for _, part in found.kept for reason in part]
+    best = None if found.best is None else int(found.best[NUMBER])
+    return designs_page(title, columns, evaluation.units, reasons, list(evaluation.plan.paths), figures, best)
 
 
 def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifest) -> dict[str, Any]:

@@ -9,13 +9,13 @@ import pytest
 from elastic import FIELDS, deflection, extremes, sample
 from elastic.cycle_maxima import cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
+from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.designs.variables import numbers
-from kinelast.figures.results import peaks
+from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from tests.scene_texts import SWING, WHEEL
@@ -106,6 +106,19 @@ def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
     assert len(paths) > 9
     found, singles = rows_and_singles(tables, paths, 3, seed=2)
     require_same(found, singles)
+
+
+@pytest.mark.parametrize(
+    "path", ["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"]
+)
+def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
+    base = variable(STEEL, path).base
+    found = evaluate(STEEL, [path], [[base], [0.9 * base]])
+    alone = evaluate(STEEL, ["points.D.x"], [[0.35]])
+    assert list(found.reason) == ["", ""]
+    for name, column in alone.columns.items():
+        assert found.columns[name][0] == pytest.approx(column[0], rel=1e-12), name
+    assert (found.columns["safety"][0] != found.columns["safety"][1]) == (path == "materials.steel.yield")
 
 
 def test_a_design_finds_its_branch_on_its_own_drawing():

@@ -12,11 +12,11 @@ import pytest
 
 from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.command import main
+from kinelast.compute import computed
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.plan import plan_of
-from kinelast.figures.results import peaks
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.figures.peaks import peaks
+from kinelast.request import Request
 from kinelast.scene.text import file_text, toml_tables
 
 STEEL = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")

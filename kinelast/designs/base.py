@@ -18,8 +18,9 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
 from kinelast.scene.motion import require_determined
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.quantities import Direction
 from kinelast.scene.reading import built
+from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
 from rigid import structure
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,13 @@ class Path:
     stride: float
     turn: float
     vertices: Any = None
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Least and greatest s of the positions asked; the drawing's where there are none."""
+        if not len(self.asked):
+            return self.begin, self.begin
+        return self.asked.min(), self.asked.max()
 
     def drives(self, places: Any) -> Any:
         """Coordinates of the drives, shape (drives, ...)."""
@@ -124,5 +131,5 @@ def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
     slides = np.zeros(len(mechanism.drives), bool)
     for joint in joints:
         if joint.drive is not None:
-            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), joint.slider is not None
+            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), not joint.turns
     return drawn, slides, all(joint.gear is None or joint.gear.driver.moved for joint in joints)
