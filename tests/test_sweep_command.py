@@ -39,6 +39,7 @@ def swept(scene, folder, *options):
     return main([str(scene), "--sweep", "-o", str(folder), *options])
 
 
+@pytest.mark.slow
 def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gone_on_with(scene, tmp_path):
     assert swept(scene, tmp_path / "one") == 0
     assert swept(scene, tmp_path / "two", "--jobs", "2") == 0
