@@ -63,7 +63,8 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
     array([[0.5]])
     """
-    wanted = _with_parts(fields)
+    asked = {name: field_named(name).key for name in fields}
+    wanted = _with_parts(asked.values())
     found: dict[str, Extreme] = {}
     for chain in chains():
         found |= _along_chain(deflection, chain, wanted)
@@ -77,7 +78,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
             for part in field.greatest_of:
                 best = best if part in found else _greater(best, _root(deflection, part, best))
             found[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
-    return {key: found[key] for key in fields}
+    return {name: found[key] for name, key in asked.items()}
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:

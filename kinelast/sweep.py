@@ -28,6 +28,7 @@ from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
+from kinelast.scene.reading import built
 from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
 from rigid import MechanismError
 
@@ -121,6 +122,8 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
+    if not built(parse_scene(tables), task.name).theory.plain:
+        tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
         plan.count,

@@ -265,6 +265,18 @@ def test_limits_and_the_output_are_judged_design_by_design():
     assert set(found.columns["acceptable"]) == {0.0, 1.0}
 
 
+@pytest.mark.parametrize("name", ["steel", "press", "shaper"])
+def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
+    tables, _ = MECHANISMS[name]
+    results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
+    output = summary(results, peaks(results))["output"]
+    assert output["guessed"]
+    path = paths_of(name)[0]
+    found = evaluate(tables, [path], [[variable(tables, path).base]], ["output_error"])
+    assert found.units["output_error"] == output["unit"]
+    assert found.columns["output_error"][0] == pytest.approx(abs(output["value"]), rel=1e-12)
+
+
 @pytest.mark.parametrize("name", ["steel", "shaper", "swing"])
 def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
     scene = scene_from_dict(MECHANISMS[name][0])

@@ -86,9 +86,10 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     """The way from the drawing, by `lead` where it is given, through the positions asked."""
     drawn, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
+    first = given[:, 0] if given.ndim == 2 else given[:, 0, 0]
     ways = [
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
-        for at, to, slide in zip(drawn, given.reshape(len(given), -1)[:, 0].tolist(), slides, strict=True)
+        for at, to, slide in zip(drawn, first.tolist(), slides, strict=True)
     ]
     strides = drive_strides(mechanism)
     if len(drive) == 1:
