@@ -70,7 +70,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
         found |= _along_chain(deflection, chain, wanted)
     others = [key for key in wanted if key not in found and not field_named(key).greatest_of]
     found |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
-    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in fields}
+    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in asked.values()}
     for key in wanted:
         field = field_named(key)
         if field.greatest_of:
