@@ -22,7 +22,6 @@ from kinelast.scene.error import plain
 AHEAD = 3  # chunks a thread has, done or to do
 LOOKED = 5.0  # [s] after which workers are counted again
 PATIENCE = "10s"  # for a scheduler to answer
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h
 A = TypeVar("A")
 
 
@@ -66,28 +65,11 @@ def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
         def __init__(self, work: Callable[[int], Any]) -> None:
             self.work = work
 
-        def setup(self, worker: Any) -> None:
-            """Make a worker fit for it."""
-            _keep_freed_memory()
-
     try:
         client.register_plugin(Held(work), name=name)
     except Exception as error:
         told = f"its workers do not take the work ({_told(error)}): is kinelast installed there?"
         raise RequestError(f"--scheduler: {told}") from None
-
-
-def _keep_freed_memory() -> None:
-    """Undo dask's `MALLOC_TRIM_THRESHOLD_`, by which arrays are mapped and zeroed anew: see `rigid.allocation`.
-
-    A chunk of four-bars took 2.7 times as long with it.
-    """
-    import ctypes
-
-    with suppress(OSError, AttributeError, TypeError):  # another library than glibc
-        keep = ctypes.CDLL(None).mallopt
-        keep(M_MMAP_THRESHOLD, 32 * 2**20)  # the most there can be
-        keep(M_TRIM_THRESHOLD, 64 * 2**20)
 
 
 def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
