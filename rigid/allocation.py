@@ -3,8 +3,8 @@
 glibc returns every freed block above a threshold to the system and has the next one of that size mapped and zeroed
 anew, page by page: for arrays of some thousand positions that costs as much as the mechanics (1.6 against 0.6 ms for
 all fields of a four-bar at 2,048 positions). Here that threshold is set to the most there can be, whatever the
-environment says: dask starts its processes with a low one (`MALLOC_TRIM_THRESHOLD_`). Elsewhere than with glibc this does
-nothing.
+environment says: dask starts its processes with a low one (`MALLOC_TRIM_THRESHOLD_`). Elsewhere than with glibc this
+does nothing.
 """
 
 import ctypes
