@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -71,10 +72,7 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
         way = off(found)[..., number]
         return np.array(way.real if axis == "x" else way.imag), None
 
-    parts = [
-        Figure(name, "m", lambda found, number=number, axis=axis: part(found, number, axis))
-        for number, axis, name in _parts(len(places))
-    ]
+    parts = [Figure(name, "m", partial(part, number=number, axis=axis)) for number, axis, name in _parts(len(places))]
     return [
         Figure(FARTHEST, "m", lambda found: found.largest(off(found))),
         Figure(SQUARES, "m^2", lambda found: ((np.abs(off(found)) ** 2).sum(axis=-1), None)),

@@ -87,7 +87,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):
         able = _follows_its_drawing(table, scene)
     elif top == "sections":
-        able = not _is_tapered(table.sections[inner[0]])
+        able = not _is_tapered(table.sections[inner[0]]) and not isinstance(inner[-1], int)
     elif top == "materials":
         shears = inner[1] in ("poisson", "G") or (inner[1] == "E" and _shears(table))
         able = not shears or not any(_is_tapered(section) for section in table.sections.values())

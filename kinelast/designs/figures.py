@@ -29,13 +29,15 @@ ALONG = {"deflection": "w", "chord": "chord", "stress": "mises", "u": "u", "phi"
 class Found:
     """Designs at their positions: a scene and its deflection, columns (designs, positions) or (positions,).
 
-    `output` is what the machine is there for, where it is known.
+    `output` is what the machine is there for, where it is known; `used` how many designs count: those that follow only
+    fill the arrays.
     """
 
     scene: Scene
     bent: Deflection
     output: Output | None = None
     wanted: frozenset[str] = field(default_factory=frozenset)
+    used: int | None = None
 
     @cached_property
     def reached(self) -> Any:

@@ -34,9 +34,11 @@ def _lowest(found: Found) -> Any:
     key = "_lowest_frequency"
     if key not in found.__dict__:
         solved = natural_frequencies(
-            found.bent.motion, found.bent.sections, modes=1, joints=found.scene.joints, settled=SETTLED
-        )
-        found.__dict__[key] = np.broadcast_to(solved.omega[0], (*found.columns[:-1], solved.omega.shape[-1]))
+            found.bent.motion, found.bent.sections, 1, joints=found.scene.joints, settled=SETTLED, designs=found.used
+        ).omega[0]
+        lowest = np.full((*found.columns[:-1], solved.shape[-1]), np.nan)
+        lowest[: len(solved)] = solved
+        found.__dict__[key] = lowest
     return found.__dict__[key]
 
 

@@ -170,6 +170,5 @@ def variance_shares(
     dists = [norm(0, each.deviation) if each.normal else uniform(-each.half, 2 * each.half) for each in tolerances]
     with np.errstate(invalid="ignore", divide="ignore"):
         found = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
-    return {
-        name: (np.atleast_2d(found.first_order)[k], np.atleast_2d(found.total_order)[k]) for k, name in enumerate(names)
-    }
+    alone, together = (np.reshape(each, (len(names), -1)) for each in (found.first_order, found.total_order))
+    return {name: (alone[k], together[k]) for k, name in enumerate(names)}
