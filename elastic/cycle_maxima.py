@@ -7,7 +7,7 @@ another position, the greatest value is not; the others are searched as `extreme
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from math import comb
@@ -21,7 +21,7 @@ from elastic.fields import field_named
 from elastic.solution import Deflection
 from rigid import Reals
 
-STATIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
+STATIONS = (0.25, 0.5, 0.75)  # besides the ends
 SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
 
 
@@ -64,10 +64,17 @@ def cycle_maxima(deflection: Deflection, fields: Sequence[str], counted: Any = N
 
 
 def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
-    parts = [_bounds(values, square, counted) for values, square in _polynomials(deflection, key)]
     beams, columns, owner = len(deflection.sections), deflection.motion.columns, deflection.division.beam
-    floor = reduce(np.maximum, (_of_beams(np.fmax.reduce(part.low, axis=-1), owner, beams) for part in parts))
-    best = np.full((beams, *columns[:-1]), -1.0)
+    parts: list[_Part] = []
+    floor = np.full((beams, *columns[:-1]), -1.0)
+    for name in sorted(_parts_of(key), key=lambda name: bool(field_named(name).root_of)):
+        roots = field_named(name).root_of
+        if roots and (_of_beams(_ceiling(deflection, roots), owner, beams) < floor).all():
+            continue
+        values = sum_of_squares(deflection, roots) if roots else coefficients(deflection, name)
+        parts.append(_bounds(values, bool(roots), counted))
+        floor = np.maximum(floor, _of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
+    best = np.full(floor.shape, -1.0)
     place = np.full(best.shape, -1)
     for part in parts:
         where = np.nonzero(part.high >= floor[owner][..., None])
@@ -76,20 +83,24 @@ def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
         chosen = part.values[(slice(None), *where)]
         size = np.abs(greatest_at(*at_marks(chosen, turning_points(chosen)))[0])
         size = np.sqrt(size) if part.square else size
-        row = owner[where[0]], *where[1:-1]
-        _keep(best, place, np.ravel_multi_index(row, best.shape), size, where[-1])
+        row = np.ravel_multi_index((owner[where[0]], *where[1:-1]), best.shape)
+        _keep(best, place, row, size, where[-1])
     return Maximum(np.where(best < 0.0, np.nan, best), place)
 
 
 def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> None:
     """Enter values into the rows that they belong to, the greatest of each; of equal ones the first."""
     size = np.where(np.isnan(size), -1.0, size)
-    order = np.lexsort((-position, size, row))
-    last = np.flatnonzero(np.append(np.diff(row[order]) != 0, True))
-    at = order[last]
+    order = np.argsort(row, kind="stable")
+    row, size, position = row[order], size[order], position[order]
+    first = np.flatnonzero(np.append(True, np.diff(row) != 0))
+    most = np.maximum.reduceat(size, first)
+    own = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(row))))
+    at = np.minimum.reduceat(np.where(size == most[own], position, np.iinfo(int).max), first)
     flat, places = best.reshape(-1), place.reshape(-1)
-    better = size[at] > flat[row[at]]
-    flat[row[at][better]], places[row[at][better]] = size[at][better], position[at][better]
+    better = most > flat[row[first]]
+    kept = row[first][better]
+    flat[kept], places[kept] = most[better], at[better]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,34 +113,36 @@ class _Part:
     high: Any
 
 
-def _polynomials(deflection: Deflection, key: str) -> list[tuple[Any, bool]]:
-    """Polynomials of which a field is the one of greatest magnitude, and whether they are its square."""
-    field = field_named(key)
-    if field.greatest_of:
-        return [one for part in field.greatest_of for one in _polynomials(deflection, part)]
-    if field.root_of:
-        return [(sum_of_squares(deflection, field.root_of), True)]
-    return [(coefficients(deflection, key), False)]
+def _parts_of(key: str) -> list[str]:
+    """Fields that are polynomials, or roots of such, of which a field is the one of greatest magnitude."""
+    parts = field_named(key).greatest_of
+    return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
 def _bounds(values: Any, square: bool, counted: Any) -> _Part:
     """Bounds of the magnitude of polynomials on [0, 1], nan where they do not count."""
-    low = reduce(np.maximum, (np.abs(evaluate(values, xi)) for xi in STATIONS))
+    inner = (evaluate(values, xi) for xi in STATIONS)
+    low = reduce(np.maximum, (np.abs(one) for one in (values[0], *inner, reduce(np.add, values))))
     high = low.copy()
     if len(values) > 2:
-        bend = derivative(derivative(values))
-        step = STATIONS[1] - STATIONS[0]
-        high += step**2 / 8 * reduce(np.maximum, (np.abs(one) for one in _bernstein(bend)))
+        step = STATIONS[0]
+        high += step**2 / 8 * _greatest(derivative(derivative(values)))
     high *= SLACK
     if counted is not None:
         low, high = (np.where(counted, one, np.nan) for one in (low, high))
     return _Part(values, square, *(np.sqrt(one) for one in (low, high))) if square else _Part(values, square, low, high)
 
 
-def _bernstein(values: Any) -> Any:
-    """Coefficients in Bernstein's basis of polynomials in powers, one by one."""
-    for row in _to_bernstein(len(values)):
-        yield reduce(np.add, (factor * value for factor, value in zip(row, values, strict=False)))
+def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Any:
+    """More than the root of a sum of squares over all positions, shape (pieces, ...)."""
+    total = sum(weight * np.square(_greatest(coefficients(deflection, key))) for weight, key in roots)
+    return SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
+
+
+def _greatest(values: Any) -> Any:
+    """Greatest coefficient in Bernstein's basis of polynomials in powers, which none of their values exceeds."""
+    rows = (zip(row, values, strict=False) for row in _to_bernstein(len(values)))
+    return reduce(np.maximum, (np.abs(reduce(np.add, (part * value for part, value in row))) for row in rows))
 
 
 @lru_cache(maxsize=32)

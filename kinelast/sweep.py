@@ -209,7 +209,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) 
 
 @dataclass
 class Tally:
-    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; all of them."""
+    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; or all."""
 
     aim: Aim
     designs: int = 0

@@ -108,6 +108,19 @@ def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
     require_same(found, singles)
 
 
+@pytest.mark.parametrize(
+    "path", ["materials.steel.E", "materials.steel.yield", "materials.steel.poisson", "points.B.x"]
+)
+def test_designs_that_differ_in_what_does_not_move_them_have_all_figures(path):
+    base = variable(STEEL, path).base
+    found = evaluate(STEEL, [path], [[base], [0.9 * base]])
+    alone = evaluate(STEEL, ["points.D.x"], [[0.35]])
+    assert list(found.reason) == ["", ""]
+    for name, column in alone.columns.items():
+        assert found.columns[name][0] == pytest.approx(column[0], rel=1e-12), name
+    assert (found.columns["safety"][0] != found.columns["safety"][1]) == (path == "materials.steel.yield")
+
+
 def test_a_design_finds_its_branch_on_its_own_drawing():
     heights = [0.24, -0.24, 0.2, -0.3]
     heavy = {**STEEL, "run": {"positions": 24, "gravity": [0.0, -9.81]}}

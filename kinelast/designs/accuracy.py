@@ -32,7 +32,7 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
         place = position_of(nominal, output.link, output.point)
 
         def off(found: Found) -> Any:
-            return position_of(found.bent.motion, output.link, output.point) - place
+            return position_of(found.motion, output.link, output.point) - place
 
         def bent(found: Found) -> Values:
             return found.largest(off(found) + displacement_of(found.bent, output.link, output.point))
@@ -42,8 +42,8 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
         way = nominal.direction[nominal.mechanism.index[output.link]]
 
         def off(found: Found) -> Any:
-            mechanism = found.bent.motion.mechanism
-            return np.angle(found.bent.motion.direction[mechanism.index[output.link]] * np.conj(way))
+            mechanism = found.motion.mechanism
+            return np.angle(found.motion.direction[mechanism.index[output.link]] * np.conj(way))
 
         def bent(found: Found) -> Values:
             mechanism = found.scene.mechanism
@@ -66,7 +66,7 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     wanted = np.array(places)
 
     def off(found: Found) -> Any:
-        return np.broadcast_to(position_of(found.bent.motion, output.link, output.point) - wanted, found.columns)
+        return np.broadcast_to(position_of(found.motion, output.link, output.point) - wanted, found.columns)
 
     def part(found: Found, number: int, axis: str) -> Values:
         way = off(found)[..., number]

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from elastic import deflection
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
 from kinelast.designs.figures import Figure, Found
@@ -16,7 +15,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at, scene_times
 from kinelast.scene.reading import built
-from rigid import MechanismError, Reals
+from rigid import SINGULAR, MechanismError, Reals
 from rigid.chunks import columns_of
 from rigid.dynamics import TableError
 from rigid.positions import of_designs
@@ -197,22 +196,20 @@ def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Itera
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     """Figures of designs at all positions; a row 0 before them is left out."""
     course = scene_motion_at(scene, scene_times(scene))
-    found = Found(
-        scene, deflection(course, scene.sections, joints=scene.joints), base.output, base.fields, len(rows) + 1
-    )
+    found = Found(scene, course, base.output, base.fields, len(rows) + 1)
     many = len(found.columns) > 1
     own = slice(1, len(rows) + 1) if many else slice(None)
-    reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
     figures = {}
     for figure in base.figures:
         value, place = figure.of(found)
         figures[figure.name] = np.atleast_1d(value)[own], None if place is None else np.atleast_1d(place)[own]
+    reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
     yield Part(rows, reason, figures)
 
 
 def _reasons(found: Found) -> Any:
     """Why designs have no figures, shape (designs,); empty where they have."""
-    motion, reached = found.bent.motion, found.reached
+    motion, reached = found.motion, found.reached
     known = found.columns[:-1]
     reason = np.full(known, "", object)
     whole = reached.all(axis=-1)
@@ -226,23 +223,25 @@ def _reasons(found: Found) -> Any:
                 )
             elif share[at]:
                 reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
-    for block in found.bent.blocks:
+    bent = found.__dict__.get("bent")  # where no figure asks for it, it does not matter
+    for block in () if bent is None else bent.blocks:
         off = (reached & np.isnan(block.xi)).any(axis=-1)
         number, beam = motion.mechanism.beams[block.beam]
         link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
-    lost = (reason == "") & found.bent.lost.all(axis=-1)
-    reason[lost] = "singular at every position"
+    lost = ~(found.condition <= SINGULAR) if bent is None else bent.lost
+    reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
 
 
 def _opening_joint(found: Found) -> Any:
     """Name of the inner joint of the first group that does not close somewhere, shape (designs,)."""
-    motion = found.bent.motion
+    motion = found.motion
     name = np.full(found.columns[:-1], "", object)
     for closed in motion.closures:
         links = list(closed.group.links)
         if closed.group.cut:
             closes = np.isfinite(motion.origin[links] + motion.direction[links]).all(axis=(0, -1))
+            closes = np.broadcast_to(closes, name.shape)
             name[~closes & (name == "")] = closed.group.cut[0].name
     return name

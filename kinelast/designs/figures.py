@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection
+from elastic import FIELDS, Deflection, deflection
 from elastic.assessment import angle_error, euler_ratio
+from elastic.beams.compliance import designs_of
 from elastic.cycle_maxima import Maximum, cycle_maxima
 from elastic.sampling import displacement_of
 from kinelast.figures.results import WELL, drive_words
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
 from kinelast.scene.limits import Output
-from rigid import drive_efforts
+from rigid import Motion, drive_efforts
 from rigid.analysis import reachable, transmission_angles
 from rigid.constants import mass_moments
 
@@ -27,22 +28,32 @@ ALONG = {"deflection": "w", "chord": "chord", "stress": "mises", "u": "u", "phi"
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Designs at their positions: a scene and its deflection, columns (designs, positions) or (positions,).
+    """Designs at their positions: a scene and its motion, columns (designs, positions) or (positions,).
 
-    `output` is what the machine is there for, where it is known; `used` how many designs count: those that follow only
-    fill the arrays.
+    `output` is what the machine is there for, where it is known; `wanted` are the fields that figures take; `used` is
+    how many designs count: those that follow only fill the arrays.
     """
 
     scene: Scene
-    bent: Deflection
+    motion: Motion
     output: Output | None = None
     wanted: frozenset[str] = field(default_factory=frozenset)
     used: int | None = None
 
     @cached_property
+    def bent(self) -> Deflection:
+        """Its deflection, computed where a figure asks for it."""
+        return deflection(self.motion, self.scene.sections, joints=self.scene.joints)
+
+    @cached_property
     def reached(self) -> Any:
         """Whether the mechanism closes, shape (..., positions)."""
-        return reachable(self.bent.motion)
+        return np.broadcast_to(reachable(self.motion), self.columns)
+
+    @cached_property
+    def condition(self) -> Any:
+        """Of the motion, shape (..., positions)."""
+        return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
     def counted(self) -> Any:
@@ -50,8 +61,7 @@ class Found:
 
         As in `kinelast.figures.results.Results.counted`.
         """
-        motion = self.bent.motion
-        well = motion.condition <= WELL
+        well = self.condition <= WELL
         if well.all():
             return None
         return np.where(well.any(axis=-1, keepdims=True), well, ~self.bent.lost)
@@ -74,10 +84,10 @@ class Found:
         most = np.take_along_axis(size, at[..., None], -1)[..., 0]
         return np.where(most < 0.0, np.nan, most), at
 
-    @property
+    @cached_property
     def columns(self) -> tuple[int, ...]:
-        """Shape of the columns."""
-        return self.bent.motion.columns
+        """Shape of the columns, also where the designs differ in what does not move them."""
+        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
 
     def of_beams(self, key: str) -> tuple[Any, Any]:
         """Largest magnitude of a field of every beam, shape (beams, ...), and the position."""
@@ -212,17 +222,17 @@ def _effort(found: Found, number: int) -> Values:
 
 
 def _condition(found: Found) -> Values:
-    condition = np.where(found.bent.lost, -1.0, found.bent.motion.condition)
+    condition = np.where(found.bent.lost, -1.0, found.condition)
     most = condition.max(axis=-1)
     return np.where(most < 0.0, np.nan, most), condition.argmax(axis=-1)
 
 
 def _transmission(found: Found) -> Values:
     """Least transmission angle of any dyad; nan where there is none."""
-    angles = [each.angle for each in transmission_angles(found.bent.motion)]
+    angles = [each.angle for each in transmission_angles(found.motion)]
     if not angles:
         return np.full(found.columns[:-1], np.nan), None
-    angle = reduce(np.minimum, angles)
+    angle = np.broadcast_to(reduce(np.minimum, angles), found.columns)
     return angle.min(axis=-1), angle.argmin(axis=-1)
 
 

@@ -34,6 +34,7 @@ async function start() {
   beamSection();
   curvesSection();
   speedsSection();
+  studiesSections();
   mapsSection();
   kinematicsSection();
   extremesSection();
