@@ -1,8 +1,11 @@
 """Claim: the command writes sensitivities, tolerances and optima whole, and says in one message what is wrong."""
 
 import csv
+import io
 import json
 import xml.etree.ElementTree as ET
+from contextlib import redirect_stdout
+from pathlib import Path
 
 import pytest
 
@@ -69,7 +72,7 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert best["limits"][0]["value"] <= 1e-3 * (1 + 1e-12)
     assert any(row["active"] for row in best["limits"])
     for name in ("sensitivities.csv", "tolerances.csv", "optimum.csv"):
-        rows = list(csv.reader((folder / name).open(encoding="utf-8", newline="")))
+        rows = list(csv.reader((folder / name).read_text(encoding="utf-8").splitlines()))
         assert len(rows) > 1
         assert {len(row) for row in rows} == {len(rows[0])}
     for name in ("sensitivities.svg", "tolerances.svg"):
@@ -194,3 +197,12 @@ def test_bars_are_as_long_as_what_they_show():
 
 def test_the_wing_to_be_sized_reaches_all_positions():
     assert (scene_motion(read_scene(shipped_scenes()["wing_sizing"])).condition < 10).all()
+
+
+def test_the_example_of_the_page_prints_what_it_says():
+    page = (Path(__file__).parents[1] / "docs" / "sizing.md").read_text(encoding="utf-8")
+    code = page.split("```python\n")[1].split("```")[0]
+    printed = io.StringIO()
+    with redirect_stdout(printed):
+        exec(code, {})
+    assert printed.getvalue().strip() == code.rsplit("  # ", 1)[1].strip()
