@@ -106,6 +106,19 @@ def test_a_kink_close_by_does_no_harm(told):
         assert np.isnan(found.still[0, 0])
 
 
+def test_where_round_off_picks_the_place_there_is_no_kink():
+    rng = np.random.default_rng(1)
+
+    def figures(values):  # a cycle there and back: two positions alike, one of them picked by the last digit
+        return Table({"f": np.exp(values[:, 0])}, {"f": rng.integers(0, 2, len(values))})
+
+    for _ in range(20):
+        found = sensitivities(figures, np.array([1.0]))
+        assert not found.kink[0, 0]
+        assert found.slope[0, 0] == pytest.approx(np.e, rel=1e-9)
+        assert abs(found.slope[0, 0] - np.e) <= found.error[0, 0]
+
+
 def test_at_the_end_of_a_range_there_is_one_slope():
     with np.errstate(invalid="ignore"):
         found = sensitivities(lambda values: Table({"f": np.sqrt(values[:, 0]) ** 4 + values[:, 0]}), np.zeros(1))

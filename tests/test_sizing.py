@@ -161,6 +161,8 @@ class TestTolerances:
         by_hand = float(np.sqrt(((slopes * deviations) ** 2).sum()))
         sampled = found.sampled["geometric_error"]
         assert np.hypot(sampled.mean, sampled.deviation) == pytest.approx(by_hand, rel=5e-3)
+        first = found.first.deviation[found.nominal.figures.index("geometric_error")]
+        assert first == pytest.approx(by_hand, rel=1e-6)  # by the slopes to one side: it is zero as drawn
         elastic, whole = found.sampled["output_error"], found.sampled["whole_error"]
         assert elastic.mean > 0
         assert whole.mean == pytest.approx(elastic.mean, rel=0.05)  # geometry is off to both sides

@@ -26,7 +26,7 @@ function tolerancesSection({ designs, numbers, figures }) {
   const columns = [
     { name: "figure", text: ({ name }) => name },
     ...[["as it stands", ({ value }) => value], ["2.5 %", ({ sampled }) => sampled.low], ["median", ({ sampled }) => sampled.median], ["97.5 %", ({ sampled }) => sampled.high], ["largest", ({ sampled }) => sampled.largest]].map(([name, of]) => ({ name, of, words: (each) => quantity(of(each), each.unit) })),
-    { name: "± to first order", means: "three standard deviations, by the slopes of the design as it stands", of: ({ first_order: first }) => 3 * first.deviation, words: ({ first_order: first, unit }) => quantity(3 * first.deviation, unit) },
+    { name: "± to first order", means: "three standard deviations, by the slopes of the design as it stands", of: ({ first_order: first }) => (first.deviation === null ? null : 3 * first.deviation), words: ({ first_order: first, unit }) => (first.deviation === null ? number(null) : quantity(3 * first.deviation, unit)) },
   ];
   const shares = ({ shares: all }) => all.map((each) => ({ name: each.path, size: each.together ?? each.first_order ?? 0, words: `${number(100 * (each.together ?? each.first_order), 3)} %` })).filter(({ size }) => size > 0.001);
   const output = known.some(({ name }) => name === "geometric_error") ? soft("geometric_error is how far the output of rigid links is from where the nominal ones have it, output_error what the deflection adds, whole_error both together: largest over the cycle.") : null;
