@@ -130,7 +130,7 @@ def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT
 
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, -1))
     shapes = [Shape("curve", bent, lines=lines, ink=ink, width=width)]
-    for at, link in _moving(deflection):
+    for at, link in _moving_links(deflection):
         if not link.beams and len(link.points) > 1:
             hull = _hull(np.array(list(link.points.values()), complex))
             shapes.append(
@@ -150,7 +150,9 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[S
     stiff_beams = [
         (at, (beam.start, beam.end)) for (at, beam), stiff in zip(mechanism.beams, rigid, strict=True) if stiff
     ]
-    whole = [(at, tuple(link.points)) for at, link in _moving(deflection) if not link.beams and len(link.points) > 1]
+    whole = [
+        (at, tuple(link.points)) for at, link in _moving_links(deflection) if not link.beams and len(link.points) > 1
+    ]
     for at, names in stiff_beams + whole:
         points = np.array([mechanism.links[at].points[name] for name in names], complex)
         hull = _hull((points[:, None] + radius * _circle(24)).ravel())
@@ -178,7 +180,7 @@ def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[compl
     return shapes
 
 
-def _moving(deflection: Deflection) -> Iterable[tuple[int, Link]]:
+def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
     return list(enumerate(deflection.motion.mechanism.links))[1:]
 
 

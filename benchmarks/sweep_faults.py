@@ -24,7 +24,7 @@ from sweeping import four_bars, identity, tree
 from kinelast.designs.manifest import read_manifest
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import Store
-from kinelast.folder import RequestError
+from kinelast.request import RequestError
 
 COUNT, KILLS, JOBS = 200_000, 10, 2
 FIGURES = ("deflection", "stress", "mass")

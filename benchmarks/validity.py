@@ -105,7 +105,7 @@ def row(case: Drawn, number: int) -> dict[str, Any]:
         "check's own error": unresolved(truth),
         "vibration, cheap estimate": vibration_estimate(plain, case.period),
         "axial forces over Euler's loads": axial_share(plain),
-        "vibration, computed": float(theory_error(found).course.max()),
+        "vibration, computed": float(theory_error(found).history.max()),
         "quasi-static, large displacement": large_displacement_error(plain),
         "quasi-static, measured": apart(sample(plain, "chord", stations), truth),
         "large displacement, estimate": large_displacement_error(found.deflection),

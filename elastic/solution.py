@@ -33,7 +33,7 @@ FLANKS = 4  # rounds until the loaded flanks of gears are those that the forces 
 
 def _polynomials(field: str) -> cached_property[Reals]:
     """A field of a deflection on the pieces of its beams, made when it is asked for."""
-    return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.length, self.compliance))
+    return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,8 +55,6 @@ class Deflection:
         What was asked; one section per beam, and the joints that give way.
     forces
         Joint forces.
-    length
-        Of the beams [m], shape (beams, 1) or (beams, designs, 1).
     q
         Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
     amplitudes
@@ -80,7 +78,6 @@ class Deflection:
     sections: tuple[Section, ...]
     joints: Mapping[str, JointCompliance]
     forces: JointForces
-    length: Reals
     q: Any
     amplitudes: Amplitudes
     shift: Any
@@ -93,6 +90,12 @@ class Deflection:
 
     def __repr__(self) -> str:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
+
+    @property
+    def length(self) -> Reals:
+        """Lengths of the beams [m], shape (beams, 1) or (beams, designs, 1)."""
+        found: Reals = self.compliance.length
+        return found
 
     @cached_property
     def division(self) -> Division:
@@ -201,7 +204,6 @@ def deflection(
         sections=sections,
         joints=joints,
         forces=forces,
-        length=problem.configuration.length,
         q=problem.loads.q,
         amplitudes=response.amplitudes,
         shift=shift,

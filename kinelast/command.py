@@ -21,7 +21,7 @@ from kinelast.stopping import StoppedError, stoppable
 from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
-    from kinelast.folder import Request
+    from kinelast.request import Request
     from kinelast.terminal import Report
 
 BY_SIGNAL, INTERRUPTED = 128, 130
@@ -162,7 +162,7 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
-    from kinelast.folder import RequestError
+    from kinelast.request import RequestError
     from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not options.out.is_dir():
@@ -229,7 +229,7 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
 
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.folder import Request, RequestError
+    from kinelast.request import Request, RequestError
     from kinelast.run import require_pictures
 
     unknown = _unknown_diagram(options.animate)

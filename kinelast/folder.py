@@ -15,16 +15,17 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 
 if TYPE_CHECKING:
-    from kinelast.scene.data import Scene, Theory
+    pass
 
 USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
         "speeds.csv", "speeds.svg", "sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg",
@@ -32,43 +33,6 @@ USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "sti
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
-
-
-@dataclass(frozen=True)
-class Request:
-    """What is asked of a scene; the fields are the options of the command."""
-
-    fields: bool = False
-    stations: int = 101
-    check: int | None = None
-    nonlinear: bool = False
-    solid: bool = False
-    theory: str | None = None
-    accuracy: float | None = None
-    speeds: tuple[float, float, int] | None = None
-    animate: tuple[str, ...] = ()
-    frames: int | None = None
-    picture: str = "mp4"
-    mesh: bool = False
-    stills: bool = False
-    positions: int | None = None
-    refine: bool = False
-    reachable: bool = False
-    sensitivities: bool = False
-    tolerances: bool = False
-    samples: int | None = None
-    optimize: bool = False
-    units: str | None = None
-
-    def theory_of(self, scene: Scene) -> Theory:
-        """The theory of motion that is asked for: by the command, or else by the scene."""
-        if self.theory is None and self.accuracy is None:
-            return scene.theory
-        return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
-
-
-class RequestError(ValueError):
-    """Something is asked for that cannot be given."""
 
 
 @cache

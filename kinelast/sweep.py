@@ -21,12 +21,14 @@ from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
-from kinelast.folder import RequestError, json_bytes, version
+from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
+from kinelast.scene.reading import built
 from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
 from rigid import MechanismError
 
@@ -120,6 +122,8 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
+    if not built(parse_scene(tables), task.name).theory.plain:
+        tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
         plan.count,

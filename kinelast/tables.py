@@ -16,9 +16,10 @@ import numpy as np
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.trust import verdict
-from kinelast.folder import RequestError, held
+from kinelast.folder import held
 from kinelast.numbers import REPORT_UNITS
 from kinelast.outcome import Outcome
+from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from rigid import Reals
 

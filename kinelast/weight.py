@@ -7,7 +7,7 @@ from pathlib import Path
 
 from elastic import FIELDS, PRIMARY
 from kinelast.figures.results import EXTREME_FIELDS
-from kinelast.folder import Request, RequestError
+from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
 from rigid import structure
 

@@ -14,7 +14,7 @@ from kinelast.run import try_scene
 from kinelast.terminal import say
 
 if TYPE_CHECKING:
-    from kinelast.folder import Request
+    from kinelast.request import Request
 
 Report = Callable[[str, int, int], None]
 

@@ -24,7 +24,7 @@ MILD = 4.0  # by how much larger than their sum parts may be without counting
 TINY = np.finfo(float).tiny  # instead of a zero to divide by
 
 
-class Moving(Protocol):
+class MotionState(Protocol):
     """What of a `Motion` tells its condition."""
 
     @property
@@ -68,9 +68,9 @@ def greatest_force(closed: Closure, force: Sequence[Columns], moment: Sequence[C
     total: Columns = 0.0
     for c, closing in enumerate(closed.cut):
         needed: Columns = 0.0
-        for k, at in enumerate(closed.group.free):
-            dual = closed.duals[k, c] if closing.turns else closed.duals[k, c].real
-            loads = moment if closed.tree[at].turns else force
+        for k in range(len(closed.group.free)):
+            dual = closing.per_displacement(closed.duals[k, c])
+            loads = moment if closed.group.angles[k] else force
             needed = needed + np.abs(dual) * sum(loads[link] for link, _ in closed.group.carried[k])
         total = np.maximum(total, needed)
     return total
@@ -90,7 +90,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
     all_duals = (closed.whole or closed).duals
     greatest: Columns = 1.0
     for k in _pins(closed):
-        dual = all_duals[k, c] if closed.cut[c].turns else all_duals[k, c].real
+        dual = closed.cut[c].per_displacement(all_duals[k, c])
         turned = [sizes[link] for link, _ in closed.group.carried[k]]
         size = reduce(np.maximum, turned)
         if not np.all(size):
@@ -100,7 +100,7 @@ def _multiple(mechanism: Mechanism, closed: Closure, c: int) -> Columns:
 
 
 def _pins(closed: Closure) -> list[int]:
-    return [k for k, at in enumerate(closed.group.free) if closed.tree[at].turns]
+    return [k for k, angle in enumerate(closed.group.angles) if angle]
 
 
 def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:
@@ -137,7 +137,7 @@ def suspect(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
     return any(not narrowness(mechanism, closed).min() >= REGULAR for closed in free)
 
 
-def condition_numbers(motion: Moving, openings: tuple[Openings, Openings]) -> list[Columns]:
+def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
     """By how much every group multiplies round-off when it moves: errors are of this many eps, (..., positions).
 
     1/s^2 where the links come to a stop, more behind another group that is singular. Where they pass smoothly what is
@@ -175,12 +175,12 @@ def amplified(bound: Columns, done: Columns) -> Columns:
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 
-def ill_conditioned(motion: Moving, condition: Columns) -> Any:
+def ill_conditioned(motion: MotionState, condition: Columns) -> Any:
     """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
     return (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
 
 
-def marked(motion: Moving, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
+def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
     found = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):

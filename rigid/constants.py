@@ -14,7 +14,7 @@ from rigid.plane import dot
 
 
 @dataclass(frozen=True, eq=False)
-class BeamTable:
+class BeamConstants:
     """All beams of a mechanism; arrays of shape (beams, ..., 1) that broadcast against (beams, ..., positions).
 
     Attributes
@@ -56,7 +56,7 @@ class BeamTable:
 
 
 @lru_cache(maxsize=64)
-def beam_table(mechanism: Mechanism, ndim: int) -> BeamTable:
+def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
     """Beams of a mechanism in the order of `Mechanism.beams`, for columns of `ndim` axes."""
     links = [at for at, _ in mechanism.beams]
     starts, vectors, masses = [], [], []
@@ -70,7 +70,7 @@ def beam_table(mechanism: Mechanism, ndim: int) -> BeamTable:
     first = links[0] if links else 0
     row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
     mass = per_row(masses, ndim, float)
-    return BeamTable(row, per_row(starts, ndim, complex), vector / length, length, mass, _tapers(mechanism, ndim))
+    return BeamConstants(row, per_row(starts, ndim, complex), vector / length, length, mass, _tapers(mechanism, ndim))
 
 
 def _tapers(mechanism: Mechanism, ndim: int) -> Any:
@@ -83,7 +83,7 @@ def _tapers(mechanism: Mechanism, ndim: int) -> Any:
 
 
 @lru_cache(maxsize=64)
-def mass_table(mechanism: Mechanism, ndim: int) -> tuple[Any, Any, Any]:
+def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Any, Any, Any]:
     """Mass, first moment (complex) and moment of inertia of every link about its origin, (links, ..., 1)."""
     moments = [mass_moments(link) for link in mechanism.links]
     mass, first, second = zip(*moments, strict=True)

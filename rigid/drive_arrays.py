@@ -33,7 +33,7 @@ def drive_arrays(
 
 def per_position(value: Any, coordinates: Any) -> Any:
     """A rate given per drive, per position or both, or per design too, as one array like the coordinates."""
-    if np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
+    if isinstance(value, float | int) or np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
     if np.ndim(value) == 1:
         value = np.reshape(value, (len(coordinates), -1))

@@ -15,6 +15,8 @@ from rigid.joints import Columns, JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 
+UNSTRESSED = 1e-9  # share of a self-stress of unit size below which a joint has no part in it
+
 
 @dataclass(frozen=True, eq=False)
 class JointForces:
@@ -127,7 +129,7 @@ def _balance(
     if hinge.joint.gear is not None:
         load, couple = force[child], moment[child] - cross(hinge.arm_child, force[child])
         if hinge.teeth is not None and at not in flanks:
-            size = abs(load) if hinge.along is not None else abs(moment[child]) + abs(hinge.arm_child) * abs(load)
+            size = abs(load) if not hinge.turns else abs(moment[child]) + abs(hinge.arm_child) * abs(load)
             flanks[at] = loaded_flank(hinge.effort(-load, -couple), size)
         for act in gear_loads(hinge, -load, -couple, flanks.get(at, 0.0)):
             force[act.link] = force[act.link] + act.force

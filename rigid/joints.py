@@ -16,7 +16,7 @@ import numpy as np
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, Slider
 from rigid.plane import ZERO, cross, dot, unit
-from rigid.teeth import Teeth, wheel_push
+from rigid.teeth import Teeth
 
 Columns = Any  # an array of shape (..., positions), a number, or ZERO
 
@@ -186,6 +186,13 @@ def gap_of(placed: Placed, joint: Joint) -> Columns:
     return joint.sense * np.angle(turned) + 1j * cross(along_of(placed, joint), opened)
 
 
+def within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
+    """Whether a gap of a cut joint, as of `gap_of`, is within an angle [rad] and a length [m]."""
+    if joint.turns:
+        return np.abs(gap) <= length
+    return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
+
+
 def child_place(placed: Placed, joint: Joint, coordinate: Columns) -> tuple[Columns, Columns]:
     """Origin and direction of a joint's child, its parent being placed, at a coordinate of the joint [rad or m]."""
     parent = joint.parent
@@ -238,6 +245,10 @@ class JointPlace:
         """
         return displacement if self.along is None else rotation + 1j * cross(self.along, displacement)
 
+    def per_displacement(self, dual: Columns) -> Columns:
+        """What answers a displacement alone, of what answers both constraints as one complex number."""
+        return dual if self.along is None else dual.real
+
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
         """Force [N], complex, and moment [N m] on the child from the multipliers of those constraints."""
         if self.along is None:
@@ -264,54 +275,3 @@ class JointPlace:
     def effort(self, force: Columns, moment: Columns) -> Columns:
         """Component of a force and moment on the child along the free motion: moment [N m] or force [N]."""
         return moment if self.along is None else dot(self.along, force)
-
-
-def joint_place(placed: Placed, joint: Joint) -> JointPlace:
-    """A joint of two placed links."""
-    parent, child = joint.parent, joint.child
-    arm_parent = carried(placed.direction[parent], joint.at_parent)
-    arm_child = carried(placed.direction[child], joint.at_child)
-    if joint.turns:
-        return JointPlace(joint, arm_parent, arm_child, None, teeth_of(placed, joint))
-    if joint.ordered:
-        arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
-    else:
-        arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
-    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth_of(placed, joint))
-
-
-def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
-    """Contact of a joint that follows a gear; None where it has no pitch point.
-
-    It has one where one link carries both wheels, or wheel and rack: on that carrier they are pinned or slide, and
-    their pitch circles touch. Wheels of ratio 1, or about one axis, have none.
-    """
-    gear, carrier = joint.gear, joint.parent
-    if gear is None or gear.pressure_angle is None or carrier not in gear.ends:
-        return None
-    driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
-    leads = driver.parent == carrier
-    body = driver.child if leads else driver.parent
-    # Of the follower per motion of the body, both as seen from the carrier.
-    rate = joint.sense * gear.ratio * (1 if leads else -1)
-    own = point_of(placed, joint.child, joint.at_child)
-    hub = point_of(placed, body, driver.at(body))
-    if not joint.turns and not driver.turns:
-        return None
-    if not joint.turns:
-        along = along_of(placed, joint)
-        reach_body = -1j * rate * along
-        reach = hub + reach_body - own
-        apart = (-1j * slope * np.sign(rate)) * along
-    elif not driver.turns:
-        reach = -1j / rate * along_of(placed, driver)
-        reach_body = own + reach - hub
-        along, apart = wheel_push(reach, slope, ring=False)
-    else:
-        if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
-            return None
-        reach = (hub - own) / (1 - rate)
-        reach_body = rate * reach
-        along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
-    arm = hub - placed.origin[body] + reach_body
-    return Teeth(body, arm, reach_body, reach, along, apart)

@@ -19,7 +19,7 @@ from rigid.joints import Columns, JointPlace
 from rigid.mechanism import Mechanism
 from rigid.parts import Complexes, Reals
 from rigid.plane import ZERO
-from rigid.positions.placing import place
+from rigid.positions.link_positions import place
 from rigid.postures import Posture
 
 
@@ -157,26 +157,30 @@ def motion(
     array([2., 2.])
     """
     order = structure(mechanism)
-    if any(group.surplus for group in order.groups):
+    if order.surplus:
         from rigid.topology.redundancy import require_fit
 
         require_fit(mechanism)
     coordinates, rate, rate2, instants = drive_arrays(mechanism, drive, drive_rate, drive_acceleration, time)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         placed, closures = place(mechanism, order, coordinates, near, lead)
-    shape = np.broadcast_shapes(*(value.shape[1:] for value in (coordinates, rate, rate2)), mechanism.designs)
-    origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
-    return _moving(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
+        if coordinates.ndim == 2:
+            shape = (*mechanism.designs[:-1], coordinates.shape[-1])
+        else:
+            shape = np.broadcast_shapes(*(value.shape[1:] for value in (coordinates, rate, rate2)), mechanism.designs)
+        origin, direction = stacked(placed.origin, shape, complex), stacked(placed.direction, shape, complex)
+        return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
 def with_rates(motion: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
-    return _moving(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        return _with_velocities(motion.mechanism, motion.time, motion.drive, rate, rate2, *here)
 
 
-def _moving(
+def _with_velocities(
     mechanism: Mechanism,
     time: Reals,
     drive: Reals,
@@ -188,9 +192,8 @@ def _moving(
     final: bool = False,
 ) -> Motion:
     """Placed links with their velocities and accelerations; nan at singular positions, once these are marked."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        velocity, rotation, _ = _velocities(mechanism, closures, rate)
-        acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
+    velocity, rotation, _ = _velocities(mechanism, closures, rate)
+    acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
     found = Motion(
         mechanism,
@@ -210,7 +213,7 @@ def _moving(
         return found
     with np.errstate(all="ignore"):
         regular = marked(found, _openings(found))
-    return _moving(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
+    return _with_velocities(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
 
 
 def _openings(motion: Motion) -> tuple[Openings, Openings]:
@@ -241,10 +244,18 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> An
 
 def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[Any, Any, Openings]:
     """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
-    hinges = [hinge for closed in closures for hinge in closed.joints]
-    driven = [hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) for hinge in hinges]
-    gaps, turns = [gap for gap, _ in driven], [turn for _, turn in driven]
-    return displacements(closures, gaps, turns, [ZERO] * len(mechanism.links))
+    return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
+
+
+def _driven(closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
+    """Displacement and rotation of every joint's child from its parent that the drives ask for."""
+    gaps, turns = [], []
+    for hinge in (hinge for closed in closures for hinge in closed.joints):
+        asked = hinge.joint.drive is not None
+        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate, hinge.joint.drive)) if asked else (ZERO, ZERO)
+        gaps.append(gap)
+        turns.append(turn)
+    return gaps, turns
 
 
 def _accelerations(
@@ -254,10 +265,7 @@ def _accelerations(
 
     Coriolis' acceleration is a gap that the others must close.
     """
-    gaps: list[Columns] = []
-    turns: list[Columns] = []
-    for hinge in (hinge for closed in closures for hinge in closed.joints):
-        gap, turn = hinge.driven(hinge.joint.sense * rate_of(rate2, hinge.joint.drive))
-        gaps.append(gap + hinge.coriolis(velocity, rotation))
-        turns.append(turn)
+    gaps, turns = _driven(closures, rate2)
+    for number, hinge in enumerate(hinge for closed in closures for hinge in closed.joints):
+        gaps[number] = gaps[number] + hinge.coriolis(velocity, rotation)
     return displacements(closures, gaps, turns, [value * value for value in rotation])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.constants import beam_table, mass_table
+from rigid.constants import beam_constants, mass_constants
 from rigid.joints import Columns
 from rigid.kinematics import Motion
 from rigid.parts import LineLoad, Load, MechanismError, PointForce
@@ -25,7 +25,7 @@ def beam_loads(motion: Motion) -> Any:
     coefficients where the mass per length is not constant.
     """
     mechanism = motion.mechanism
-    table = beam_table(mechanism, len(motion.columns))
+    table = beam_constants(mechanism, len(motion.columns))
     turning = motion.turning[table.link]
     relative = _relative_acceleration(motion, table.link)
     if table.offset:
@@ -56,7 +56,7 @@ def _relative_acceleration(motion: Motion, links: Any) -> Any:
 
 def beam_directions(motion: Motion) -> Any:
     """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
-    table = beam_table(motion.mechanism, len(motion.columns))
+    table = beam_constants(motion.mechanism, len(motion.columns))
     direction = motion.direction[table.link]
     return direction if table.aligned else direction * table.unit
 
@@ -115,7 +115,7 @@ def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:
     Two lists over the links: force in the ground's axes [N], complex, and moment [N m], shape (..., positions).
     """
     mechanism = motion.mechanism
-    mass, first, second = mass_table(mechanism, len(motion.columns))
+    mass, first, second = mass_constants(mechanism, len(motion.columns))
     moving = slice(1, None)
     relative, turning = _relative_acceleration(motion, moving), motion.turning[moving]
     back = motion.direction[moving] * -first[moving]
@@ -149,7 +149,7 @@ def _line_load(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:
     mechanism = motion.mechanism
     at, number = mechanism.index[load.link], mechanism.beam_number(load.link, load.beam)
     link = mechanism.links[at]
-    length = beam_table(mechanism, len(motion.columns)).length[number]
+    length = beam_constants(mechanism, len(motion.columns)).length[number]
     along = beam_directions(motion)[number]
     start, end = (value * along for value in line_load_in_beam_axes(motion, load))
     pull = length * (start + end) / 2

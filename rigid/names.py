@@ -13,7 +13,7 @@ from rigid.parts import GROUND, Gear, LineLoad, Link, Load, PinDrive, Slider, Sl
 UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
 
-class Parts(Protocol):
+class Named(Protocol):
     """What a mechanism is made of."""
 
     @property
@@ -32,12 +32,12 @@ class Parts(Protocol):
     def gears(self) -> tuple[Gear, ...]: ...  # noqa: D102
 
 
-def misnamed(mechanism: Parts) -> str | None:
+def misnamed(mechanism: Named) -> str | None:
     """Fault of the first name that is nobody's, or of the first beam without length; None where all is well."""
     return next((words for words in _wrong(mechanism) if words), None)
 
 
-def _wrong(mechanism: Parts) -> Iterator[str | None]:
+def _wrong(mechanism: Named) -> Iterator[str | None]:
     for link in mechanism.links:
         for beam in link.beams:
             what = f'beam "{beam.start}"-"{beam.end}" of "{link.name}"'

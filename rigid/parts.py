@@ -17,8 +17,8 @@ Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Real = float | Reals
 Complex = complex | Complexes
-Moving = Any  # a `Motion`, which is made of these parts
-Law = Callable[[Moving], Reals]
+AnyMotion = Any  # a `Motion`, which is made of these parts
+Law = Callable[[AnyMotion], Reals]
 PointForce = tuple[str, str, Any, Any]
 """Link, point, force in the ground's axes [N], complex, and moment [N m], shape (..., positions) or scalar."""
 
@@ -126,6 +126,16 @@ class PinDrive:
     on: str = GROUND
     turns: ClassVar[bool] = True
 
+    @property
+    def joint(self) -> str:
+        """Name of the joint that it moves."""
+        return self.at
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its link."""
+        return self.link
+
 
 @dataclass(frozen=True)
 class SliderDrive:
@@ -133,6 +143,16 @@ class SliderDrive:
 
     slider: str
     turns: ClassVar[bool] = False
+
+    @property
+    def joint(self) -> str:
+        """Name of the joint that it moves."""
+        return self.slider
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its slider."""
+        return self.slider
 
 
 class Load(Protocol):
@@ -143,7 +163,7 @@ class Load(Protocol):
         """Link and point of every place that it acts on."""
         ...
 
-    def forces(self, motion: Moving) -> Iterable[PointForce]:
+    def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
         """Forces and moments on those points at every position."""
         ...
 
@@ -188,7 +208,7 @@ class PointLoad:
         """Where it acts."""
         return ((self.link, self.point),)
 
-    def forces(self, motion: Moving) -> Iterable[PointForce]:
+    def forces(self, motion: AnyMotion) -> Iterable[PointForce]:
         """The force in the ground's axes and the moment at every position."""
         factor = 1.0 if self.law is None else self.law(motion)
         turned = motion.direction[motion.mechanism.index[self.link]] if self.turning else 1.0

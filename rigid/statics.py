@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
-from rigid.constants import mass_table
-from rigid.forces import JointForces, joint_forces, self_stresses
+from rigid.constants import mass_constants
+from rigid.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
 from rigid.gears import gear_loads
 from rigid.joints import Columns, JointPlace
 from rigid.kinematics import Motion
 from rigid.loads import given_loads, link_loads
 from rigid.parts import Reals
-
-UNSTRESSED = 1e-9  # share of a self-stress of unit size below which a joint has no part in it
 
 
 def reactions(motion: Motion) -> JointForces:
@@ -73,7 +71,7 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
     Where loads nearly balance without them, what is left of the forces is wrong by a larger share.
     """
     mechanism = motion.mechanism
-    mass, first, second = (np.abs(part) for part in mass_table(mechanism, len(motion.columns)))
+    mass, first, second = (np.abs(part) for part in mass_constants(mechanism, len(motion.columns)))
     with np.errstate(all="ignore"):
         relative, turning = np.abs(motion.acceleration) + abs(mechanism.gravity), np.abs(motion.turning)
         force: list[Any] = list(mass * relative + first * turning)
@@ -90,8 +88,8 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
             if place.joint.gear is not None:
                 flank = forces.flank.get(number, 0.0)
                 for act in gear_loads(place, forces.force[number], forces.moment[number], flank):
-                    force[act.link] = force[act.link] + np.abs(act.force)
-                    moment[act.link] = moment[act.link] + np.abs(act.moment)
+                    force[act.link] = force[act.link] + abs(act.force)
+                    moment[act.link] = moment[act.link] + abs(act.moment)
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)

@@ -12,6 +12,11 @@ from rigid.plane import number
 UNLOADED = 1e-12  # share of what its terms come to, below which an effort is round-off and no flank is loaded
 
 
+def pitch_reach(hub: Any, rate: Any) -> Any:
+    """From a wheel's centre to its pitch point, of the centre of the wheel that drives it as seen from there [m]."""
+    return hub / (1 - rate)
+
+
 @dataclass(frozen=True, eq=False)
 class Teeth:
     """The contact of a gear's follower, a wheel or a rack, with the body that drives it.

@@ -11,7 +11,8 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.command import main
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.results import Results, peaks
+from kinelast.figures.peaks import peaks
+from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.scene.error import SceneError

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from mechanisms import bar, drawn_bar, linkage, parallelogram
 
-import rigid.positions.placing
 from elastic import Section, deflection
 from rigid import Beam, Link, Mechanism, PinDrive, Slider, motion
 from rigid.dynamics import Effort, ForwardError, forward, motion_during
@@ -49,7 +48,7 @@ def test_a_plate_on_three_rods_over_several_turns(plate_on_rods, turns, count):
 @pytest.mark.parametrize("general", [False, True])
 def test_a_parallelogram_over_many_turns(turns, count, general, monkeypatch):
     if general:
-        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+        monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
     angle = 0.3 + np.linspace(0, turns * 2 * np.pi, count)
     found = motion(parallelogram(), angle)
     np.testing.assert_allclose(found.direction[3], np.exp(1j * angle), rtol=0, atol=1e-6)
@@ -80,7 +79,7 @@ def test_behind_the_end_of_its_reach_there_is_nothing(monkeypatch):
     angle = np.linspace(0, 6 * np.pi, 50)
     reached = np.abs(np.remainder(angle + np.pi, 2 * np.pi) - np.pi) < stop
     dyads = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), angle)
-    monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
     found = motion(Mechanism(links, (PinDrive("crank", "O"),), drawing), angle)
     np.testing.assert_array_equal(np.isfinite(found.direction[3]), reached)
     np.testing.assert_allclose(found.direction[3, reached], dyads.direction[3, reached], rtol=0, atol=1e-9)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from mechanisms import parallelogram, steel_bar
 
-import rigid.positions.placing
 from elastic import Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion, reactions
 
@@ -24,7 +23,7 @@ class TestParallelogram:
     @pytest.mark.parametrize("count", [60, 83, 361])
     def test_stays_one_as_a_general_group(self, count, monkeypatch):
         """Between coarse positions either branch may be near: none folds otherwise than both neighbours."""
-        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+        monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         going = motion(parallelogram(), np.linspace(0.3, 2 * np.pi + 0.4, count), 1.0)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-6)
 
@@ -42,7 +41,7 @@ class TestParallelogram:
         lean = 0.1 * np.exp(0.3j)
         mechanism = Mechanism(links, (PinDrive("crank", "O"),), {"O": 0, "D": 0.35, "A": lean, "B": 0.35 + lean})
         drive = np.concatenate([np.linspace(0.3, 2.9, count), np.pi + near * np.linspace(-1, 1, few)])
-        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+        monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         going = motion(mechanism, drive)
         np.testing.assert_allclose(going.direction[3], going.direction[1], rtol=0, atol=1e-4)
 

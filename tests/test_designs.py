@@ -9,13 +9,13 @@ import pytest
 from elastic import FIELDS, deflection, extremes, sample
 from elastic.cycle_maxima import cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
+from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.designs.variables import numbers
-from kinelast.figures.results import peaks
+from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from tests.scene_texts import SWING, WHEEL
@@ -263,6 +263,18 @@ def test_limits_and_the_output_are_judged_design_by_design():
         masses = [link["mass"]["value"] for link in figures["links"]]
         assert found.columns["mass"][row] == pytest.approx(sum(masses), rel=1e-12)
     assert set(found.columns["acceptable"]) == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("name", ["steel", "press", "shaper"])
+def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
+    tables, _ = MECHANISMS[name]
+    results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
+    output = summary(results, peaks(results))["output"]
+    assert output["guessed"]
+    path = paths_of(name)[0]
+    found = evaluate(tables, [path], [[variable(tables, path).base]], ["output_error"])
+    assert found.units["output_error"] == output["unit"]
+    assert found.columns["output_error"][0] == pytest.approx(abs(output["value"]), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["steel", "shaper", "swing"])

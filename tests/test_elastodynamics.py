@@ -105,7 +105,7 @@ class TestReference:
     def test_how_far_that_is_off_is_told(self, found):
         off = theory_error(found)
         measured = [np.abs(chord - expected).max() for chord, expected in self.chords(found.quasi_static)]
-        np.testing.assert_allclose(off.course, measured, rtol=0.1)
+        np.testing.assert_allclose(off.history, measured, rtol=0.1)
         missed = max(np.abs(chord - expected).max() for chord, expected in self.chords(found.deflection))
         assert 0.5 < off.large_displacement / missed < 2
 
@@ -501,7 +501,7 @@ class TestTimeElements:
         t = grid.nodes[1:, None, None]
         ones = np.ones_like(t)
         steps = propagation(grid, Equations(ones, 0.2 * ones, 5.3 + 2 * np.cos(t), np.cos(t)[:, 0]))
-        return steps.course(np.array([1.0, 0.0]))[0][-1, 0]
+        return steps.history(np.array([1.0, 0.0]))[0][-1, 0]
 
     @pytest.mark.parametrize("stages", [2, 3, 4])
     def test_order(self, stages):

@@ -18,8 +18,9 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 import kinelast.folder as folders
 from kinelast.command import main
-from kinelast.folder import Request, RequestError, complete, held
+from kinelast.folder import complete, held
 from kinelast.outcome import BUG, FINE, Task
+from kinelast.request import Request, RequestError
 from kinelast.workers import side_by_side
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from elastic import Section, deflection
+from kinelast import read_scene, scene_motion, shipped_scenes
 from rigid import (
     Beam,
     Gear,
@@ -184,3 +185,10 @@ def test_a_gear_may_name_its_driver_the_other_way_than_the_drive(link, on, ratio
     going = motion(Mechanism(links, (PinDrive("arm", "O"),), drawing, gears=(gear,)), ANGLES, 10.0)
     np.testing.assert_allclose(going.angular_velocity[2], 7.5, rtol=1e-14)
     np.testing.assert_allclose(going.direction[2], np.exp(0.75j * ANGLES), rtol=0, atol=1e-13)
+
+
+def test_the_condition_is_known_of_gears_without_teeth():
+    scene = read_scene(shipped_scenes()["flapping_wing"])
+    solved = deflection(scene_motion(scene, 8), scene.sections, joints=scene.joints)
+    assert (solved.condition >= 1.0).all()
+    assert (solved.condition < 1e6).all()

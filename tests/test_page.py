@@ -11,10 +11,10 @@ from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.command import main
-from kinelast.folder import Request
+from kinelast.compute import computed
 from kinelast.numbers import number, quantity
 from kinelast.page import data
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.reading import read_scene
 from kinelast.scene.shipped import shipped_scenes
 from rigid import acceleration_of, position_of, velocity_of

@@ -25,7 +25,6 @@ from mechanisms import (
     turn,
 )
 
-import rigid.positions.placing
 from rigid import (
     Beam,
     LineLoad,
@@ -200,7 +199,7 @@ def test_velocities_and_accelerations_are_derivatives_of_the_positions(name):
 def test_the_general_group_finds_what_the_closed_form_finds(name, monkeypatch):
     case = DYADS[name](count=90)
     closed = motion_of(case)
-    monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
     general = motion_of(case)
     for field in ("origin", "direction", "velocity", "acceleration", "angular_velocity", "angular_acceleration"):
         expected = getattr(closed, field)
@@ -237,7 +236,7 @@ def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):
     """Asked for a single position far from the drawing it still takes the drawn branch."""
     case = DYADS[name]()
     closed = motion(case.mechanism, case.drive[:, :1] + ahead)
-    monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
     general = motion(case.mechanism, case.drive[:, :1] + ahead)
     np.testing.assert_allclose(general.direction, closed.direction, rtol=0, atol=1e-12)
 
@@ -245,7 +244,7 @@ def test_the_general_group_is_led_from_the_drawing(name, ahead, monkeypatch):
 @pytest.mark.parametrize("name", DYADS)
 def test_condition_of_the_general_group_has_no_unit(name, monkeypatch):
     case = DYADS[name](count=9)
-    monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+    monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
     metres = motion_of(case)
     millimetres = motion(scaled(case.mechanism, 1000.0), case.drive, case.rate, case.rate2)
     np.testing.assert_allclose(millimetres.condition, metres.condition, rtol=1e-10)

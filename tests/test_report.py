@@ -17,8 +17,9 @@ from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
 
 from elastic import deflection
 from kinelast.command import main
+from kinelast.figures.peaks import peaks
 from kinelast.figures.refinement import refined_peaks
-from kinelast.figures.results import Results, peaks
+from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
 from kinelast.numbers import number, quantity, round_down, round_up, ticks

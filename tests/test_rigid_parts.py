@@ -9,7 +9,8 @@ from mechanisms import four_bar, slider_crank
 from rigid import Link, Mechanism, MechanismError, PinDrive, motion, structure
 from rigid.analysis import ReachError, require_reach
 from rigid.dynamics import Effort, ForwardError, TableError, forward, table_curve
-from rigid.joints import along_of, coordinate_of, gap_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import along_of, coordinate_of, gap_of
 from rigid.plane import ZERO, cross, dot, imaginary, number
 
 

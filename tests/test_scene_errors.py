@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene.motion import reached_by_integration
-from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
+from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 from kinelast.scene.reading import (
     SceneError,
     read_scene,
@@ -24,7 +24,8 @@ from kinelast.scene.reading import (
     scene_motion_at,
     scene_times,
 )
-from kinelast.scene.structure import structure_from_dict
+from kinelast.scene.section_quantities import BendingRigidity
+from kinelast.scene.structure_scene import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'

@@ -16,9 +16,9 @@ from kinelast.scene.quantities import (
     MassPerLength,
     Moment,
     Speed,
-    Stress,
 )
 from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.section_quantities import Stress
 from rigid import position_of
 
 BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12

@@ -57,7 +57,7 @@ def ritz(missing_factor, count=300):
         (heavy @ acceleration).real + stiffness - spin**2 * stretch_mass,
         -(heavy @ grid.rates(places)[1][..., None]).real[..., 0],
     )
-    x, x1, _ = propagation(grid, equations).course(np.array([*START, *START_RATE]))
+    x, x1, _ = propagation(grid, equations).history(np.array([*START, *START_RATE]))
     return x[-1], x1[-1]
 
 

@@ -15,7 +15,6 @@ from mechanisms import bar, scotch_yoke, tangent
 from mpmath import mpf
 from stress import EPS, STATIONS, FourBar, Inverted, SliderCrank, TwoDyads, error, number, references, scales, triangle
 
-import rigid.positions.placing
 from elastic import PRIMARY, Section, deflection, sample
 from rigid import (
     SINGULAR,
@@ -63,7 +62,7 @@ class TestDeadPoints:
 
     @pytest.mark.parametrize("distance", TO_DEAD_POINT)
     def test_the_same_as_a_general_group(self, distance, monkeypatch):
-        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+        monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         stop = stop_of(0.25, 0.2, 0.2, 0.3)
         case = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3)
         for way in ((), (stop - 0.3, stop - 0.2)):
@@ -80,7 +79,7 @@ class TestDeadPoints:
         drive = np.concatenate([np.linspace(stop - 0.3, stop - 1e-2, 40), stop - before])
         mechanism = FourBar((0.25, 0.2, 0.2), 0.3, stop - 0.3).mechanism
         closed = motion(mechanism, drive)
-        monkeypatch.setattr(rigid.positions.placing, "_closed_form", lambda group: not group.free)
+        monkeypatch.setattr("rigid.decomposition.groups.Group.closed_form", property(lambda group: not group.free))
         general = motion(mechanism, drive)
         assert np.abs(general.direction - closed.direction).max() < 1e-6
 

@@ -19,7 +19,8 @@ from kinelast.designs import cluster, running, store
 from kinelast.designs.manifest import read_manifest
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import stored_chunks
-from kinelast.folder import RequestError, held
+from kinelast.folder import held
+from kinelast.request import RequestError
 
 COUNT, CHUNK = 1050, 100
 KILLS = 4  # benchmarks/sweep_faults.py does it at full size

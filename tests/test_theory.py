@@ -14,13 +14,13 @@ from scene_texts import FOUR_BAR, edited
 from elastic import deflection, sample
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.command import main
+from kinelast.compute import computed
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
 from kinelast.figures.theory import vibration_estimate
 from kinelast.figures.trust import findings
-from kinelast.folder import Request
-from kinelast.run import computed
+from kinelast.request import Request
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.error import SceneError
 

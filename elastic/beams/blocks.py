@@ -27,14 +27,9 @@ class Block:
     force: Any
     moment: Any
 
-    def beyond(self, length: Any, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
-        """What the fields beyond the block are more than those before it, in powers of xi less the block's.
-
-        Parameters
-        ----------
-        length
-            Of all beams [m], shape (beams, ..., 1).
-        """
+    def beyond(self, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
+        """What the fields beyond the block are more than those before it, in powers of xi less the block's."""
+        length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
         bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))
         slope = (0.0, -bend * moment, bend * length[k] * across / 2)

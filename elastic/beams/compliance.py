@@ -10,7 +10,8 @@ import numpy as np
 
 from elastic.beams.section import Section
 from elastic.beams.taper import taper_functions
-from rigid.constants import per_row
+from rigid import Mechanism
+from rigid.constants import beam_constants, per_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,8 @@ class Compliance:
 
     Attributes
     ----------
+    length
+        [m].
     stretch, bend, shear
         1/EA, 1/EI, 1/kGA at the start.
     strain, tapered
@@ -26,14 +29,18 @@ class Compliance:
     ends
         By how much less or more than a prismatic beam's every power contributes to u(1), phi(1), w(1) by bending and
         w(1) by shear, four arrays of shape (powers, beams, 1); None where all beams are prismatic.
+    powers
+        Of xi in the bending moment, at the most.
     """
 
+    length: Any
     stretch: Any
     bend: Any
     shear: Any
     strain: Any
     tapered: Any
     ends: tuple[Any, Any, Any, Any] | None
+    powers: int
 
     @cached_property
     def sheared(self) -> bool:
@@ -45,6 +52,18 @@ class Compliance:
         """Whether any beam has free strain."""
         return bool(self.strain.any())
 
+    @cached_property
+    def integrals(self) -> tuple[Any, Any, Any, Any]:
+        """What integrating a power of xi along the beams multiplies it with: alone, as N/EA, M/EI and -V/kGA.
+
+        Shape (powers + 1, beams, ..., 1).
+        """
+        power = np.arange(1.0, self.powers + 2).reshape(-1, *[1] * self.length.ndim)
+        alone, stretch, bend, shear = (
+            self.length * each / power for each in (1.0, self.stretch, self.bend, -self.shear)
+        )
+        return alone, stretch, bend, shear
+
     @property
     def unstrained(self) -> Compliance:
         """The same beams without free strain."""
@@ -52,9 +71,15 @@ class Compliance:
 
 
 @lru_cache(maxsize=64)
-def compliance_of(sections: tuple[Section, ...], ndim: int, powers: int) -> Compliance:
+def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int, powers: int) -> Compliance:
     """Compliances of beams, for columns of `ndim` axes and bending moments of so many powers of xi."""
-    rows = [
+    return Compliance(beam_constants(mechanism, ndim).length, *_of_sections(sections, ndim, powers), powers)
+
+
+@lru_cache(maxsize=64)
+def _of_sections(sections: tuple[Section, ...], ndim: int, powers: int) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """What of that the sections tell alone, whatever the lengths of many designs."""
+    stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)
         for values in zip(*((section.EA, section.EI, section.kGA) for section in sections), strict=True)
     ] or [np.zeros((0,) + (1,) * ndim)] * 3
@@ -63,8 +88,7 @@ def compliance_of(sections: tuple[Section, ...], ndim: int, powers: int) -> Comp
     if any(section.taper for section in sections):
         table = np.array([[part[:, 0] for part in taper_functions(section, (1.0,), powers)] for section in sections])
         ends = tuple(np.moveaxis(table, 0, -1)[k].reshape(powers, -1, *(1,) * ndim) for k in range(4))
-    tapered = per_row([bool(section.taper) for section in sections], ndim, bool)
-    return Compliance(rows[0], rows[1], rows[2], strain, tapered, ends)
+    return stretch, bend, shear, strain, per_row([bool(section.taper) for section in sections], ndim, bool), ends
 
 
 @lru_cache(maxsize=64)

@@ -75,7 +75,7 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
     return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, ())
 
 
-def on_pieces(field: str, amplitudes: Amplitudes, division: Division, length: Any, compliance: Compliance) -> Any:
+def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Any:
     """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
     values = getattr(amplitudes, field)
     if division.whole:
@@ -84,11 +84,11 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, length: An
     for number, section in enumerate(division.sections):
         if section.taper and field in ("u", "w", "phi"):
             rows = division.of_beam(number)
-            carried, bent = _of_tapered(field, amplitudes, number, section, length[number])
+            carried, bent = _of_tapered(field, amplitudes, number, section, compliance.length[number])
             moved = shifted(carried[:, None], division.start[rows], division.width[rows])
             result = _with_rows(result, rows, added(bent, moved))
     for block in division.blocks:
-        _add_beyond(result, block, division, block.beyond(length, compliance)[field])
+        _add_beyond(result, block, division, block.beyond(compliance)[field])
     return result
 
 

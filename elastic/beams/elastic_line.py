@@ -11,7 +11,7 @@ import numpy as np
 from elastic.beams.compliance import Compliance
 
 
-def section_forces(q: Any, pull: Any, twist: Any, length: Any) -> tuple[Any, Any, Any]:
+def section_forces(q: Any, pull: Any, twist: Any, compliance: Compliance) -> tuple[Any, Any, Any]:
     """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
 
     Parameters
@@ -20,20 +20,20 @@ def section_forces(q: Any, pull: Any, twist: Any, length: Any) -> tuple[Any, Any
         q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     pull, twist
         Force in the beam's axes [N], complex, and moment [N m] on its end, shape (beams, ..., positions).
-    length
-        [m], shape (beams, ..., 1).
+    compliance
+        Of the beams: tells their lengths.
 
     Returns
     -------
     Coefficients of N and V, shape (n + 1, ...), and of M, shape (n + 2, ...).
     """
-    power = np.arange(1.0, len(q) + 2).reshape(-1, *[1] * pull.ndim)
+    along = compliance.integrals[0]
     beyond = np.empty((len(q) + 1, *pull.shape), complex)
-    np.multiply(q, -length / power[:-1], out=beyond[1:])
+    np.multiply(q, -along[: len(q)], out=beyond[1:])
     np.subtract(pull, _sum(beyond[1:]), out=beyond[0])
     N, V = np.ascontiguousarray(beyond.real), -beyond.imag
     M = np.empty((len(q) + 2, *pull.shape))
-    np.multiply(V, length / power, out=M[1:])
+    np.multiply(V, along[: len(V)], out=M[1:])
     np.subtract(twist, _sum(M[1:]), out=M[0])
     return N, V, M
 
@@ -61,7 +61,7 @@ class Amplitudes:
     slide: Any
 
 
-def elastic_line(N: Any, V: Any, M: Any, length: Any, compliance: Compliance) -> tuple[Amplitudes, tuple[Any, ...]]:
+def elastic_line(N: Any, V: Any, M: Any, compliance: Compliance) -> tuple[Amplitudes, tuple[Any, ...]]:
     """u, w, phi of beams clamped at their start: M/EI integrated twice, N/EA once, and the slide of shear.
 
     Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero. phi is the rotation of the
@@ -71,14 +71,15 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, compliance: Compliance) ->
     -------
     The amplitudes, and u, w, phi at the beams' ends, (6) and (7).
     """
-    power = np.arange(1.0, len(M) + 2).reshape(-1, *[1] * (N.ndim - 1))
-    u = np.zeros((len(N) + 1, *N.shape[1:]))
-    np.multiply(N, length * compliance.stretch / power[: len(N)], out=u[1:])
-    phi = np.zeros((len(M) + 1, *M.shape[1:]))
-    np.multiply(M, length * compliance.bend / power[: len(M)], out=phi[1:])
-    w = np.zeros((len(M) + 2, *M.shape[1:]))
-    np.multiply(phi[1:], length / power[1:], out=w[2:])
-    slide = V * (-length * compliance.shear / power[: len(V)]) if compliance.sheared else None
+    along, stretch, bend, shear = compliance.integrals
+    u = np.empty((len(N) + 1, *N.shape[1:]))
+    np.multiply(N, stretch[: len(N)], out=u[1:])
+    phi = np.empty((len(M) + 1, *M.shape[1:]))
+    np.multiply(M, bend[: len(M)], out=phi[1:])
+    w = np.empty((len(M) + 2, *M.shape[1:]))
+    u[0] = phi[0] = w[:2] = 0.0
+    np.multiply(phi[1:], along[1 : len(phi)], out=w[2:])
+    slide = V * shear[: len(V)] if compliance.sheared else None
     if compliance.ends is None:
         if slide is not None:
             w[1 : len(V) + 1] += slide
@@ -92,7 +93,7 @@ def elastic_line(N: Any, V: Any, M: Any, length: Any, compliance: Compliance) ->
             w[1 : len(V) + 1] += np.where(compliance.tapered, 0.0, slide)
             slide = np.where(compliance.tapered, slide, 0.0)
     if compliance.strained:
-        free = compliance.strain * length
+        free = compliance.strain * compliance.length
         u[1] += free if compliance.ends is None else np.where(compliance.tapered, 0.0, free)
         end = end[0] + free, end[1], end[2]
     return Amplitudes(N, V, M, u, w, phi, slide), end

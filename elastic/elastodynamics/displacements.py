@@ -133,9 +133,12 @@ def _openings(
         if place_number in blocks:
             on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
-        along, turned = follower_displacement(place, bent, flank.get(place_number))
-        gaps.append(parent[0] - child[0] + along)
-        turns.append(parent[1] - child[1] + turned)
+        gap, turn = parent[0] - child[0], parent[1] - child[1]
+        if joint.gear is not None:
+            along, turned = follower_displacement(place, bent, flank.get(place_number))
+            gap, turn = gap + along, turn + turned
+        gaps.append(gap)
+        turns.append(turn)
     shape = (len(structure.stiffness), motion.columns[-1])
     for row, freedom in enumerate(structure.soft, len(structure.stiffness) - len(structure.soft)):
         opened = np.zeros(shape, complex)

@@ -134,11 +134,11 @@ def _soft_freedoms(
         own = joints.get(joint.name)
         if own is None:
             continue
-        kinds = ["x", "y"] if joint.slider is None else ["across", "along"] if joint.moved else ["across"]
+        kinds = ["x", "y"] if joint.turns else ["across", "along"] if joint.moved else ["across"]
         for kind in kinds if own.translation else ():
             found.append(SoftFreedom(number, kind))
             softness.append(own.translation)
-        if own.rotation and (joint.slider is not None or joint.moved):
+        if own.rotation and (not joint.turns or joint.moved):
             found.append(SoftFreedom(number, "turn"))
             softness.append(own.rotation)
     return tuple(found), softness

@@ -129,7 +129,7 @@ def _coordinates(
     if not len(structure.stiffness):
         return structure, None
     slow = with_rates(motion, 0.0)
-    loaded = [deflection(course, sections, joints) for course in (motion, slow)]
+    loaded = [deflection(each, sections, joints) for each in (motion, slow)]
     return structure, cycle_of(structure, motion, loaded)
 
 
@@ -166,17 +166,17 @@ class Vibration:
     motion: Motion
     problem: Problem
     propagation: Propagation
-    course: tuple[Any, Any, Any]
+    history: tuple[Any, Any, Any]
 
     @property
     def displacements(self) -> Any:
         """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
-        return self._places(self.course[0])
+        return self._places(self.history[0])
 
     @property
     def unresolved(self) -> Any:
         """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
-        found, (_, _, x2) = self.problem, self.course
+        found, (_, _, x2) = self.problem, self.history
         strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
         bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
         moved = self.displacements
@@ -196,7 +196,7 @@ def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping,
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid."""
     found = problem(kinds, bent, grid, damping)
     steps = propagation(grid, found.equations)
-    return Vibration(bent.motion, found, steps, steps.course(start(steps, found, bent)))
+    return Vibration(bent.motion, found, steps, steps.history(start(steps, found, bent)))
 
 
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start, cyclic: bool) -> Elastodynamic:
@@ -212,7 +212,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
         sampled = grid.sampler(times)
         multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
-        loads = resampled(vibration_loads(found.problem, found.motion, found.course), sampled)
+        loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
         if reduction_error <= tolerance or model.cycle is None:
@@ -224,7 +224,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
         before = reduction_error
-    size = found.course[0].shape[1]
+    size = found.history[0].shape[1]
     answer = Elastodynamic(
         bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error
     )

@@ -154,7 +154,7 @@ def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -
 
 def _vibrating(model: Model, found: Vibration) -> Deflection:
     """The deflection at the nodes of the grid, whose first is its last a cycle before."""
-    loads = vibration_loads(found.problem, found.motion, found.course)
+    loads = vibration_loads(found.problem, found.motion, found.history)
     loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
     return deflection(found.motion, model.sections, model.joints, loads)
 

@@ -24,7 +24,7 @@ class TheoryError:
 
     Attributes
     ----------
-    course
+    history
         Of the quasi-static answer, greatest at any instant and place.
     peak
         Of its largest value over the positions.
@@ -32,7 +32,7 @@ class TheoryError:
         About what the elastodynamic answer leaves out of the links' large displacement: an estimate.
     """
 
-    course: Reals
+    history: Reals
     peak: Reals
     large_displacement: float
 
@@ -43,9 +43,9 @@ def theory_error(found: Elastodynamic) -> TheoryError:
     greatest = np.abs(vibrating).max(axis=(1, 2))
     greatest = share_base(greatest)
     with np.errstate(invalid="ignore", divide="ignore"):
-        course = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
+        history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
         peak = np.abs(np.abs(plain).max(axis=(1, 2)) / greatest - 1)
-    return TheoryError(course, peak, large_displacement_error(found.deflection))
+    return TheoryError(history, peak, large_displacement_error(found.deflection))
 
 
 def share_base(largest: Any) -> Any:

@@ -206,7 +206,7 @@ class Propagation:
         matrix, added = self.whole
         return np.linalg.solve(np.eye(len(added)) - matrix, added)
 
-    def course(self, start: Any) -> tuple[Any, Any, Any]:
+    def history(self, start: Any) -> tuple[Any, Any, Any]:
         """x, x', x'' at all points but the start, shape (points, r), from the state at the start."""
         own, r = scheme(self.grid.stages), len(start) // 2
         states = [start]

@@ -59,12 +59,12 @@ class _Gathered:
                 self.points.append((at, name, *pair))
 
 
-def vibration_loads(found: Problem, motion: Motion, course: tuple[Any, Any, Any]) -> AddedLoads:
+def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any]) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
     `motion` is that at the grid's nodes.
     """
-    x, x1, x2 = course
+    x, x1, x2 = history
     structure = found.kinematics.structure
     directions = beam_directions(motion).T[1:]
     moved = found.kinematics.unit[1:] @ x[..., None]

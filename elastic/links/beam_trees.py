@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid import LineLoad, Link, Mechanism, MechanismError, structure
+from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
 from rigid.plane import cross
 
 LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet lie along it
@@ -123,6 +123,17 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]])
             raise MechanismError(bare, links=(name,), joints=(point,))
 
 
+def lies_along(link: Link, beam: Beam, origin: Any, direction: Any) -> bool:
+    """Whether a line through a point, both in a link's axes, is that of one of its beams, in all designs."""
+    return bool(np.all(lined_up(link, beam, origin, direction)))
+
+
+def lined_up(link: Link, beam: Beam, origin: Any, direction: Any) -> Any:
+    """The same, design by design."""
+    way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
+    return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
+
+
 def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:
     """The beam along which each slider on a link with beams moves."""
     rails = {}
@@ -133,9 +144,7 @@ def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dic
         link = mechanism.links[owner]
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
-            way = link.points[beam.end] - link.points[beam.start]
-            off, line = joint.at(owner) - link.points[beam.start], joint.line
-            if np.all(np.abs(cross(way, line)) + np.abs(cross(line, off)) <= LINED_UP * np.abs(way)):
+            if lies_along(link, beam, joint.at(owner), joint.line):
                 rails[place] = branch.number
                 break
         else:

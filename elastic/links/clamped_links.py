@@ -37,13 +37,12 @@ class LinkResponse:
 
 def clamped_response(configuration: Configuration, compliance: Compliance, loads: LinkLoads) -> LinkResponse:
     """Section forces and displacements of links clamped at their roots, rings cut open."""
-    length = configuration.length
-    N, V, M = section_forces(loads.q, *end_loads(configuration, loads), length)
+    N, V, M = section_forces(loads.q, *end_loads(configuration, loads), compliance)
     for block in loads.blocks:
-        _before_block(N, V, M, length, block)
-    amplitudes, ends = elastic_line(N, V, M, length, compliance)
+        _before_block(N, V, M, compliance.length, block)
+    amplitudes, ends = elastic_line(N, V, M, compliance)
     for block in loads.blocks:
-        more = block.beyond(length, compliance)
+        more = block.beyond(compliance)
         for end, field in zip(ends, ("u", "w", "phi"), strict=True):
             end[block.beam] += at(more[field], 1.0 - block.xi)
     return LinkResponse(amplitudes, _node_displacements(configuration, *ends), loads.blocks)

@@ -25,10 +25,9 @@ from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
+from rigid.forces import UNSTRESSED
 from rigid.loads import beam_loads
 from rigid.plane import dot
-
-UNSTRESSED = 1e-12  # share of a self-stress below which a joint has no part in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ def problem_of(
     nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
     if more is not None:
         nodes, q = with_points(nodes, configuration.trees, more.points), added(q, more.q)
-    compliance = compliance_of(sections, len(motion.columns), len(q) + 2)
+    compliance = compliance_of(motion.mechanism, sections, len(motion.columns), len(q) + 2)
     return Problem(motion, configuration, compliance, joints, LinkLoads(nodes, q), more)
 
 
@@ -84,9 +83,11 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
             turn = turn - forces.moment[number] * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
-        along, turned = follower_displacement(place, response.nodes, forces.flank.get(number))
-        displacement.append(gap + along)
-        rotation.append(turn + turned)
+        if joint.gear is not None:
+            along, turned = follower_displacement(place, response.nodes, forces.flank.get(number))
+            gap, turn = gap + along, turn + turned
+        displacement.append(gap)
+        rotation.append(turn)
     return response, JointGaps(displacement, rotation)
 
 
@@ -98,7 +99,7 @@ def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tupl
     for other in response.blocks:
         if other.beam == k:
             way = np.maximum(block.xi - other.xi, 0.0)
-            more = other.beyond(configuration.length, problem.compliance)
+            more = other.beyond(problem.compliance)
             u, w, phi = u + at(more["u"], way), w + at(more["w"], way), phi + at(more["phi"], way)
     before, turned = response.nodes[link, beam.start]
     arm = configuration.beam[k] * (block.xi * configuration.length[k])

@@ -15,7 +15,7 @@ from elastic.beams.section import JointCompliance
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees, trees_of
 from rigid import Motion
-from rigid.constants import beam_table
+from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 
 NodeLoads = dict[tuple[int, str], tuple[Any, Any]]
@@ -71,7 +71,7 @@ class Configuration:
 
 def configuration_of(motion: Motion) -> Configuration:
     """Configuration of the links of a motion."""
-    table = beam_table(motion.mechanism, len(motion.columns))
+    table = beam_constants(motion.mechanism, len(motion.columns))
     return Configuration(
         trees_of(motion.mechanism),
         table.link,

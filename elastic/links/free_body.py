@@ -79,8 +79,8 @@ def add_load(nodes: NodeLoads, where: tuple[int, str], force: Any, moment: Any) 
 def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[Any, Any]:
     """Force in the beam's own axes [N], complex, and moment [N m] on the end of every beam, shape (beams, ...)."""
     carried = dict(loads.nodes)
-    pull = np.zeros((len(configuration.length), *configuration.columns), complex)
-    twist = np.zeros((len(configuration.length), *configuration.columns))
+    pull = np.empty((len(configuration.length), *configuration.columns), complex)
+    twist = np.empty((len(configuration.length), *configuration.columns))
     for at, tree in configuration.trees.trees.items():
         for branch in reversed(tree):
             k = branch.number

@@ -32,6 +32,4 @@ def follower_displacement(place: JointPlace, nodes: NodeDisplacements, flank: An
 
     `flank` of its teeth that is loaded, as in `JointForces`; None where it has none.
     """
-    if place.joint.gear is None:
-        return STILL
     return place.driven(gear_input(place, lambda joint, link: nodes.get((link, joint.point(link) or ""), STILL), flank))

@@ -12,7 +12,7 @@ from rigid import Mechanism, MechanismError, Motion, structure
 
 def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
     """Raise where a joint that gives way is none of the mechanism's."""
-    names = [joint.name for joint in motion.structure.joints]
+    names = [joint.name for joint in motion.structure.joints] if joints else []
     for name in joints:
         if names.count(name) == 0:
             raise ValueError(f'there is no joint "{name}" to be soft')

@@ -11,7 +11,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
-from rigid.constants import beam_table
+from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 from rigid.plane import dot
 
@@ -20,7 +20,7 @@ ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet
 
 def block_places(motion: Motion, trees: BeamTrees) -> list[Any]:
     """Where the block of every slider on a beam is, in xi, shape (..., positions); nan where it is beyond its beam."""
-    table = beam_table(motion.mechanism, len(motion.columns))
+    table = beam_constants(motion.mechanism, len(motion.columns))
     directions = beam_directions(motion)
     found = []
     for number, beam in trees.rails.items():

@@ -16,10 +16,10 @@ from rigid import Gear, PinDrive, SliderDrive, position_of
 Flanks = Mapping[int, Any]
 """By the number of a gear: which flank is loaded, the sign of the effort along the coordinate of its follower."""
 End = PinDrive | SliderDrive
-Parts = tuple[tuple[Place | None, Any, Any], ...]
+MeshParts = tuple[tuple[Place | None, Any, Any], ...]
 
 
-def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> Parts | None:
+def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> MeshParts | None:
     """Place, force and moment on follower and driver at their joints, per effort along the follower's coordinate.
 
     None where they have no pitch point: no teeth, no link that carries both, ratio 1, one axis, or no wheel.

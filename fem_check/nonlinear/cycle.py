@@ -16,7 +16,7 @@ import numpy as np
 from fem_check.nonlinear.differences import Differences, Frames
 from fem_check.nonlinear.krylov import flexible_gmres
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
-from fem_check.nonlinear.system import State, System, Tangents, load_factors
+from fem_check.nonlinear.system import State, System, Tangents
 from rigid import Reals
 
 Progress = Callable[[float, str], None]
@@ -86,7 +86,7 @@ class Collocation:
         _require_period(system, places, period)
         everywhere = system.rigid_coordinates(places)
         self.rigid = everywhere[:-1]
-        self.drives, self.factor = system.drives(self.time), load_factors(system, self.time)
+        self.drives, self.factor = system.drives(self.time), system.load_factors(self.time)
         self.slope = np.where(system.turns, everywhere[-1] - everywhere[0], 0.0) / period
         self.first, self.second = fourier_matrices(count, period)
         self.drift = np.outer(self.time - self.time[0], self.slope)

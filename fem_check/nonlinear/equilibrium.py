@@ -10,7 +10,7 @@ from elastic import JointCompliance, Section
 from fem_check.nonlinear.marching import Marcher
 from fem_check.nonlinear.rigid_places import DriveLaw
 from fem_check.nonlinear.solution import Instants, NonlinearSolution, solution_of
-from fem_check.nonlinear.system import load_factors, system_of
+from fem_check.nonlinear.system import system_of
 from rigid import Mechanism, Reals
 
 
@@ -53,6 +53,6 @@ def nonlinear_equilibrium(
         kept.append((here, marcher.pulls.copy()))
     q, pulls = (np.concatenate(values) for values in zip(*kept, strict=True))
     still = np.zeros_like(q)
-    given = q, still, still, pulls, system.drives(times), load_factors(system, times)
+    given = q, still, still, pulls, system.drives(times), system.load_factors(times)
     _, state, _ = system.residual(*given, tangent=False)
     return solution_of(system, tuple(sections), elements, Instants(times, rigid, q, still, still, state))

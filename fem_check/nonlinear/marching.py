@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
-from fem_check.nonlinear.system import System, load_factors
+from fem_check.nonlinear.system import System
 from rigid import Reals
 
 Start = Literal["rigid", "quasi-static"]
@@ -73,7 +73,7 @@ class Marcher:
     def _accelerated(self, instant: Reals) -> Reals:
         """Accelerations that balance what lacks balance and keep the conditions; least where there is no mass."""
         system, free, count = self.system, self.system.free, len(self.gap)
-        given = self.q, self.v, self.a, self.pulls, system.drives(instant), load_factors(system, instant)
+        given = self.q, self.v, self.a, self.pulls, system.drives(instant), system.load_factors(instant)
         total, _, tangents = system.residual(*given)
         assert tangents is not None
         rows = tangents.rows[0] / self.gap[:, None]
@@ -120,7 +120,7 @@ class Marcher:
 
         system, free, unit = self.system, self.system.free, self.unit
         instant = np.array([time])
-        drives, factor = system.drives(instant), load_factors(system, instant)
+        drives, factor = system.drives(instant), system.load_factors(instant)
         place = guess.copy()
         system.prescribe(place, drives)
         known, before, assumed = None, np.inf, None

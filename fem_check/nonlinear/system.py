@@ -97,6 +97,10 @@ class System:
         values: Reals = coordinates(self.laws, time) + self.ties.winding
         return values
 
+    def load_factors(self, time: Reals) -> Reals:
+        """What the laws make of all loads, shape (instants, loads)."""
+        return factors(self.loads, time)
+
     def rigid_coordinates(self, places: Reals) -> Reals:
         """Coordinates of the nodes on rigid links at given places, (instants, links, 3)."""
         carried = places[:, self.nodes.link]
@@ -295,8 +299,3 @@ def system_of(
     first = coordinates(laws, start)[0]
     ties = ties_of(mechanism, nodes, joints or {}, rigid.drawn, first)
     return System(mechanism, tuple(laws), rigid, nodes, ties, loads_of(mechanism, nodes))
-
-
-def load_factors(system: System, time: Reals) -> Reals:
-    """What the laws make of all loads, shape (instants, loads)."""
-    return factors(system.loads, time)

@@ -209,16 +209,15 @@ class _Builder:
         return self._rail(slider, Kind.ALONG)
 
     def _winding(self, drive: PinDrive | SliderDrive, first: float) -> float:
-        if isinstance(drive, SliderDrive):
+        if not drive.turns:
             return 0.0
         return 2 * pi * round((self._drawn_value(self._coordinate(drive)) - first) / (2 * pi))
 
     def _drive(self, number: int, drive: PinDrive | SliderDrive) -> None:
         coupling = self._coordinate(drive)
-        name = drive.at if isinstance(drive, PinDrive) else drive.slider
+        name = drive.joint
         own = self.soft.get(name, JointCompliance())
-        pin = isinstance(drive, PinDrive)
-        if pin and coupling.parent == 0 and not own.rotation and not own.turn:
+        if drive.turns and coupling.parent == 0 and not own.rotation and not own.turn:
             self.ties.driven[number] = coupling.child
             self.ties.movers.append(None)
             return
@@ -227,7 +226,7 @@ class _Builder:
                 f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there'
             )
         moved = self.couple(coupling)
-        self._closed(moved, 0.0, own.rotation if pin else own.translation, number)
+        self._closed(moved, 0.0, own.rotation if drive.turns else own.translation, number)
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
@@ -238,7 +237,7 @@ class _Builder:
         follower, driver = self._coordinate(gear.follower), self._coordinate(gear.driver)
         target = self._drawn_value(follower) - gear.ratio * self._drawn_value(driver)
         parts = (self.couple(follower), 1.0), (self.couple(driver), -gear.ratio)
-        name = gear.follower.at if isinstance(gear.follower, PinDrive) else gear.follower.slider
+        name = gear.follower.joint
         if self.soft.get(name, JointCompliance()).rotation:
             raise NotCheckedError(f'gear at the soft joint "{name}": the nonlinear check takes stiff gears')
         self.ties.conditions.append(Condition(parts, target))
@@ -256,11 +255,9 @@ class _Builder:
         number = self.couple(Coupling(Kind.TURN, parent, child))
         rest, wraps = float(spring.angle), True
         for k, drive in enumerate(self.mechanism.drives):
-            if (
-                isinstance(drive, PinDrive)
-                and drive.at == spring.at
-                and {drive.link, drive.on} == {spring.link, spring.on}
-            ):
+            if not isinstance(drive, PinDrive) or drive.at != spring.at:
+                continue
+            if {drive.link, drive.on} == {spring.link, spring.on}:
                 rest, wraps = rest + self.ties.winding[k] * (1 if drive.link == spring.link else -1), False
         damping, preload = float(spring.damping), float(spring.preload)
         self.ties.gives.append(Give(number, float(spring.stiffness), rest, None, damping, preload, wraps))

@@ -12,7 +12,7 @@ from fem_check.nonlinear.cycle import Progress
 from fem_check.nonlinear.marching import Marcher, Start
 from fem_check.nonlinear.rigid_places import DriveLaw
 from fem_check.nonlinear.solution import Instants, NonlinearSolution, solution_of
-from fem_check.nonlinear.system import load_factors, system_of
+from fem_check.nonlinear.system import system_of
 from rigid import Mechanism, Reals
 
 
@@ -86,5 +86,5 @@ def nonlinear_transient(
             progress(number / (len(times) - 1), f"{now:.6g} s")
     q, v, a, pulls = (np.concatenate(values) for values in zip(*kept, strict=True))
     rigid = system.rigid_coordinates(system.rigid.at(times))
-    _, state, _ = system.residual(q, v, a, pulls, system.drives(times), load_factors(system, times), tangent=False)
+    _, state, _ = system.residual(q, v, a, pulls, system.drives(times), system.load_factors(times), tangent=False)
     return solution_of(system, tuple(sections), elements, Instants(times, rigid, q, v, a, state))

@@ -9,17 +9,21 @@ from typing import Any
 
 import msgspec
 
+from elastic import deflection
 from kinelast.designs.figures import Figure, chosen, figures_of
 from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.variables import Place, place_of
+from kinelast.figures.output_error import angle_figures, output_figure, point_figures
+from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
-from kinelast.scene.motion import require_determined
+from kinelast.scene.motion import require_determined, scene_motion
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.quantities import Direction
 from kinelast.scene.reading import built
+from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
 from rigid import structure
 
@@ -70,11 +74,23 @@ def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[s
     scene = built(table, "scene")
     require_determined(scene)
     output = scene.output
+    if output is None and figures is not None and "output_error" in figures:
+        output = _guessed_output(scene)
     further = [*output_range_figures(output), *frequency_figures(scene)]
     known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
     names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)
+
+
+def _guessed_output(scene: Scene) -> Output | None:
+    """What the machine is there for as its report tells it from its form, where the scene does not say."""
+    results = Results(scene, deflection(scene_motion(scene, partial=True), scene.sections, joints=scene.joints))
+    found = output_figure(results, point_figures(results), angle_figures(results))
+    if found is None or found["kind"] == "angle":
+        return None if found is None else Output(found["name"])
+    owners = (link.name for link in scene.mechanism.links[1:] if found["name"] in link.points)
+    return Output(next(owners), found["name"])
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:

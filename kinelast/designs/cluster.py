@@ -15,8 +15,8 @@ from itertools import islice
 from typing import Any, TypeVar
 
 from kinelast.designs.manifest import versions
-from kinelast.folder import RequestError
 from kinelast.processes import Lost
+from kinelast.request import RequestError
 from kinelast.scene.error import plain
 
 AHEAD = 3  # chunks a thread has, done or to do

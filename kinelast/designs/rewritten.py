@@ -9,7 +9,8 @@ import tomlkit
 
 from kinelast.designs.variables import Place, place_of
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.quantities import Direction
+from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import FORM, TYPESET, Quantity
 
 DIGITS = 12

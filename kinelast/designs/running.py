@@ -13,8 +13,9 @@ import numpy as np
 
 from kinelast.designs.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.designs.store import Store, encoded, store_name
-from kinelast.folder import RequestError, held
+from kinelast.folder import held
 from kinelast.processes import Lost, answers
+from kinelast.request import RequestError
 from kinelast.scene.error import plain
 
 TRIES = 3  # of a chunk whose process dies

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.manifest import NAME, Manifest, manifest_bytes
-from kinelast.folder import RequestError
+from kinelast.request import RequestError
 
 SMALL = 100_000  # designs
 BLOCK = 10_000  # rows that are read at once

@@ -21,7 +21,8 @@ from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.gears import UNITS
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
+from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
+from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
 
 Tables = Mapping[str, Any]

@@ -10,7 +10,7 @@ import numpy as np
 from elastic.assessment import angle_error
 from kinelast.figures.figure import largest
 from kinelast.figures.results import Results
-from rigid import GROUND, PinDrive
+from rigid import GROUND
 
 
 def point_figures(results: Results) -> dict[str, dict[str, Any]]:
@@ -56,7 +56,7 @@ def output_figure(
         if moved:
             name = max(moved, key=lambda each: points[each]["displacement"]["value"])
             return {"kind": what, "name": name, "guessed": True, **points[name]["displacement"]}
-    driven = {drive.link for drive in results.mechanism.drives if isinstance(drive, PinDrive)}
+    driven = {drive.name for drive in results.mechanism.drives if drive.turns}
     ground = results.mechanism.links[0].points
     turned = [
         link.name for link in results.mechanism.links[1:] if ground.keys() & link.points and link.name not in driven
@@ -77,7 +77,7 @@ def _traced(results: Results) -> Iterator[str]:
 
 def _slid(results: Results) -> Iterator[str]:
     """Points that slide on the ground without being driven."""
-    driven = {drive.slider for drive in results.mechanism.drives if not isinstance(drive, PinDrive)}
+    driven = {drive.name for drive in results.mechanism.drives if not drive.turns}
     return (
         slider.point
         for slider in results.mechanism.sliders

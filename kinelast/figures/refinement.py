@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from elastic import deflection
-from kinelast.figures.results import WELL, Peak, Results, extremes_of, peak_positions
+from kinelast.figures.peaks import Peak, peak_positions
+from kinelast.figures.results import WELL, Results, extremes_of
 from kinelast.scene.reading import scene_motion_at
 from rigid import Reals
 

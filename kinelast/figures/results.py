@@ -26,7 +26,7 @@ from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.divided_links import divided_links
 from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.reading import Scene
-from rigid import Mechanism, Motion, PinDrive, Reals, drive_efforts
+from rigid import Mechanism, Motion, Reals, drive_efforts
 
 if TYPE_CHECKING:
     from fem_check import Comparison
@@ -257,43 +257,6 @@ def _wide(results: Results, link: int, point: str) -> PathDeviation:
     return PathDeviation(*(np.broadcast_to(part, columns) for part in (found.along, found.normal, found.displacement)))
 
 
-@dataclass(frozen=True)
-class Peak:
-    """The largest magnitude of a field of one beam over the cycle: value in the field's unit, and where it is.
-
-    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions.
-    """
-
-    value: float
-    xi: float
-    time: float
-    drive: tuple[float, ...]
-    refined: bool = False
-
-
-def peak_positions(results: Results, extreme: Extreme) -> Any:
-    """Number of the counted position at which every beam's extreme is largest, -1 where none is known, per beam."""
-    size = np.where(np.isfinite(extreme.value) & results.counted, np.abs(extreme.value), -1.0)
-    at = size.argmax(axis=-1)
-    return np.where(np.take_along_axis(size, at[:, None], -1)[:, 0] >= 0.0, at, -1)
-
-
-def peaks(results: Results) -> dict[str, list[Peak]]:
-    """Per field, the peak of every beam at the positions of the run; nan where no position could be computed."""
-    found = {}
-    motion = results.motion
-    for field, extreme in results.extremes.items():
-        rows = []
-        for beam, at in enumerate(peak_positions(results, extreme)):
-            if at < 0:
-                rows.append(Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive)))
-                continue
-            value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
-            rows.append(Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist())))
-        found[field] = rows
-    return found
-
-
 def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
     """Every named point that moves, once, with the number of a link it belongs to."""
     seen = set(mechanism.links[0].points)
@@ -306,12 +269,8 @@ def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
 
 def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
     """Per drive: its name, what its coordinate is called, and the units of coordinate and effort."""
-    words = []
-    for drive in mechanism.drives:
-        if isinstance(drive, PinDrive):
-            words.append((drive.link, "angle", "rad", "N m"))
-        else:
-            words.append((drive.slider, "slide", "m", "N"))
+    kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
+    words = [(drive.name, *kinds[drive.turns]) for drive in mechanism.drives]
     names = [name for name, *_ in words]
     if len(set(names)) < len(names):
         words = [(f"{word[0]}.{number}", *word[1:]) for number, word in enumerate(words, 1)]

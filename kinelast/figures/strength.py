@@ -9,7 +9,8 @@ import numpy as np
 
 from elastic.assessment import harmonics, quasi_static_error
 from kinelast.figures.figure import at_position, figure, largest
-from kinelast.figures.results import STATIONS, Peak, Results
+from kinelast.figures.peaks import Peak
+from kinelast.figures.results import STATIONS, Results
 
 
 def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:

@@ -15,7 +15,8 @@ from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.figure import at_position, coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.figures.peaks import Peak
+from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict

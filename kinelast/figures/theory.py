@@ -96,7 +96,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
         if theory.name:
             raise
         return Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
-    missed = float(theory_error(found).course.max())
+    missed = float(theory_error(found).history.max())
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
     if theory.accuracy is not None and missed + math.fsum(others.values()) <= theory.accuracy:
         return Answer(QUASI_STATIC, plain, plain, found, {"vibration": missed, **others}, theory.accuracy, missed)

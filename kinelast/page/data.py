@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, coefficients
-from kinelast.figures.results import Peak, Results, drive_words, joint_words
+from kinelast.figures.peaks import Peak
+from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.numbers import REPORT_UNITS
 from kinelast.page.arrays import Numbers
 from rigid import PinDrive, Spring, TorsionSpring

@@ -11,7 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from kinelast.figures.results import Peak, Results
+from kinelast.figures.peaks import Peak
+from kinelast.figures.results import Results
 from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 

@@ -25,9 +25,6 @@ from kinelast.scene.format_structure import ContactTable
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.quantities import (
     Acceleration,
-    Area,
-    AxialRigidity,
-    BendingRigidity,
     Density,
     Direction,
     Duration,
@@ -35,13 +32,18 @@ from kinelast.scene.quantities import (
     Inertia,
     Mass,
     MassPerLength,
-    SecondMoment,
     Share,
-    ShearRigidity,
     Size,
+    Warming,
+)
+from kinelast.scene.section_quantities import (
+    Area,
+    AxialRigidity,
+    BendingRigidity,
+    SecondMoment,
+    ShearRigidity,
     Sizes,
     Stress,
-    Warming,
 )
 from kinelast.scene.units import Quantity
 

@@ -8,7 +8,7 @@ from elastic import JointCompliance
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.many import real, vector
-from rigid import Mechanism, PinDrive
+from rigid import Mechanism
 
 
 def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointCompliance]:
@@ -16,7 +16,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
     shared = Counter(point for link in mechanism.links for point in link.points)
     sliders = [slider.name for slider in mechanism.sliders]
     pins = [point for point, count in shared.items() if count > 1]
-    driven = [drive.at for drive in mechanism.drives if isinstance(drive, PinDrive)]
+    driven = [drive.joint for drive in mechanism.drives if drive.turns]
     joints = {}
     for name, table in scene.joints.items():
         where = f"joints.{name}"

@@ -9,6 +9,7 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
+from elastic.links.beam_trees import lined_up
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.many import quotient, real, require, some, vector
@@ -17,9 +18,7 @@ from kinelast.scene.sections import CrossSection, cross_section
 from rigid import GROUND, Beam, Link, Lump, Slider
 from rigid.constants import mass_moments
 from rigid.parts import Complex, Real
-from rigid.plane import cross
 
-ALONG = 1e-9
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 
 
@@ -53,7 +52,7 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
         joints = {point for point in points[name] if shared[point] > 1}
         joints |= {slider.through for slider in scene.sliders.values() if slider.link == name}
         joints |= {slot.point for slot in scene.slots.values() if slot.link == name}
-        bodies[name] = _moving(scene, name, points[name], held.get(name, {}), joints)
+        bodies[name] = _moving_body(scene, name, points[name], held.get(name, {}), joints)
     return bodies
 
 
@@ -77,17 +76,10 @@ def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str,
             problem = f'no beam of "{slider.on}" lies along the line through the drawn place of "{slider.point}": '
             table = "slots" if bodies[slider.link].hidden else "sliders"
             problem += "draw it on a beam, or add rigid = true to the link"
-            on_beam = reduce(or_, (_lies_along(slider, body.link, beam) for beam in body.link.beams))
+            line = slider.origin, slider.direction
+            on_beam = reduce(or_, (lined_up(body.link, beam, *line) for beam in body.link.beams))
             require(on_beam, f"{table}.{slider.name}", "on", problem)
     return bodies
-
-
-def _lies_along(slider: Slider, link: Link, beam: Beam) -> Any:
-    """Whether a slider's line is that of a beam."""
-    way: Any = link.points[beam.end] - link.points[beam.start]
-    off = slider.origin - link.points[beam.start]
-    leaves = abs(cross(way, slider.direction)) + abs(cross(slider.direction, off))
-    return leaves <= ALONG * abs(way)
 
 
 def likely_ground(scene: SceneTable) -> str:
@@ -122,7 +114,7 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
     return held
 
 
-def _moving(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> Body:
+def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> Body:
     """A moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)

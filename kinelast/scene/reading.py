@@ -20,31 +20,14 @@ from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.many import real, require, some
+from kinelast.scene.mechanism import SceneMechanism, build_mechanism
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.parts import Parts, build_parts
 from kinelast.scene.sections import making
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
-from kinelast.scene.structure import StructureScene, read_structure, structure_from_text
+from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from rigid import ConstantSpeed, LineLoad, Load, SegmentedLaw
-
-__all__ = [
-    "Run",
-    "Scene",
-    "SceneError",
-    "StructureScene",
-    "read_scene",
-    "read_structure",
-    "scene_from_dict",
-    "scene_from_text",
-    "scene_motion",
-    "scene_motion_at",
-    "scene_times",
-    "shipped_scenes",
-    "shipped_structures",
-    "structure_from_text",
-]
 
 STILL = 1e-9
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
@@ -102,7 +85,7 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         raise fault("contacts", "", "they are for a structure alone: add structure_only = true, or give [[gears]]")
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
-    parts = build_parts(table)
+    parts = build_mechanism(table)
     run = _run(table, parts.mechanism.drives, parts.laws)
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
@@ -144,7 +127,7 @@ def _material(stuff: MaterialTable) -> Material:
     return Material(real(stuff.E), real(stuff.density), limit)
 
 
-def _loads(table: SceneTable, parts: Parts, duration: float) -> tuple[Load | LineLoad, ...]:
+def _loads(table: SceneTable, parts: SceneMechanism, duration: float) -> tuple[Load | LineLoad, ...]:
     links, sliders = parts.links, {slider.name for slider in parts.mechanism.sliders}
     loads = [build_load(number, load, links, sliders, duration) for number, load in enumerate(table.loads, 1)]
     return *loads, *(build_spring(number, spring, links) for number, spring in enumerate(table.springs, 1))

@@ -8,7 +8,8 @@ import msgspec
 
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_structure import ChainTable
-from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.quantities import Direction
+from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
 
 

@@ -13,7 +13,6 @@ from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.numbers import quantity, scale_of, ticks
 from kinelast.sheet import LINKS as COLOURS
 from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
-from rigid import PinDrive
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 10
@@ -25,12 +24,12 @@ def axis(results: Results) -> Axis:
     motion = results.motion
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
-    if isinstance(drive, PinDrive) and len(steps) and (np.all(steps > 0) or np.all(steps < 0)):
+    if drive.turns and len(steps) and (np.all(steps > 0) or np.all(steps < 0)):
         angles = _spread(results, np.degrees(values))
         low, high = sorted((float(angles[0]), float(angles[-1])))
         step = next((step for step in ANGLE_STEPS if high - low <= 8 * step), 360 * math.ceil((high - low) / 2880))
         marks = [float(step * k) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-        return Axis(angles, f"angle of {drive.link} [deg]", marks)
+        return Axis(angles, f"angle of {drive.name} [deg]", marks)
     factor, unit = scale_of(float(np.abs(motion.time).max()), "s")
     times = _spread(results, motion.time * factor)
     return Axis(times, f"time [{unit}]", ticks(float(times[0]), float(times[-1]), 6))

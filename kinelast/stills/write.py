@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from kinelast.figures.results import Peak, Results, peak_positions
+from kinelast.figures.peaks import Peak, peak_positions
+from kinelast.figures.results import Results
 from kinelast.figures.summary import greatest_beam
 from kinelast.stills.charts import line_charts
 from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps

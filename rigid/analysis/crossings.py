@@ -19,7 +19,7 @@ SETTLED = 2e-16  # of an interval, in which the zero is known
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Straight courses of the drives between neighbouring positions of a motion, round the turn where it closes.
+    """Straight ways of the drives between neighbouring positions of a motion, round the turn where it closes.
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
-from rigid.parts import MechanismError, PinDrive
+from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.postures import Posture
 
@@ -131,8 +131,8 @@ def _coordinates(course: Motion, place: Any) -> str:
     """Coordinates of the drives for a message."""
     words = []
     for drive, value in zip(course.mechanism.drives, place, strict=True):
-        if isinstance(drive, PinDrive):
-            words.append(f'"{drive.link}" at {np.degrees(value):.6g} deg')
+        if drive.turns:
+            words.append(f'"{drive.name}" at {np.degrees(value):.6g} deg')
         else:
-            words.append(f'slider "{drive.slider}" at {value:.6g} m')
+            words.append(f'slider "{drive.name}" at {value:.6g} m')
     return ", ".join(words)

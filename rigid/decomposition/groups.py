@@ -8,6 +8,8 @@ none (a driven joint); the *cut* joints close the loops and fix those freedoms.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 from rigid.joints import Joint
 
@@ -32,6 +34,21 @@ class Group:
         """Number of constraints beyond its freedoms."""
         return 2 * len(self.cut) - len(self.free)
 
+    @cached_property
+    def angles(self) -> tuple[bool, ...]:
+        """Of every free coordinate, whether it is an angle; else it is a slide."""
+        return tuple(self.tree[number].turns for number in self.free)
+
+    @cached_property
+    def guides(self) -> tuple[bool, ...]:
+        """Of every cut joint, whether it holds its links against turning."""
+        return tuple(not joint.turns for joint in self.cut)
+
+    @cached_property
+    def closed_form(self) -> bool:
+        """Whether it is a driven link or a dyad."""
+        return not self.free or (len(self.links) == len(self.free) == 2 and len(self.cut) == 1)
+
 
 @dataclass(frozen=True, eq=False)
 class Structure:
@@ -39,6 +56,22 @@ class Structure:
 
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]
+
+    @cached_property
+    def surplus(self) -> bool:
+        """Whether a group has more constraints than freedoms."""
+        return any(group.surplus for group in self.groups)
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether one position by itself tells all places, once the branch is known."""
+        return all(group.closed_form for group in self.groups) and not self.measured_drivers
+
+    @cached_property
+    def measured_drivers(self) -> tuple[Any, ...]:
+        """Names and links of the joints that drive a gear and are not themselves moved."""
+        drivers = [joint.gear.driver for joint in self.joints if joint.gear is not None]
+        return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))
 
     def __repr__(self) -> str:
         return f"Structure({len(self.groups)} groups, {len(self.joints)} joints)"

@@ -110,7 +110,7 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
 def _require_all(net: Net, joints: Sequence[Joint]) -> None:
     """Raise where a joint or drive of the mechanism is not among those that place it."""
     for point, links in net.pins.items():
-        used = sum(joint.name == point and joint.slider is None for joint in joints)
+        used = sum(joint.name == point and joint.turns for joint in joints)
         if used < len(links) - 1:
             raise MechanismError(
                 f'overconstrained: the pin "{point}" of {net.quoted(links)} joins placed links',

@@ -74,7 +74,7 @@ def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
     joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
     everyone = (*joints, *drivers)
-    turned = [joint.slider is not None and joint.sense < 0 for joint in everyone]
+    turned = [not joint.turns and joint.sense < 0 for joint in everyone]
     ends = [
         ((joint.parent, joint.at_parent), (joint.child, joint.at_child))[:: -1 if back else 1]
         for joint, back in zip(everyone, turned, strict=True)

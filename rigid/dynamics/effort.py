@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 
 from rigid.conditioning import SINGULAR
-from rigid.constants import mass_table
+from rigid.constants import mass_constants
 from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
-from rigid.forces import JointForces
+from rigid.forces import UNSTRESSED, JointForces
 from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.loads import given_loads, link_loads
 from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
-from rigid.statics import UNSTRESSED
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +88,7 @@ def unit_motions(motion: Motion) -> list[Motion]:
 
 def _inertia_power(one: Motion, other: Motion) -> Any:
     """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
-    mass, first, second = mass_table(one.mechanism, len(one.columns))
+    mass, first, second = mass_constants(one.mechanism, len(one.columns))
     arm = one.direction * first
     omega, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
     return (
@@ -102,7 +101,7 @@ def _inertia_power(one: Motion, other: Motion) -> Any:
 
 def _acceleration_power(unit: Motion, motion: Motion) -> Any:
     """Power of masses times accelerations of one motion over the velocities of another."""
-    mass, first, second = mass_table(unit.mechanism, len(unit.columns))
+    mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
     moment = cross(arm, motion.acceleration) + second * motion.angular_acceleration
@@ -112,7 +111,7 @@ def _acceleration_power(unit: Motion, motion: Motion) -> Any:
 def _reduced_loads(motion: Motion, units: list[Motion]) -> Any:
     """Power of weights and loads over unit rates of the drives, shape (drives, ..., positions)."""
     mechanism = motion.mechanism
-    mass, first, _ = mass_table(mechanism, len(motion.columns))
+    mass, first, _ = mass_constants(mechanism, len(motion.columns))
     weight, tilt = mass * mechanism.gravity, cross(motion.direction * first, mechanism.gravity)
     power = np.stack([(dot(u.velocity, weight) + u.angular_velocity * tilt)[1:].sum(axis=0) for u in units])
     for at, pull, couple in given_loads(motion):
@@ -185,7 +184,7 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any, flank
     effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
         one, other = multiplier[2 * number], multiplier[2 * number + 1]
-        if joint.slider is None:
+        if joint.turns:
             pulls.append(one + 1j * other)
             couples.append(effort.get(number, 0.0))
         else:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.constants import mass_table
+from rigid.constants import mass_constants
 from rigid.kinematics import Motion
 from rigid.loads import given_loads
 from rigid.plane import dot
@@ -14,7 +14,7 @@ from rigid.plane import dot
 
 def kinetic_energy(motion: Motion) -> Any:
     """Of all links [J], shape (..., positions)."""
-    mass, first, second = mass_table(motion.mechanism, len(motion.columns))
+    mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     omega = motion.angular_velocity
     momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
     return (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
@@ -22,7 +22,7 @@ def kinetic_energy(motion: Motion) -> Any:
 
 def potential_energy(motion: Motion) -> Any:
     """Of weights, 0 where all mass is at the origin of coordinates, and of springs [J], shape (..., positions)."""
-    mass, first, _ = mass_table(motion.mechanism, len(motion.columns))
+    mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
     return -height[1:].sum(axis=0) + _sum(motion, "energy")
 

@@ -296,7 +296,7 @@ def _aligned(tracker: Tracker) -> str:
 
 
 def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str = "singular") -> ForwardError:
-    names = [each.link if isinstance(each, PinDrive) else each.slider for each in mechanism.drives]
+    names = [each.name for each in mechanism.drives]
     places = ", ".join(f'"{name}" at {value:.6g}' for name, value in zip(names, drive, strict=True))
     return ForwardError(
         f"the motion cannot go on after {time:.6g} s with {places}: {why}",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.constants import mass_table
+from rigid.constants import mass_constants
 from rigid.dynamics.constraints import (
     Constraints,
     centripetal,
@@ -203,7 +203,7 @@ class Tracker:
             turning,
             (),
         )
-        mass, first, second = mass_table(self.mechanism, 1)
+        mass, first, second = mass_constants(self.mechanism, 1)
         arm = self.direction * first
         v, w = self._twists(self._influence)
         momentum = mass * v + 1j * w * arm

@@ -8,7 +8,6 @@ end of the reach, behind which nothing is answered.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +16,8 @@ import numpy as np
 from rigid.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joints import coordinate_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import coordinate_of
 from rigid.mechanism import Mechanism
 from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
@@ -26,7 +26,7 @@ from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
 from rigid.positions.newton import hung, newton, sine_of
-from rigid.positions.placement import Placement
+from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import of_designs
 
 NARROW = 64  # times the finest step that a change point may be wide
@@ -49,7 +49,7 @@ class Branch:
         self.designs = lengths(mechanism)
         self.rows = self.designs[0] if self.designs else 1
         self.loops = [tuple(loop(group, cut) for cut in group.cut) for group in structure.groups]
-        self.drivers = measured_drivers(structure)
+        self.drivers = structure.measured_drivers
         grid = path.grid(low, high)
         counts = len(mechanism.links), len(structure.groups), len(self.drivers)
         self.table: Table = table_of.knots(grid, self.rows, *counts)
@@ -68,7 +68,7 @@ class Branch:
         """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
         place = self.table["place"]
         for joint in group.tree:
-            if joint.gear is None or joint.gear.driver.moved or joint.gear.driver.slider is not None:
+            if joint.gear is None or joint.gear.driver.moved or not joint.gear.driver.turns:
                 continue
             driver = joint.gear.driver
             k = self.drivers.index((driver.name, driver.parent, driver.child))
@@ -96,7 +96,7 @@ class Branch:
         origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
         sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
         led = {key: table["led"][:, k].reshape(shape) for k, key in enumerate(self.drivers)}
-        placed = Placement(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
+        placed = PartialPosture(self.mechanism, drive, origin, direction, sine, shape=shape, led=led)
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, placed.coordinate(joint))
@@ -109,7 +109,7 @@ class Branch:
             found = sine_of(hung(placed, group, newton(placed, group, start)))
         self._note(table, number, placed, group, found)
 
-    def _note(self, table: Table, number: int, placed: Placement, group: Group, sine: Any) -> None:
+    def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Any) -> None:
         """Enter a placed group into knots."""
         count = len(table["place"])
 
@@ -158,7 +158,7 @@ class Branch:
         """From the coordinates of a group at knots to those at others, by the shorter way, shape (knots, free)."""
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
-        turns = np.array([group.tree[at].slider is None for at in group.free])
+        turns = np.array(group.angles)
         return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
 
     # Certainty
@@ -282,10 +282,3 @@ def lengths(mechanism: Mechanism) -> tuple[int, ...]:
     values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
     values += mechanism.drawing.values()
     return np.broadcast_shapes(*(np.shape(value) for value in values))
-
-
-def measured_drivers(structure: Structure) -> tuple[Any, ...]:
-    """Names and links of the joints that drive a gear and are not themselves moved."""
-    gears: Sequence[Any] = [joint.gear for joint in structure.joints if joint.gear is not None]
-    found = {(gear.driver.name, gear.driver.parent, gear.driver.child) for gear in gears if not gear.driver.moved}
-    return tuple(sorted(found))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,13 @@ class Path:
     turn: float
     vertices: Any = None
 
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Least and greatest s of the positions asked; the drawing's where there are none."""
+        if not len(self.asked):
+            return self.begin, self.begin
+        return self.asked.min(), self.asked.max()
+
     def drives(self, places: Any) -> Any:
         """Coordinates of the drives, shape (drives, ...)."""
         if self.vertices is None:
@@ -79,9 +86,10 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     """The way from the drawing, by `lead` where it is given, through the positions asked."""
     drawn, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
+    first = given[:, 0] if given.ndim == 2 else given[:, 0, 0]
     ways = [
         math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
-        for at, to, slide in zip(drawn, given.reshape(len(given), -1)[:, 0].tolist(), slides, strict=True)
+        for at, to, slide in zip(drawn, first.tolist(), slides, strict=True)
     ]
     strides = drive_strides(mechanism)
     if len(drive) == 1:
@@ -124,5 +132,5 @@ def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
     slides = np.zeros(len(mechanism.drives), bool)
     for joint in joints:
         if joint.drive is not None:
-            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), joint.slider is not None
+            drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), not joint.turns
     return drawn, slides, all(joint.gear is None or joint.gear.driver.moved for joint in joints)

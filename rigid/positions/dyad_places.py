@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import lru_cache, reduce
 from typing import Any
 
@@ -14,23 +14,30 @@ from rigid.joints import Columns, Joint, along_of, carried, point_of
 from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
-from rigid.positions.placement import Placement
+from rigid.positions.partial_posture import PartialPosture
 
 AT_MOST = 1e-6  # slack behind a singular position
 
 
-def place_dyad(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
-    """Find the dyad's type and place its two links; `flip` is -1 where it folds the other way than drawn."""
-    outer: Sequence[Joint] = sorted(group.tree, key=lambda joint: joint.slider is not None)
+def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any) -> Any:
+    """Place the two links of a dyad; `flip` is -1 where it folds the other way than drawn."""
+    solve, *joints = _solution(group)
+    return solve(placed, *joints, drawing, flip)
+
+
+@lru_cache(maxsize=1024)
+def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
+    """What places a dyad by its type, its outer joints, pins first, and the inner one."""
+    one, other = sorted(group.tree, key=lambda joint: not joint.turns)
     inner = group.cut[0]
-    if inner.slider is None:
-        solve = (_two_pins, _pin_and_slide, _two_slides)[sum(joint.slider is not None for joint in outer)]
+    if inner.turns:
+        solve = _two_pins if other.turns else _pin_and_slide if one.turns else _two_slides
     else:
-        solve = _slide_between if outer[1].slider is None else _slide_on_slide
-    return solve(placed, outer[0], outer[1], inner, drawing, flip)
+        solve = _slide_between if other.turns else _slide_on_slide
+    return solve, one, other, inner
 
 
-def place_dyad_with_slack(placed: Placement, group: Group, drawing: Drawing, flip: Any) -> Any:
+def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any) -> Any:
     """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
@@ -41,19 +48,19 @@ def place_dyad_with_slack(placed: Placement, group: Group, drawing: Drawing, fli
     return sine
 
 
-def _hold(placed: Placement, outer: Joint, pin: Columns, direction: Columns) -> None:
+def _hold(placed: PartialPosture, outer: Joint, pin: Columns, direction: Columns) -> None:
     """Place the child of an outer pin."""
     placed.direction[outer.child] = direction
     placed.origin[outer.child] = pin - carried(direction, outer.at_child)
 
 
-def _carry(placed: Placement, outer: Joint) -> Columns:
+def _carry(placed: PartialPosture, outer: Joint) -> Columns:
     """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
     placed.hang(outer, 0.0)
     return outer.sense * along_of(placed, outer)
 
 
-def _two_pins(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _two_pins(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
     drawn = _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
     side = flip * (drawn if drawing.rows is None or not np.ndim(drawn) else drawn[drawing.rows])
@@ -74,7 +81,9 @@ def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> Any:
     return drawing.side(cross(base, drawn[2] - drawn[0]) / np.where(length, length, 1.0), (one, other, inner))
 
 
-def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _pin_and_slide(
+    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any
+) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)
     start = point_of(placed, slide.child, inner.at(slide.child))
@@ -90,7 +99,7 @@ def _pin_and_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, dr
     return sine
 
 
-def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _two_slides(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
     along, across = _carry(placed, one), _carry(placed, other)
     starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (one, other)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
@@ -99,7 +108,9 @@ def _two_slides(placed: Placement, one: Joint, other: Joint, inner: Joint, drawi
     return sine
 
 
-def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _slide_between(
+    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any
+) -> Columns:
     slider = inner.slider
     assert slider is not None
     owner, block = (one, other) if one.child == inner.owner else (other, one)
@@ -115,7 +126,9 @@ def _slide_between(placed: Placement, one: Joint, other: Joint, inner: Joint, dr
     return sine
 
 
-def _slide_on_slide(placed: Placement, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _slide_on_slide(
+    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any
+) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)
     toward = inner.turn if inner.child == pin.child else np.conj(inner.turn)

@@ -45,7 +45,7 @@ def circle_circle(
     inverse = 1.0 / square
     x = 0.5 + (0.5 * (long - short) * (long + short)) * inverse
     y = (0.5 * side) * _root(((long + short) ** 2 * inverse - 1.0) * (1.0 - (long - short) ** 2 * inverse), slack)
-    apex = np.empty(np.broadcast(x, y).shape, complex)
+    apex = np.empty(np.shape(y), complex)
     apex.real, apex.imag = x, y
     direction = base * apex * (1.0 / arm_first)
     apex -= 1.0

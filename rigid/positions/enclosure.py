@@ -97,13 +97,13 @@ def loop(group: Group, cut: Joint) -> Loop:
         while link in hinges:
             number, hinge = hinges[link]
             arms[link] = arms.get(link, 0.0) + sign * (point - hinge.at_child)
-            if hinge.slider is not None:
+            if not hinge.turns:
                 slides[number] = slides.get(number, 0) + sign
             link, point = hinge.parent, hinge.at_parent
         arms[link] = arms.get(link, 0.0) + sign * point
         roots[link] = roots.get(link, 0) + sign
     slides, roots = ({key: value for key, value in each.items() if value} for each in (slides, roots))
-    return Loop(arms, slides, roots, None if cut.slider is None else cut.owner)
+    return Loop(arms, slides, roots, None if cut.turns else cut.owner)
 
 
 class Certificate:
@@ -123,7 +123,7 @@ class Certificate:
         base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
         for hinge in self.group.tree:
             base[hinge.child] = base[hinge.parent]
-            if hinge.gear is not None and hinge.slider is None:
+            if hinge.gear is not None and hinge.turns:
                 base[hinge.child] = base[hinge.child] + self._led(hinge)
         return base
 
@@ -132,7 +132,7 @@ class Certificate:
         assert hinge.gear is not None
         if hinge.gear.driver.moved:
             return 0.0
-        sort = self.step.bend if hinge.gear.driver.slider is None else self.step.stray
+        sort = self.step.bend if hinge.gear.driver.turns else self.step.stray
         return abs(hinge.gear.ratio) * sum(sort[link] for link in hinge.gear.ends)
 
     def _size(self, arm: Any) -> Any:
@@ -144,7 +144,7 @@ class Certificate:
         """Greatest slide and its change, of every tree joint that slides."""
         found = {}
         for number, hinge in enumerate(self.group.tree):
-            if hinge.slider is None:
+            if hinge.turns:
                 continue
             if number in self.group.free:
                 low, high = self.ends.free[:, self.group.free.index(number)]
@@ -191,7 +191,7 @@ class Certificate:
 
     def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Any:
         """How much the part of a loop on some links changes per change of a free coordinate."""
-        turns = self.group.tree[self.group.free[k]].slider is None
+        turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
         total: Any = 0.0
         for link, arm in loop.arms.items():
@@ -216,10 +216,10 @@ class Certificate:
         slope = np.zeros((free, free, cuts, count))
         for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
             gap[c] = self._stray(each, None) + self.noise * self._extent(each)
-            twist[c] = 0.0 if cut.slider is None else self.base[cut.parent] + self.base[cut.child]
+            twist[c] = 0.0 if cut.turns else self.base[cut.parent] + self.base[cut.child]
             for j, number in enumerate(self.group.free):
                 hinge = self.group.tree[number]
-                if hinge.slider is None:
+                if hinge.turns:
                     bent[j, c] = self._stray(each, self.carried[j])
                     for k in range(free):
                         slope[j, k, c] = self._slope(each, k, self.carried[j])
@@ -227,7 +227,7 @@ class Certificate:
                     turned, bend = self._relative(hinge.child, each.owner)
                     bent[j, c] = turned**2 / 8 + bend
                     for k in range(free):
-                        turns = self.group.tree[self.group.free[k]].slider is None
+                        turns = self.group.angles[k]
                         held = (hinge.child in self.carried[k]) + (
                             each.owner is not None and each.owner in self.carried[k]
                         )
@@ -237,7 +237,7 @@ class Certificate:
 
     def _boxed(self, gap: Any, twist: Any, bent: Any, slope: Any) -> Any:
         """Boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
-        lines = np.array([cut.slider is not None for cut in self.group.cut])[:, None]
+        lines = np.array(self.group.guides)[:, None]
         found: Any = LEAST
         maps = []
         for duals, sign in zip(self.ends.duals, (0.5, -0.5), strict=True):
@@ -268,13 +268,13 @@ class Certificate:
         for number, hinge in enumerate(self.group.tree):
             parent, child = hinge.parent, hinge.child
             free = self.group.free.index(number) if number in self.group.free else None
-            bend = step.bend[parent] + (box[free] if free is not None and hinge.slider is None else 0.0)
+            bend = step.bend[parent] + (box[free] if free is not None and hinge.turns else 0.0)
             led = self._led(hinge) if hinge.gear is not None else 0.0
-            step.bend[child] = bend + (led if hinge.slider is None else 0.0)
+            step.bend[child] = bend + (led if hinge.turns else 0.0)
             stray = step.stray[parent]
             for link, arm in ((parent, hinge.at_parent), (child, hinge.at_child)):
                 stray = stray + self._size(arm) * (step.turned[link] ** 2 / 8 + step.bend[link])
-            if hinge.slider is not None:
+            if not hinge.turns:
                 most, change = self._slide[number]
                 stray = stray + most * (step.turned[child] ** 2 / 8 + bend) + change * np.abs(step.turned[child]) / 4
                 stray = stray + (box[free] if free is not None else led)

@@ -9,10 +9,11 @@ import numpy as np
 
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
-from rigid.joints import Columns, Joint, coordinate_of, gap_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import Columns, Joint, coordinate_of, gap_of, within
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
-from rigid.positions.placement import Placement
+from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
 STEPS = 40
@@ -20,7 +21,7 @@ TOLERANCE = 1e-14  # of a step, in radians or sizes of the mechanism
 FITS = 1e-10  # opening of surplus joints that counts as closed, in radians or sizes of the mechanism
 
 
-def _shape(placed: Placement) -> tuple[int, ...]:
+def _shape(placed: PartialPosture) -> tuple[int, ...]:
     """Shape of the columns."""
     if placed.shape:
         return placed.shape
@@ -28,7 +29,7 @@ def _shape(placed: Placement) -> tuple[int, ...]:
     return np.broadcast_shapes(*known, placed.drive.shape[1:], placed.mechanism.designs)
 
 
-def correct(placed: Placement, group: Group, near: Posture) -> Columns:
+def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
@@ -36,17 +37,17 @@ def correct(placed: Placement, group: Group, near: Posture) -> Columns:
     return sine_of(hung(placed, group, newton(placed, group, start)))
 
 
-def require_closed(placed: Placement, group: Group) -> None:
+def require_closed(placed: PartialPosture, group: Group) -> None:
     """Make a driven group nan where surplus joints do not fit."""
     if not group.cut:
         return
     size = size_of(placed.mechanism)
     for joint in group.cut:
-        closed = _within(joint, gap_of(placed, joint), FITS, FITS * size)
+        closed = within(joint, gap_of(placed, joint), FITS, FITS * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
-def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
+def hung(placed: PartialPosture, group: Group, coordinates: Any) -> Closure:
     """The group with its links placed by the coordinates of the free joints."""
     free = iter(coordinates)
     for joint in group.tree:
@@ -55,27 +56,20 @@ def hung(placed: Placement, group: Group, coordinates: Any) -> Closure:
     return closure(group, tree, cut)
 
 
-def _shut(placed: Placement, joint: Joint, gap: Columns) -> Any:
+def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
     """Whether a cut joint is closed but for round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return _within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
+    return within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
 
 
-def _within(joint: Joint, gap: Columns, angle: float, length: Columns) -> Any:
-    """Whether a gap is within an angle [rad] and a length [m]."""
-    if joint.slider is None:
-        return np.abs(gap) <= length
-    return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
-
-
-def newton(placed: Placement, group: Group, coordinates: Any) -> Any:
+def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
     """Coordinates of the free joints that close the group; nan where none are found."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.array([joint.sense for joint in free]).reshape(column)
     size = size_of(placed.mechanism)
-    unit = np.array([1.0 if joint.slider is None else size for joint in free]).reshape(column)
+    unit = np.where(group.angles, 1.0, size).reshape(column)
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf
     with np.errstate(all="ignore"):
@@ -108,8 +102,8 @@ def sine_of(closed: Closure) -> Columns:
     table = columns(closed.group, closed.tree, closed.cut)
     effect = np.array(np.broadcast_arrays(*(entry for column in table for entry in column)), complex)
     effect = effect.reshape(len(table), -1, *effect.shape[1:])
-    turning = [closed.tree[number].along is None for number in closed.group.free]
-    sliding = np.array([place.along is not None for place in closed.cut])
+    turning = list(closed.group.angles)
+    sliding = np.array(closed.group.guides)
     if sliding.any() and any(turning):
         moved = np.where(sliding.reshape(-1, *[1] * (effect.ndim - 2)), np.abs(effect.imag), np.abs(effect))
         longest = moved[turning].max(axis=(0, 1))

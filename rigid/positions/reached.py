@@ -42,7 +42,7 @@ def branch_through(
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
     kept = mechanism.__dict__.setdefault("_branches", {})
-    low, high = float(path.asked.min()), float(path.asked.max())
+    low, high = map(float, path.span)
     begin, block = path.begin, BLOCK * path.stride
     if path.turn:
         # The drawing's own coordinate: what is known of it serves whatever turn is asked.

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
+from operator import is_
 from typing import Any
 
 import numpy as np
+
+PLAIN = (str, float, complex, int, type(None))
 
 
 def of_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
@@ -16,16 +19,24 @@ def of_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
     """
     if not designs or (isinstance(rows, slice) and rows == slice(0, designs[0])):
         return value
+    return _cut(value, rows, designs)
+
+
+def _cut(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
+    if isinstance(value, PLAIN):  # most parts are
+        return value
     if isinstance(value, np.ndarray):
         return value[rows] if value.shape == designs else value
     if isinstance(value, tuple):
-        parts: Any = tuple(of_designs(part, rows, designs) for part in value)
-        return value if all(one is other for one, other in zip(parts, value, strict=True)) else parts
+        parts: Any = tuple(_cut(part, rows, designs) for part in value)
+        return value if all(map(is_, parts, value)) else parts
     if isinstance(value, Mapping):
-        parts = {key: of_designs(part, rows, designs) for key, part in value.items()}
-        return value if all(parts[key] is value[key] for key in parts) else parts
+        parts = {key: _cut(part, rows, designs) for key, part in value.items()}
+        return value if all(map(is_, parts.values(), value.values())) else parts
     if not is_dataclass(value) or isinstance(value, type):
         return value
-    owned = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
-    cut = {name: of_designs(part, rows, designs) for name, part in owned.items()}
-    return replace(value, **cut) if any(cut[name] is not owned[name] for name in owned) else value
+    changed = {}
+    for each in fields(value):
+        if each.init and (part := _cut(own := getattr(value, each.name), rows, designs)) is not own:
+            changed[each.name] = part
+    return replace(value, **changed) if changed else value

@@ -68,7 +68,7 @@ class Trace:
 
     def _whole(self, here: Any, near: Any) -> Any:
         """The same angles, near others."""
-        turns = np.array([self.group.tree[at].slider is None for at in self.group.free])[:, None]
+        turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
     def _fill(self, which: Any, coarse: Any) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from rigid.drawing import Drawing
-from rigid.joints import Joint, gap_of, joint_place
+from rigid.joint_places import joint_place
+from rigid.joints import Joint, gap_of
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError, Reals
 from rigid.plane import cross

@@ -10,6 +10,7 @@ from rigid.drawing import Drawing
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import Gear, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.teeth import pitch_reach
 
 Kind = Literal["pin", "slider", "rolling", "slipping"]
 
@@ -76,7 +77,7 @@ def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
     one, other = (end.link if isinstance(end, PinDrive) else racks[0].link for end in ends)
     centers = [drawing.at(wheel.at) for wheel in wheels]
     if len(wheels) == 2 and gear.ratio != 1:
-        at, normal = (centers[0] - gear.ratio * centers[1]) / (1 - gear.ratio), 1j * (centers[1] - centers[0])
+        at, normal = centers[1] + pitch_reach(centers[0] - centers[1], gear.ratio), 1j * (centers[1] - centers[0])
         if normal != 0:
             return Contact(f"gear {number}", one, other, at, normal)
     elif len(wheels) == 1:

@@ -9,14 +9,14 @@ import numpy as np
 from rigid.closure import Closure, closure
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
-from rigid.joints import joint_place
+from rigid.joint_places import joint_place
 from rigid.mechanism import Mechanism
-from rigid.positions.branch import Branch, measured_drivers
+from rigid.positions.branch import Branch
 from rigid.positions.drive_path import FINEST, STILL, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
 from rigid.positions.newton import correct, hung, newton, require_closed, sine_of
-from rigid.positions.placement import Placement
+from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
 from rigid.postures import Posture
 
@@ -29,7 +29,7 @@ ASIDE = 2  # knots beside a change point between which it is passed
 
 def place(
     mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None = None, lead: Any = None
-) -> tuple[Placement, tuple[Closure, ...]]:
+) -> tuple[PartialPosture, tuple[Closure, ...]]:
     """Every link at every position.
 
     Parameters
@@ -45,7 +45,7 @@ def place(
         placed = _followed(mechanism, structure, path_through(mechanism, drive, lead), drive)
     else:
         links = len(mechanism.links)
-        placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
+        placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, near=near)
         for group in structure.groups:
             _place_near(placed, group, near)
     closures = []
@@ -56,23 +56,18 @@ def place(
     return placed, tuple(closures)
 
 
-def _closed_form(group: Group) -> bool:
-    """Whether a group is a driven link or a dyad."""
-    return not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
-
-
-def _drive(placed: Placement, group: Group) -> None:
+def _drive(placed: PartialPosture, group: Group) -> None:
     """Place a group of driven links."""
     for joint in group.tree:
         placed.hang(joint, placed.coordinate(joint))
     require_closed(placed, group)
 
 
-def _place_near(placed: Placement, group: Group, near: Posture) -> None:
+def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
     """Place a group where it is nearest to a posture."""
     if not group.free:
         _drive(placed, group)
-    elif not _closed_form(group):
+    elif not group.closed_form:
         placed.sine.append(correct(placed, group, near))
     else:
         away = []
@@ -83,14 +78,14 @@ def _place_near(placed: Placement, group: Group, near: Posture) -> None:
         placed.sine.append(place_dyad(placed, group, drawing, np.where(away[1] < away[0], -1.0, 1.0)))
 
 
-def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> Placement:
+def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> PartialPosture:
     """All links, every dyad folded as drawn, any other group as near to the drawing as it gets."""
     links, drawing = len(mechanism.links), Drawing(mechanism)
-    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links)
+    placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links)
     for group in structure.groups:
         if not group.free:
             _drive(placed, group)
-        elif _closed_form(group):
+        elif group.closed_form:
             placed.sine.append(place_dyad_with_slack(placed, group, drawing, 1.0))
         else:
             shape = np.broadcast_shapes(placed.drive.shape[1:], placed.mechanism.designs)
@@ -103,30 +98,30 @@ def _dense(path: Path) -> bool:
     """Whether positions asked are near one another, and the drawing is among them."""
     if path.vertices is not None:
         return False
-    places = path.asked
-    covered = places.min() - NEAR <= path.begin <= places.max() + NEAR
-    covered |= bool(path.turn) and np.ptp(places) >= path.turn - NEAR
-    return bool(covered and np.abs(places[..., 1:] - places[..., :-1]).max(initial=0.0) <= min(NEAR, path.stride))
+    low, high = path.span
+    covered = low - NEAR <= path.begin <= high + NEAR or 0 < path.turn <= high - low + NEAR
+    steps = path.asked[..., 1:] - path.asked[..., :-1]
+    return bool(covered and np.abs(steps).max(initial=0.0) <= min(NEAR, path.stride))
 
 
 def _firm(sines: Any) -> bool:
     """Whether dyads meet nowhere near a change point."""
     for sine in sines:
-        if np.ndim(sine):
-            size = np.abs(sine)
-            if not size.min() >= FIRM or not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
-                return False
-    return all(np.ndim(sine) or abs(sine) >= FIRM for sine in sines)
+        size = np.abs(sine)
+        if not size.min() >= FIRM:
+            return False
+        if size.ndim and not np.abs(size[..., 1:] - size[..., :-1]).max(initial=0.0) <= NEAR:
+            return False
+    return True
 
 
-def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> Placement:
+def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> PartialPosture:
     """Place all links on the branch that is followed from the drawing."""
-    drawn = path.vertices is None and np.abs(path.asked - path.begin).max(initial=0.0) <= STILL
-    dyads = all(_closed_form(group) for group in structure.groups) and not measured_drivers(structure)
-    plain = _as_drawn(mechanism, structure, drive) if drawn or dyads else None
-    forms = tuple(_closed_form(group) for group in structure.groups)
+    drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
+    plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
     if plain is not None and (drawn or not plain.sine or (_dense(path) and _firm(plain.sine))):
         return plain
+    forms = tuple(group.closed_form for group in structure.groups)
     for edge in (FINEST, DEEP):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
         if plain is not None and (branch.table["sign"] > 0).all():
@@ -137,7 +132,7 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any
     return _on(branch, places, at, drive)
 
 
-def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
+def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
     """Place all links at places of a branch, `at` the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
@@ -155,7 +150,7 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
     for k, key in enumerate(branch.drivers):
         low_led, high_led = (wide(table["led"][which, k]) for which in (at, at + 1))
         led[key] = low_led + part * (high_led - low_led)
-    placed = Placement(mechanism, drive, [0.0] * links, [1.0] * links, led=led)
+    placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links, led=led)
     for number, group in enumerate(structure.groups):
         if not group.free:
             _drive(placed, group)
@@ -173,7 +168,7 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> Placement:
     return placed
 
 
-def _through(placed: Placement, branch: Branch, number: int, at: Any, places: Any, wide: Any, where: Any) -> None:
+def _through(placed: PartialPosture, branch: Branch, number: int, at: Any, places: Any, wide: Any, where: Any) -> None:
     """Place a group at a change point, which it passes smoothly, where round-off leaves nothing of its equations."""
     table, shape = branch.table, np.shape(placed.sine[-1])
     row = table["row"][at]
@@ -200,7 +195,7 @@ def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
     return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
 
 
-def _between(placed: Placement, branch: Branch, number: int, at: Any, part: Any, wide: Any) -> Any:
+def _between(placed: PartialPosture, branch: Branch, number: int, at: Any, part: Any, wide: Any) -> Any:
     """Place a group between knots of its branch."""
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))

@@ -16,7 +16,7 @@ from rigid import Link, Mechanism
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class SceneMechanism:
     """A mechanism without its loads, its links as bodies in the same order, and one law or effort per drive."""
 
     mechanism: Mechanism
@@ -29,7 +29,7 @@ class Parts:
         return {body.link.name: body.link for body in self.bodies if not body.hidden}
 
 
-def build_parts(table: SceneTable) -> Parts:
+def build_mechanism(table: SceneTable) -> SceneMechanism:
     """The parts of a scene."""
     places = drawn_places(table)
     bodies = build_links(table, places)
@@ -41,4 +41,4 @@ def build_parts(table: SceneTable) -> Parts:
     gears = build_gears(table, named, sliders)
     gravity = vector(table.run.gravity or (0.0, 0.0))
     mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, gears=gears)
-    return Parts(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
+    return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)

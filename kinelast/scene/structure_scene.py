@@ -10,8 +10,8 @@ from typing import Any
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.mechanism import build_mechanism
 from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
-from kinelast.scene.parts import build_parts
 from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
 from rigid import Mechanism, MechanismError
 from rigid.topology import Contact, SpatialJoint, spatial_chain
@@ -65,7 +65,7 @@ def structure_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str =
 
 
 def _planar(table: SceneTable, name: str, path: str) -> StructureScene:
-    parts = build_parts(table)
+    parts = build_mechanism(table)
     contacts = []
     for key, contact in table.contacts.items():
         where = f"contacts.{key}"

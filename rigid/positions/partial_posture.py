@@ -17,7 +17,7 @@ TURNS = 8  # of a gear's driver either way, that a posture is compared with
 
 
 @dataclass(eq=False)
-class Placement:
+class PartialPosture:
     """Links placed so far: origins [m] and unit vectors of their axes, per link, shape (..., positions)."""
 
     mechanism: Mechanism
@@ -41,7 +41,7 @@ class Placement:
         now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
         # What moves the driver may count its coordinate the other way than the gear does.
         found = drawing.coordinate(joint) + joint.gear.ratio * driver.sense * (now - drawn)
-        if self.near is None or driver.moved or driver.slider is not None or joint.slider is not None:
+        if self.near is None or driver.moved or not driver.turns or not joint.turns:
             return found
         return self._nearest(joint, found, 2 * np.pi * joint.gear.ratio)
 
@@ -56,7 +56,7 @@ class Placement:
     def _measured(self, joint: Joint, near: float) -> Columns:
         """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""
         found = coordinate_of(self, joint)
-        if joint.slider is not None:
+        if not joint.turns:
             return found
         key = (joint.name, joint.parent, joint.child)
         expected = self.led.get(key)

@@ -1,0 +1,125 @@
+"""One scene computed: its motion, its deflection, and the checks that were asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from elastic import Deflection, deflection
+from kinelast.figures.long_runs import SHOWN
+from kinelast.figures.results import Results
+from kinelast.request import Request, RequestError
+from kinelast.scene.motion import reached_by_integration, require_reached
+from kinelast.scene.reading import Scene, SceneError, scene_motion, scene_motion_at, scene_times
+from rigid import Motion
+from rigid.analysis import reachable
+
+if TYPE_CHECKING:
+    from fem_check import Comparison
+
+Progress = Callable[[str, int, int], None]
+
+
+def no_progress(stage: str, done: int, total: int) -> None:
+    """Nobody is told."""
+
+
+def computed(scene: Scene, request: Request, progress: Progress = no_progress) -> Results:
+    """Motion, deflection and, where asked for, the check of a scene.
+
+    Raises
+    ------
+    SceneError, RequestError
+        A position is out of reach; positions that are to be left out leave none.
+    """
+    course, left_out = _course(scene, request)
+    bent = deflection(course, scene.sections, joints=scene.joints)
+    require_on_beams(scene, bent)
+    plain = Results(scene, bent, checked(scene, bent, request, progress), left_out)
+    return _further_checked(_by_theory(plain, request, progress), request, progress)
+
+
+def _by_theory(plain: Results, request: Request, progress: Progress) -> Results:
+    """The results of the theory of motion that is asked for, from those without vibration."""
+    scene, theory = plain.scene, request.theory_of(plain.scene)
+    if theory.plain or not scene.labels:
+        return plain
+    from kinelast.figures.theory import answer
+
+    progress(f"{scene.name}: vibration", 0, 1)
+    found = answer(scene, plain.deflection, theory, plain.period)
+    return replace(plain, deflection=found.deflection, answer=found)
+
+
+def _further_checked(results: Results, request: Request, progress: Progress) -> Results:
+    """The results with the checks by other theories, where they are asked for."""
+    if not results.scene.labels or not (request.nonlinear or request.solid):
+        return results
+    from kinelast.figures.checks import nonlinear_check, solid_check
+
+    name, nonlinear, solid = results.scene.name, None, None
+    if request.nonlinear:
+        nonlinear = nonlinear_check(results, lambda share, _: progress(f"{name}: nonlinear", int(1000 * share), 1000))
+    if request.solid:
+        progress(f"{name}: plane bodies", 0, 1)
+        solid = solid_check(results)
+    return replace(results, nonlinear=nonlinear, solid=solid)
+
+
+def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
+    """The comparison with finite elements, where it is asked for."""
+    if request.check is None:
+        return None
+    from fem_check import compare, solve
+
+    progress(f"{scene.name}: finite elements", 0, 1)
+    return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
+
+
+def _require_reached(scene: Scene, course: Motion) -> None:
+    """Raise where a motion goes where the mechanism does not reach."""
+    try:
+        require_reached(scene, course)
+    except SceneError as error:
+        advice = "; --reachable leaves out what cannot be reached" if reachable(course).any() else ""
+        raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
+
+
+def require_chunk(scene: Scene, bent: Deflection) -> None:
+    """Raise where a part of a long run cannot be: what of all of it cannot, is told of fewer positions."""
+    if not reachable(bent.motion).all():
+        _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
+        _require_reached(scene, bent.motion)
+    require_on_beams(scene, bent)
+
+
+def require_on_beams(scene: Scene, bent: Deflection) -> None:
+    """Raise where a block leaves the elastic beam that it slides on."""
+    known = np.isfinite(bent.motion.origin).all(axis=0)
+    for block in bent.blocks:
+        off = known & np.isnan(block.xi)
+        if off.any():
+            at, beam = scene.mechanism.beams[block.beam]
+            link = scene.mechanism.links[at].name
+            names = ", ".join(f'"{slider.name}"' for slider in scene.mechanism.sliders if slider.on == link)
+            problem = f'of {names} leaves the beam "{beam.start}"-"{beam.end}" at {bent.motion.time[off][0]:.6g} s'
+            raise SceneError(scene.path, f"links.{link}", "points", f"the block {problem}: let the beam reach further")
+
+
+def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
+    """The motion, and how many positions were left out."""
+    time = scene_times(scene, request.positions)
+    if request.reachable and len(reached := reached_by_integration(scene, time)) < len(time):
+        return scene_motion_at(scene, reached), len(time) - len(reached)
+    course = scene_motion(scene, request.positions, partial=True)
+    good = reachable(course)
+    if good.all():
+        return course, 0
+    if not request.reachable:
+        _require_reached(scene, course)
+    if not good.any():
+        raise RequestError("no position can be reached")
+    return scene_motion_at(scene, course.time[good]), int((~good).sum())

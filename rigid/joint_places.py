@@ -1,0 +1,60 @@
+"""Joints of placed links, and where the teeth of those meet that follow gears."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigid.joints import Joint, JointPlace, Placed, along_of, carried, point_of
+from rigid.teeth import Teeth, pitch_reach, wheel_push
+
+
+def joint_place(placed: Placed, joint: Joint) -> JointPlace:
+    """A joint of two placed links."""
+    parent, child = joint.parent, joint.child
+    arm_parent = carried(placed.direction[parent], joint.at_parent)
+    arm_child = carried(placed.direction[child], joint.at_child)
+    teeth = None if joint.gear is None else teeth_of(placed, joint)
+    if joint.turns:
+        return JointPlace(joint, arm_parent, arm_child, None, teeth)
+    if joint.ordered:
+        arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
+    else:
+        arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
+    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth)
+
+
+def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
+    """Contact of a joint that follows a gear; None where it has no pitch point.
+
+    It has one where one link carries both wheels, or wheel and rack: on that carrier they are pinned or slide, and
+    their pitch circles touch. Wheels of ratio 1, or about one axis, have none.
+    """
+    gear, carrier = joint.gear, joint.parent
+    if gear is None or gear.pressure_angle is None or carrier not in gear.ends:
+        return None
+    driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
+    leads = driver.parent == carrier
+    body = driver.child if leads else driver.parent
+    # Of the follower per motion of the body, both as seen from the carrier.
+    rate = joint.sense * gear.ratio * (1 if leads else -1)
+    own = point_of(placed, joint.child, joint.at_child)
+    hub = point_of(placed, body, driver.at(body))
+    if not joint.turns and not driver.turns:
+        return None
+    if not joint.turns:
+        along = along_of(placed, joint)
+        reach_body = -1j * rate * along
+        reach = hub + reach_body - own
+        apart = (-1j * slope * np.sign(rate)) * along
+    elif not driver.turns:
+        reach = -1j / rate * along_of(placed, driver)
+        reach_body = own + reach - hub
+        along, apart = wheel_push(reach, slope, ring=False)
+    else:
+        if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
+            return None
+        reach = pitch_reach(hub - own, rate)
+        reach_body = rate * reach
+        along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
+    arm = hub - placed.origin[body] + reach_body
+    return Teeth(body, arm, reach_body, reach, along, apart)
