@@ -50,7 +50,7 @@ class Sensitivities:
     below, above
         Derivatives to either side.
     kink
-        The slopes to both sides differ: what is largest is so in two places at once.
+        The slopes to both sides differ: what is largest is so in two places at once, or a magnitude is zero.
     still
         Largest relative change of the variable, to both sides, that was tried and leaves what is largest where it is;
         0 at a kink. Beyond it the figure may follow another link or position.
@@ -104,7 +104,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     move = np.diagonal(moved - at, axis1=2, axis2=3)  # as rounded, so that round-off of the step does no harm
     found_at = _Tried(values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move)
     watched = np.array([name in found.place for name in names])
-    return _gathered(names, at, found_at, watched, np.where(watched[:, None], _still(found_at, scale), np.nan))
+    return _gathered(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -154,10 +154,8 @@ class _Slopes:
     above: Limit
 
 
-def _gathered(
-    names: tuple[str, ...], at: np.ndarray, tried: _Tried, watched: np.ndarray, still: np.ndarray
-) -> Sensitivities:
-    """Derivatives from the figures of moved designs; `watched`: the places of which figures are known.
+def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.ndarray) -> Sensitivities:
+    """Derivatives from the figures of moved designs.
 
     Where two places are largest alike whatever the variable is, as in a cycle that runs there and back, round-off picks
     one of them anew for every design: differences over all designs count where they are the better ones.
@@ -168,7 +166,6 @@ def _gathered(
     below, above = _better(own.below, every.below), _better(own.above, every.above)
     gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
     kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
-    kink &= ~(both & watched[:, None])
     middle = _better(own.middle, every.middle)
     one_side = np.isnan(below.value) | np.isnan(above.value)
     slope = np.where(kink | one_side, (below.value + above.value) / 2, middle.value)
