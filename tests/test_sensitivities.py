@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from figure_table import Table
 
+from kinelast.designs.richardson import limit
 from kinelast.designs.sensitivities import sensitivities
 
 
@@ -67,6 +68,17 @@ def test_estimates_bound_errors_whatever_the_noise():
             exact = np.exp(a * np.sin(b * 1.3)) * a * b * np.cos(b * 1.3)
             held.append(abs(found.slope[0, 0] - exact) <= found.error[0, 0])
     assert np.mean(held) > 0.98
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_few_large_steps_are_enough_for_a_polynomial(order):
+    """Five of them take out four powers of the step; what is left of more is less than the estimate."""
+    step = np.array([0.4, 0.2, 0.1, 0.05, 0.025] + [np.nan] * 13)[:, None]
+    powers = [step ** (order * k) for k in range(6)]
+    found = limit(3 + 5 * powers[1] - 2 * powers[2] + 7 * powers[3], 0 * step, order)
+    assert found.value == pytest.approx([3.0], abs=1e-13)
+    rest = limit(3 + 5 * powers[1] - 2 * powers[2] + 7 * powers[3] + powers[4] - powers[5], 0 * step, order)
+    assert 0 < abs(rest.value[0] - 3) <= rest.error[0]
 
 
 def test_logarithmic_slopes_of_powers_are_their_exponents():

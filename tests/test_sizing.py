@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from elastic import deflection, extremes
 from kinelast import read_scene, scene_motion, shipped_scenes
 from kinelast.designs import evaluate, with_value
+from kinelast.designs.accuracy import accuracy_figures
 from kinelast.designs.optimum_files import words
 from kinelast.designs.search import local_searches
 from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
@@ -167,6 +168,29 @@ class TestTolerances:
         assert elastic.mean > 0
         assert whole.mean == pytest.approx(elastic.mean, rel=0.05)  # geometry is off to both sides
 
+    def test_a_point_off_by_geometry_and_by_deflection(self):
+        """The tip of an arm that is too long: the one along it, the other across."""
+        tables = parse_toml(ARM + 'output = "A"\n')
+        scene = scene_from_dict(tables)
+        figures = accuracy_figures(scene_motion(scene), scene.output)
+        found = evaluate(tables, ["points.A.x"], [[L], [L + 1e-4]], [*figures, "output_error"]).columns
+        assert found["geometric_error"] == pytest.approx([0.0, 1e-4], rel=1e-9, abs=1e-16)
+        assert found["output_error"][0] == pytest.approx(tip_deflection(20e-3), rel=1e-4)  # and a little stretch
+        assert found["whole_error"] == pytest.approx(
+            np.hypot(found["geometric_error"], found["output_error"]), rel=1e-2
+        )
+
+    @pytest.mark.parametrize("how", ["by", "to"])
+    def test_a_law_from_a_drawn_start_that_scatters(self, how):
+        """An arm that ends where it is told to goes the less far the later it starts; one that goes by an angle does not."""
+        tables = parse_toml(ARM.replace("by = 1", f"{how} = 1"))
+        found = evaluate(tables, ["points.A.y"], [[0.0], [0.1]], ["deflection"]).columns["deflection"]
+        start = np.arctan2(0.1, L)
+        share = (1 - start if how == "to" else 1) * (np.hypot(L, 0.1) / L) ** 4  # the tip's mass alone, nearly
+        assert found[1] / found[0] == pytest.approx(share, rel=0.05)
+        alone = evaluate(with_value(tables, "points.A.y", 0.1), [], np.zeros((1, 0)), ["deflection"]).columns
+        assert found[1] == pytest.approx(alone["deflection"][0], rel=1e-12)
+
     def test_the_arm_as_its_formula_scatters(self):
         more = '[tolerances]\n"sections.bar.depth" = { plus_minus = "3 %", distribution = "normal" }\n'
         found = tolerance_study(parse_toml(ARM + more))
@@ -285,6 +309,15 @@ frequency = { least = "300 rad/s" }
             return (k / L) ** 2 * np.sqrt(E * WIDTH * depth**3 / 12 / line)
 
         assert lowest(found) == pytest.approx(300.0, rel=1e-4)
+
+
+def test_the_distance_of_a_frequency_from_multiples_of_the_speed():
+    tables = parse_toml(ARM.replace('law = [{ curve = "cycloidal", duration = 1, by = 1 }]', "speed = 120"))
+    found = evaluate(tables, [], np.zeros((1, 0)), ["frequency", "frequency_ratio", "resonance_distance"]).columns
+    ratio = found["frequency"][0] / 120
+    assert found["frequency_ratio"][0] == pytest.approx(ratio, rel=1e-12)
+    assert found["resonance_distance"][0] == pytest.approx(min(abs(1 - n / ratio) for n in range(1, 7)), rel=1e-12)
+    assert 1 < ratio < 6
 
 
 def test_shipped_optima_are_asked_for_by_shipped_scenes():
