@@ -5,17 +5,21 @@ Everything is drawn off screen by pyvista, which is imported when the first pict
 
 from animations.diagrams import DIAGRAMS, Diagram, diagram_named
 from animations.files import movie, spread, stills
-from animations.layout import Layout, Style
+from animations.layout import Scales, View
 from animations.picture import Picture
 from animations.rendering import RenderingUnavailable, off_screen, probe
+from animations.style import LOOKS, SHOWN, Style
 
 __all__ = [
     "DIAGRAMS",
+    "LOOKS",
+    "SHOWN",
     "Diagram",
-    "Layout",
     "Picture",
     "RenderingUnavailable",
+    "Scales",
     "Style",
+    "View",
     "diagram_named",
     "movie",
     "off_screen",

@@ -19,7 +19,7 @@ PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 class Diagram:
     """A field drawn across the links: title, symbol, unit, key in `elastic.FIELDS`, and whether it may be negative.
 
-    The deformed shape has no field.
+    The deformed shape and the bare motion have no field.
     """
 
     title: str
@@ -29,10 +29,11 @@ class Diagram:
     signed: bool = True
 
 
+SHAPE, MOTION = Diagram("Deformed shape", "", "m", None), Diagram("Motion", "", "m", None)
 DIAGRAMS = {
     field.slug: Diagram(field.title, field.symbol, field.unit.replace(" ", "·"), field.key, field.signed)
     for field in FIELDS.values()
-} | {"shape": Diagram("Deformed shape", "", "m", None)}
+} | {"shape": SHAPE, "motion": MOTION}
 
 
 def diagram_named(name: str) -> Diagram:
@@ -52,6 +53,8 @@ def diagram_named(name: str) -> Diagram:
 
 def peak(deflection: Deflection, diagram: Diagram) -> float:
     """Greatest absolute value of a diagram over all beams and positions; of the shape, greatest displacement [m]."""
+    if diagram is MOTION:
+        return 0.0
     if diagram.field is None:
         moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
         values = np.append(np.abs(moved), np.abs(deflection.shift))

@@ -4,21 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from itertools import combinations
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from animations.diagrams import diagram_named
-from animations.layout import Style, drawable
+from animations.layout import drawable
 from animations.picture import Picture
 from animations.rendering import off_screen
-from animations.shapes import PAINTS
+from animations.style import Style
 from elastic import Deflection
 
 MOVIES = (".mp4", ".gif", ".png")
 FRAMES = 120
+RATE = 25.0
+CODECS: dict[str, dict[str, Any]] = {
+    ".mp4": {
+        "codec": "libx264",
+        "quality": 8,
+        "output_params": ["-preset", "veryfast"],  # half the time of "medium", and files of the same size
+    },
+    ".gif": {  # colours of the first frames, whose legend has them all: those of all frames fill the memory
+        "codec": "gif",
+        "pix_fmt_out": "pal8",
+        "quality": None,
+        "bitrate": "1M",  # else one is guessed, which this codec has no use for
+        "output_params": [
+            "-filter_complex",
+            "[0:v]split[a][b];[a]trim=end_frame=8,palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
+            *("-loop", "0"),
+        ],
+    },
+}
 Progress = Callable[[int, int], None]
 
 
@@ -79,7 +98,7 @@ def movie(
     frames: int | None = None,
     style: Style | None = None,
     on_frame: Progress | None = None,
-    rate: int = 25,
+    rate: float = RATE,
 ) -> tuple[Path, ...]:
     """A film of a diagram over all positions.
 
@@ -111,9 +130,8 @@ def movie(
     chosen = spread(drawable(deflection, diagram_named(diagram)), frames)
     if path.suffix.lower() == ".png":
         return stills(deflection, diagram, chosen, path, style, on_frame)
-    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     with closing(_frames(deflection, diagram, chosen, style, on_frame)) as images, _complete(path) as unfinished:
-        write(unfinished, images, rate)
+        _write(unfinished, images, rate)
     return (path,)
 
 
@@ -167,42 +185,16 @@ def _save(path: Path, image: Any) -> None:
         Image.fromarray(image).save(unfinished)
 
 
-def _write_mp4(path: Path, images: Iterator[Any], rate: int) -> None:
-    import imageio.v2 as imageio
+def _write(path: Path, images: Iterator[Any], rate: float) -> None:
+    """A film by ffmpeg, frame by frame."""
+    from imageio_ffmpeg import write_frames
 
-    options: Any = {"codec": "libx264", "quality": 8, "pixelformat": "yuv420p", "ffmpeg_log_level": "quiet"}
-    options["output_params"] = ["-preset", "veryfast"]  # half the time of "medium", and files of the same size
-    film: Any
-    with imageio.get_writer(path, format="FFMPEG", fps=rate, **options) as film:
-        for image in images:
-            film.append_data(image)
-
-
-def _write_gif(path: Path, images: Iterator[Any], rate: int) -> None:
-    frames = _indexed(images)
-    first = next(frames)
-    with path.open("wb") as file:
-        first.save(file, "GIF", save_all=True, append_images=frames, duration=1000 / rate, loop=0, optimize=False)
-
-
-def _indexed(images: Iterator[Any]) -> Iterator[Any]:
-    """Images in the colours that pictures are painted with and blends of any two: what smoothed edges are made of.
-
-    Pillow's own search for the nearest colour is coarse and tints the white.
-    """
-    from PIL import Image
-
-    paints = np.array([[int(paint[k : k + 2], 16) for k in (1, 3, 5)] for paint in PAINTS])
-    pairs = np.array(list(combinations(paints, 2)))[:, None]
-    shares = np.arange(1, 7)[:, None] / 7
-    blends = pairs[:, :, 0] + (pairs[:, :, 1] - pairs[:, :, 0]) * shares
-    palette = np.concatenate([paints, np.rint(blends).astype(int).reshape(-1, 3)])
-    known = np.full(1 << 24, -1, np.int16)  # number in the palette of every colour met so far
-    for image in images:
-        colours = image.astype(np.int32) @ [1 << 16, 1 << 8, 1]
-        new = np.unique(colours[known[colours] < 0])
-        parts = np.stack([new >> 16, new >> 8 & 255, new & 255], -1)
-        known[new] = np.square(parts[:, None] - palette).sum(-1).argmin(-1)
-        frame = Image.fromarray(known[colours].astype(np.uint8))
-        frame.putpalette(palette.astype(np.uint8).tobytes())
-        yield frame
+    first = next(images)
+    height, width = first.shape[:2]
+    film = write_frames(
+        str(path), (width, height), fps=rate, macro_block_size=2, ffmpeg_log_level="quiet", **CODECS[path.suffix]
+    )
+    with closing(film):
+        film.send(None)
+        for image in chain([first], images):
+            film.send(np.ascontiguousarray(image))

@@ -1,65 +1,30 @@
-"""Scale and view of a picture: chosen once for all positions, so that nothing jumps."""
+"""Scales and view of a picture: chosen once for all positions, so that nothing jumps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from animations.diagrams import Diagram, peak, round_below
-from animations.shapes import Complexes, beams
+from animations.diagrams import MOTION, SHAPE, Diagram, peak, round_below
+from animations.shapes import Complexes
+from animations.style import Style
 from elastic import Deflection, sample
-from rigid import position_of
+from rigid import Reals, position_of
 
 TALLEST = 0.17  # greatest ordinate, of the mechanism's size
 FARTHEST = 0.10  # greatest displacement in an automatic exaggeration
-PIN = 0.026  # a pin's diameter
-HEAD, FOOT, MARGIN = 0.13, 0.15, 0.03  # of the picture's height: kept for words, for the legend, and empty
-
-
-@dataclass(frozen=True)
-class Style:
-    """How a picture is made.
-
-    Attributes
-    ----------
-    title
-        Over the picture.
-    size
-        Width and height in pixels, multiples of 16, as films need.
-    scale
-        Length that one unit of the field is drawn with [m]; None: the largest ordinate is 17 % of the mechanism's size.
-    deformed
-        Draw the deformed shape over the diagram too.
-    exaggeration
-        Of the deformed shape; None: a round number that makes the largest displacement about a tenth of the mechanism.
-    outlines
-        Corners of links' bodies in the links' own axes [m], complex, by the links' names.
-    """
-
-    title: str = ""
-    size: tuple[int, int] = (1280, 720)
-    scale: float | None = None
-    deformed: bool = False
-    exaggeration: float | None = None
-    outlines: Mapping[str, Sequence[complex]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Refuse what no picture can be made of."""
-        if min(self.size) < 160 or self.size[0] % 16 or self.size[1] % 16:
-            raise ValueError(
-                f"picture size {self.size[0]} x {self.size[1]}: both must be multiples of 16, 160 at least"
-            )
-        if self.exaggeration is not None and not self.exaggeration > 0:
-            raise ValueError(f"exaggeration {self.exaggeration:g}: it must be positive")
-        if self.scale is not None and not self.scale > 0:
-            raise ValueError(f"scale {self.scale:g}: it must be positive")
+PIN, LEAST_PIN, SHARE = 0.026, 0.009, 0.4  # a pin's diameter, at least, and of the shortest link
+HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # of the picture's height: kept for words, for the legend, and empty
+TILT, YAW = np.radians(28.0), np.radians(-18.0)  # from which solid links are seen: from above, and from the left
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class Scales:
     """Scales of one diagram of one mechanism.
 
     Attributes
@@ -72,16 +37,56 @@ class Layout:
         Of the deformed shape.
     pin
         Diameter of a pin [m].
-    corner, pixels
-        Lower left corner of the view [m] and pixels a metre.
+    size
+        Of all places that the mechanism takes: the greater of width and height [m].
     """
 
     peak: float
     scale: float
     exaggeration: float
     pin: float
+    size: float
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """From the mechanism's places to pixels.
+
+    Attributes
+    ----------
+    corner, pixels
+        Lower left corner of the picture [m], as it is seen, and pixels a metre.
+    turn
+        Rotation from x, y and out of the plane to right, up and towards the eye, shape (3, 3).
+    """
+
     corner: complex
     pixels: float
+    turn: Reals
+
+    def flat(self, points: Complexes) -> Complexes:
+        """Pixels of points in the plane of motion [m], complex."""
+        return (_seen(points, self.turn) - self.corner) * self.pixels
+
+    def aside(self, z: float) -> complex:
+        """What moves a point of the plane [m] to where one at z above it is seen."""
+        right, up = np.linalg.solve(self.turn[:2, :2], self.turn[:2, 2] * z)
+        return complex(right, up)
+
+    def solid(self, points: Reals) -> Reals:
+        """Pixels of points in space [m], shape (points, 3)."""
+        moved: Reals = (points @ self.turn.T - [self.corner.real, self.corner.imag, 0.0]) * self.pixels
+        return moved
+
+
+def turn_of(look: str) -> Reals:
+    """The rotation from which a look is seen, see `View.turn`."""
+    if look == "plain":
+        return np.eye(3)
+    c, s = np.cos((TILT, YAW)), np.sin((TILT, YAW))
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, c[0], -s[0]], [0.0, s[0], c[0]]])
+    turn: Reals = about_x @ np.array([[c[1], 0.0, -s[1]], [0.0, 1.0, 0.0], [s[1], 0.0, c[1]]])
+    return turn
 
 
 def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
@@ -90,12 +95,16 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
     Raises
     ------
     ValueError
-        Several designs at once, or no such position.
+        Several designs at once, no such position, or a diagram along links of which none has beams.
     """
     motion = deflection.motion
     if len(motion.columns) != 1:
         raise ValueError(f"pictures show one design, and these columns have shape {motion.columns}: take one design")
-    parts = [motion.origin, deflection.shift, deflection.w, deflection.u]
+    if not deflection.sections and diagram is not MOTION:
+        raise ValueError('nothing bends, no link has beams: what can be drawn is "motion"')
+    parts: list[Any] = [motion.origin]
+    if diagram is not MOTION:
+        parts += [deflection.shift, deflection.w, deflection.u]
     if diagram.field is not None:
         values = sample(deflection, diagram.field, [0.0, 1.0]).swapaxes(1, 2)
         beams_known = np.isfinite(values).any(axis=(1, 2))
@@ -108,32 +117,55 @@ def drawable(deflection: Deflection, diagram: Diagram) -> NDArray[np.intp]:
     return np.flatnonzero(good)
 
 
-def layout(deflection: Deflection, diagram: Diagram, style: Style) -> Layout:
-    """Scales that show every position whole."""
-    picked = drawable(deflection, diagram)
-    skeleton = _skeleton(deflection)[:, picked]
+def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
+    """Scales that suit every position.
+
+    Raises
+    ------
+    ValueError
+        As `drawable`; the mechanism has no extent.
+    """
+    skeleton = _skeleton(deflection)[:, drawable(deflection, diagram)]
     size = float(max(np.ptp(skeleton.real), np.ptp(skeleton.imag)))
     if size == 0.0:
         raise ValueError("the mechanism has no extent: there is nothing to draw")
     greatest = peak(deflection, diagram)
-    scale = style.scale or (TALLEST * size / greatest if greatest and diagram.field else 0.0)
+    ordinates = diagram.field is not None and style.look == "plain"
+    scale = style.scale or TALLEST * size / greatest if greatest and ordinates else 0.0
     exaggeration = 0.0
-    if diagram.field is None or style.deformed:
-        moved = greatest if diagram.field is None else peak(deflection, Diagram("", "", "m", None))
+    if diagram is not MOTION and (not ordinates or "deformed" in style.show):
+        moved = greatest if diagram is SHAPE else peak(deflection, SHAPE)
         exaggeration = style.exaggeration or (max(1.0, round_below(FARTHEST * size / moved)) if moved else 1.0)
-    tips = [_tips(deflection, diagram.field, scale)[:, picked].ravel()] if diagram.field and scale else []
-    if exaggeration:
-        own = sample(deflection, "u", [0.0, 0.5, 1.0]) + 1j * sample(deflection, "w", [0.0, 0.5, 1.0])
-        place = beams(deflection)
-        stations = place.start[..., None] + (place.length[:, None] * place.along)[..., None] * np.array([0.0, 0.5, 1.0])
-        tips.append((stations + exaggeration * place.along[..., None] * own)[:, picked].ravel())
-    for name, corners in style.outlines.items():
-        if name in deflection.motion.mechanism.index:
-            tips += [position_of(deflection.motion, name, complex(corner))[picked] for corner in corners]
-    pin = PIN * size
-    return Layout(
-        greatest, scale, exaggeration, pin, *_view(np.concatenate([skeleton.ravel(), *tips]), pin, style.size)
+    pin = min(PIN * size, max(LEAST_PIN * size, SHARE * _shortest(deflection)))
+    return Scales(greatest, scale, exaggeration, pin, size)
+
+
+def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
+    """The view in which all places, as they are seen [m], stand between head and foot and fill what is there."""
+    seen = list(places)
+    (left, right), (low, high) = (
+        (min(part.min() for part in parts), max(part.max() for part in parts))
+        for parts in ([each.real for each in seen], [each.imag for each in seen])
     )
+    width, height = style.size
+    room = (width - 2 * MARGIN * height, (1.0 - HEAD - FOOT) * height)
+    if {"names", "links"} & set(style.show):
+        room = (room[0] - 0.1 * height, room[1] - 0.07 * height)
+    pixels = min(size / extent for size, extent in zip(room, (right - left, high - low), strict=True) if extent)
+    middle = width / 2 + 1j * (FOOT + (1.0 - HEAD - FOOT) / 2) * height
+    return View(complex(left + right, low + high) / 2 - middle / pixels, float(pixels), turn)
+
+
+def seen_solid(points: Reals, turn: Reals) -> Complexes:
+    """Points in space [m], shape (points, 3), as they are seen."""
+    moved = points @ turn.T
+    seen: Complexes = moved[:, 0] + 1j * moved[:, 1]
+    return seen
+
+
+def _seen(points: Complexes, turn: Reals) -> Complexes:
+    right, up = (complex(turn[0, k], turn[1, k]) for k in (0, 1))
+    return points.real * right + points.imag * up
 
 
 def _skeleton(deflection: Deflection) -> Complexes:
@@ -143,22 +175,8 @@ def _skeleton(deflection: Deflection) -> Complexes:
     return np.array([position_of(motion, at, name) for at, link in links for name in link.points])
 
 
-def _tips(deflection: Deflection, field: str, scale: float) -> Complexes:
-    """Ends of ordinates of every beam, shape (beams, positions, stations)."""
-    stations = np.linspace(0.0, 1.0, 17)
-    place = beams(deflection)
-    axis = place.start[..., None] + (place.length[:, None] * place.along)[..., None] * stations
-    tips: Complexes = axis + 1j * scale * place.along[..., None] * np.nan_to_num(sample(deflection, field, stations))
-    return tips
-
-
-def _view(points: Complexes, pin: float, size: tuple[int, int]) -> tuple[complex, float]:
-    """Corner of the view and pixels a metre, such that points and the symbols about them stay between head and foot."""
-    width, height = size
-    pad = 2.8 * pin
-    left, right = points.real.min() - pad, points.real.max() + pad
-    low, high = points.imag.min() - pad, points.imag.max() + pad
-    room = (width - 2 * MARGIN * height, (1.0 - HEAD - FOOT - 2 * MARGIN) * height)
-    pixels = min(room[0] / (right - left), room[1] / (high - low))
-    middle = width / 2 + 1j * (FOOT + (1.0 - HEAD - FOOT) / 2) * height
-    return complex(left + right, low + high) / 2 - middle / pixels, float(pixels)
+def _shortest(deflection: Deflection) -> float:
+    """Shortest distance of two points of a moving link [m]; infinite where none has two."""
+    links = deflection.motion.mechanism.links[1:]
+    ways = (abs(complex(one - other)) for link in links for one, other in combinations(link.points.values(), 2))
+    return min((way for way in ways if way), default=np.inf)

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from animations.diagrams import TIMES, Diagram, quantity, round_below, steady
-from animations.layout import FOOT, HEAD, MARGIN, Layout, Style
-from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SOFT, Complexes, Shape
+from animations.diagrams import MOTION, SHAPE, TIMES, Diagram, quantity, round_below, steady
+from animations.layout import FOOT, HEAD, MARGIN, Scales, View
+from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, Shape
+from animations.style import Style
 from elastic import Deflection
 from rigid import PinDrive
 
 LETTER = 0.62  # width of a letter against its height, on average
+LEAST = 7.0  # height of letters that can be read [pixels]
 
 
 @dataclass(frozen=True)
@@ -27,18 +29,22 @@ class Words:
     ink: str = INK
 
 
-def headings(diagram: Diagram, scales: Layout, style: Style) -> list[Words]:
-    """Title and name of the diagram, top left."""
+def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
+    """Title and name of the diagram, top left, and the place of the drives' words, of so many letters, top right."""
     width, height = style.size
     left = MARGIN * height
     kind = f"{diagram.title} {diagram.symbol}".strip()
-    kind += f" {TIMES} {scales.exaggeration:g}, displacement" if diagram.field is None else ","
-    kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
-    lines = []
-    for text, y, size, ink in ((style.title, 0.42, 0.036, INK), (kind, 0.80, 0.028, SOFT)):
-        fitting = (0.66 if y < 0.5 else 0.9) * width / (LETTER * max(len(text), 1))
+    if diagram is not MOTION:
+        kind += f" {TIMES} {scales.exaggeration:g}, displacement" if diagram is SHAPE else ","
+        kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
+    drives = min(0.03 * height, 0.4 * width / (LETTER * max(longest, 1)))
+    room = width - 4 * left - LETTER * drives * longest
+    lines = [Words(" ", width - left + 1j * (1 - 0.42 * HEAD) * height, drives, 1)]
+    rows = (style.title, 0.42, 0.036, INK, room), (kind, 0.82, 0.028, "soft", width - 2 * left)
+    for text, y, size, ink, space in rows:
+        fitting = space / (LETTER * max(len(text), 1))
         lines.append(Words(text, left + 1j * (1 - y * HEAD) * height, min(size * height, fitting), ink=ink))
-    return [line for line in lines if line.text]
+    return lines
 
 
 def drive_words(deflection: Deflection) -> Callable[[int], str]:
@@ -52,7 +58,7 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
         parts = []
         for drive, value, slide in zip(motion.mechanism.drives, motion.drive[:, position], slides, strict=True):
             if isinstance(drive, PinDrive):
-                parts.append(f"{drive.link} {np.degrees(value):.1f}°")
+                parts.append(f"{drive.link} {_within_turn(value):.1f}°")
             else:
                 parts.append(f"{drive.slider} {slide(value)}")
         if not counted:
@@ -62,44 +68,69 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
     return text
 
 
-def legend(diagram: Diagram, scales: Layout, style: Style) -> tuple[list[Shape], list[Words]]:
-    """Measures along the bottom, in pixels: the ordinates' scale, the colours' signs, a length."""
+def _within_turn(angle: float) -> float:
+    """Degrees from 0 to below 360, what is written as 360.0 taken for none."""
+    within = float(np.degrees(angle)) % 360.0
+    return 0.0 if within >= 359.95 else within
+
+
+@dataclass(frozen=True)
+class Legend:
+    """Measures, words, and opposite corners of the bar of colours in pixels, where there is one."""
+
+    shapes: list[Shape]
+    words: list[Words]
+    bar: tuple[complex, complex] | None = None
+
+
+def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
+    """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length."""
     width, height = style.size
-    letter = 0.026 * height
-    middle = 0.5 * FOOT * height
-    shapes, words = _length(scales, width - MARGIN * height, middle, letter)
+    letter, middle = max(0.026 * height, LEAST), 0.5j * FOOT * height
+    shapes, words = _length(view, width - MARGIN * height, middle.imag, letter)
     left = MARGIN * height
+
+    def add(text: str, size: float, *drawn: Shape) -> None:
+        nonlocal left
+        shapes.extend(drawn)
+        words.append(Words(text, left + size + 0.6 * letter + middle, letter))
+        left += size + (2.0 + LETTER * len(text)) * letter
+
+    ends = left + middle + np.array([0.0, 2.2 * letter])
+    if style.look == "solid":
+        bar = None
+        if scales.peak:
+            low = quantity(-scales.peak if diagram.signed and diagram.field else 0.0, diagram.unit)
+            add(f"{diagram.symbol or 'displacement'}   {low}", -0.6 * letter)
+            left -= 1.4 * letter
+            bar = left + middle - 0.5j * letter, left + middle + (9.0 + 0.5j) * letter
+            add(quantity(scales.peak, diagram.unit), 9.0 * letter)
+        if scales.exaggeration:
+            add(f"deformed {TIMES} {scales.exaggeration:g}", -0.6 * letter)
+        return Legend(shapes, words, bar)
     if scales.exaggeration:
-        text = f"deformed {TIMES} {scales.exaggeration:g}"
-        shapes.append(_stroke(np.array([left, left + 2.2 * letter]) + 1j * middle, 3.0, BENT))
-        words.append(Words(text, left + 2.8 * letter + 1j * middle, letter))
-        left += (5.0 + LETTER * len(text)) * letter
-    if diagram.field is None:
-        shapes.append(_stroke(np.array([left, left + 2.2 * letter]) + 1j * middle, 3.0, QUIET))
-        words.append(Words("rigid", left + 2.8 * letter + 1j * middle, letter))
-        return shapes, words
-    if scales.scale and scales.peak:
-        value = round_below(0.7 * FOOT * height / (scales.scale * scales.pixels))
-        tall = value * scales.scale * scales.pixels
-        tick = 0.35 * letter
-        ends = left + tick + 1j * (middle + np.array([-tall, tall]) / 2)
-        shapes.append(_bar(ends, tick))
-        text = quantity(value, diagram.unit)
-        words.append(Words(text, left + 3.2 * tick + 1j * middle, letter))
-        left += 3.2 * tick + (2.0 + LETTER * len(text)) * letter
-    for fill, sign in ((POSITIVE, ">"), (NEGATIVE, "<"))[: 2 if diagram.signed else 1]:
-        square = left + 1j * middle + 0.6 * letter * np.array([-1j, 2 - 1j, 2 + 1j, 1j])
-        shapes.append(_still("fill", square, faces=True, fill=fill))
-        text = f"{diagram.symbol} {sign} 0"
-        words.append(Words(text, left + 1.7 * letter + 1j * middle, letter))
-        left += (3.2 + LETTER * len(text)) * letter
-    return shapes, words
+        add(f"deformed {TIMES} {scales.exaggeration:g}", 2.2 * letter, _stroke(ends, 3.0, BENT))
+    if diagram is SHAPE:
+        add("rigid", 2.2 * letter, _stroke(left + middle + np.array([0.0, 2.2 * letter]), 3.0, QUIET))
+    if diagram.field is None or not scales.peak:
+        return Legend(shapes, words)
+    value = round_below(0.8 * FOOT * height / (scales.scale * view.pixels))
+    tall = value * scales.scale * view.pixels
+    tick = 0.35 * letter
+    add(quantity(value, diagram.unit), 2 * tick, _bar(left + tick + middle + np.array([-0.5j, 0.5j]) * tall, tick))
+    signs: list[tuple[tuple[str, ...], str]] = [((POSITIVE,), f"{diagram.symbol} > 0")]
+    if diagram.signed:
+        signs += [((NEGATIVE,), f"{diagram.symbol} < 0"), ((POSITIVE, NEGATIVE), "one over the other")]
+    for fills, text in signs:
+        square = left + middle + 0.6 * letter * np.array([-1j, 2 - 1j, 2 + 1j, 1j])
+        add(text, 1.2 * letter, *(_patch(square, fill) for fill in fills))
+    return Legend(shapes, words)
 
 
-def _length(scales: Layout, right: float, middle: float, letter: float) -> tuple[list[Shape], list[Words]]:
+def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[Shape], list[Words]]:
     """A length of the mechanism, at the right, its measure over it."""
-    value = round_below(9.0 * letter / scales.pixels)
-    ends = np.array([right - value * scales.pixels, right]) + 1j * (middle - 0.5 * letter)
+    value = round_below(9.0 * letter / view.pixels)
+    ends = np.array([right - value * view.pixels, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)
     return [_bar(ends, 0.35 * letter)], [words]
 
@@ -116,6 +147,7 @@ def _stroke(ends: Complexes, width: float, ink: str = INK) -> Shape:
     return Shape("link", lambda position: ends, lines=(np.array([0, 1]),), ink=ink, width=width)
 
 
-def _still(level: str, points: Complexes, faces: bool, fill: str) -> Shape:
-    ring = np.arange(len(points))
-    return Shape(level, lambda position: points, (ring,) if faces else (), (np.append(ring, 0),), fill=fill, width=1.0)
+def _patch(corners: Complexes, fill: str) -> Shape:
+    """A field of a colour as it is in diagrams."""
+    ring = np.arange(4)
+    return Shape("fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=SHEER)

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
-from animations.diagrams import Diagram, diagram_named
-from animations.layout import HEAD, MARGIN, Layout, Style, drawable, layout
+from animations.attachments import attachment_shapes
+from animations.canvas import Canvas, move
+from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
+from animations.labels import DOT, Label, name_labels, peak_label
+from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
+from animations.marks import drive_shapes, path_shapes
 from animations.shapes import (
     INK,
-    LEVELS,
     QUIET,
+    Complexes,
     Shape,
     deformed_shapes,
     diagram_shapes,
     link_shapes,
     outline_shapes,
 )
+from animations.solid import Body
+from animations.solid_mechanism import mechanism_bodies
+from animations.style import Style
 from animations.symbols import symbol_shapes
 from elastic import Deflection
+from rigid import Reals
+
+LOOKED_AT = 120  # positions by which view and labels are chosen
+FEW = 12  # of these for labels
 
 
 class Picture:
@@ -32,29 +42,32 @@ class Picture:
 
     Attributes
     ----------
-    layout
-        Its scales.
+    scales, view
+        Chosen for all positions.
     shapes, meshes
-        What is drawn, and the mesh that draws each of them; the same mesh for all positions.
+        What is drawn flat, and the mesh that draws each of them; the same mesh for all positions.
+    bodies, solids
+        What is drawn solid, and its meshes.
     """
 
     def __init__(self, deflection: Deflection, name: str, style: Style) -> None:
         diagram = diagram_named(name)
-        self.layout: Layout = layout(deflection, diagram, style)
-        self.shapes = shapes_of(deflection, diagram, self.layout, style)
-        self._height = style.size[1]
-        first = int(drawable(deflection, diagram)[0])
-        self._plotter = _canvas(style.size)
-        measures, words = legend(diagram, self.layout, style)
-        self.meshes = [self._draw(shape, self._pixels(shape, first)) for shape in self.shapes]
-        for shape in measures:
-            self._draw(shape, shape.place(0))
-        for line in headings(diagram, self.layout, style) + words:
-            self._write(line)
-        at = style.size[0] - MARGIN * self._height + 1j * (1 - 0.42 * HEAD) * self._height
-        self._drive = self._write(Words(" ", at, 0.03 * self._height, 1))
-        self._drive_words = drive_words(deflection)
-        self._look(style.size)
+        self.scales = scales_of(deflection, diagram, style)
+        possible = drawable(deflection, diagram)
+        looked_at = possible[:: -(-len(possible) // LOOKED_AT)]
+        self.shapes = shapes_of(deflection, diagram, self.scales, style)
+        self.bodies = mechanism_bodies(deflection, diagram, self.scales, style) if style.look == "solid" else []
+        self.view = view_for(self.shapes, self.bodies, looked_at, style)
+        self._labels = self._labelled(deflection, diagram, style, looked_at)
+        self._canvas = Canvas(style)
+        first = int(possible[0])
+        self.meshes = [self._canvas.flat(shape, self.view.flat(shape.place(first))) for shape in self.shapes]
+        signed = diagram.signed and diagram.field is not None
+        self.solids = [
+            self._canvas.solid(body, *self._placed(body, first), self.scales.peak, signed) for body in self.bodies
+        ]
+        self._write_around(deflection, diagram, style, signed)
+        self._texts = [self._canvas.write(Words(" ", 0j, label.height, 0, label.ink), True) for label in self._labels]
 
     def __enter__(self) -> Self:
         return self
@@ -66,105 +79,87 @@ class Picture:
 
     def close(self) -> None:
         """Free the canvas."""
-        self._plotter.close()
+        self._canvas.close()
 
     def show(self, position: int) -> Any:
         """Move everything to a position; returns the picture, uint8, shape (height, width, 3)."""
         for shape, mesh in zip(self.shapes, self.meshes, strict=True):
-            _move(mesh, self._pixels(shape, position))
+            move(mesh, self.view.flat(shape.place(position)))
+        for body, mesh in zip(self.bodies, self.solids, strict=True):
+            points, normals = self._placed(body, position)
+            move(mesh, points)
+            mesh.point_data.active_normals[:] = normals
+            mesh.GetPointData().GetNormals().Modified()
+            if body.values is not None:
+                mesh.point_data["values"][:] = body.values(position)
+                mesh.GetPointData().GetScalars().Modified()
+        for label, text in zip(self._labels, self._texts, strict=True):
+            text.SetInput(label.at(position))
+            text.SetPosition(label.middle[position].real, label.middle[position].imag)
         self._drive.SetInput(self._drive_words(position))
-        self._plotter.render()  # a screenshot alone repeats what was last rendered
-        return self._plotter.screenshot(None, return_img=True)
+        return self._canvas.image()
 
-    def _pixels(self, shape: Shape, position: int) -> Any:
-        return (shape.place(position) - self.layout.corner) * self.layout.pixels
+    def _placed(self, body: Body, position: int) -> tuple[Reals, Reals]:
+        """Points of a body in pixels, and its normals as they are seen."""
+        points, normals = body.place(position)
+        return self.view.solid(points), normals @ self.view.turn.T
 
-    def _draw(self, shape: Shape, points: Any) -> Any:
-        """A mesh of a shape, its faces in one actor and its lines in another that shares its points."""
-        import pyvista as pv
+    def _labelled(self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any) -> list[Label]:
+        """Labels that move; adds a dot at the peak to the shapes."""
+        some = looked_at[:: -(-len(looked_at) // FEW)]
+        parts = {int(p): [np.zeros(0), *(shape.place(p) for shape in self.shapes)] for p in some}
+        drawn = {position: self.view.flat(np.concatenate(points)) for position, points in parts.items()}
+        moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
+        labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
+        if "peak" in style.show and self.scales.peak:
+            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels)
+            self.shapes.append(_dot(place, DOT * self.scales.pin))
+            labels.append(label)
+        return labels
 
-        place = np.zeros((len(points), 3))
-        place[:, 2] = LEVELS.index(shape.level)
-        mesh = pv.PolyData()
-        mesh.points = place
-        _move(mesh, points)
-        if shape.faces:
-            mesh.faces = _cells(shape.faces)
-            self._plotter.add_mesh(mesh, color=shape.fill, lighting=False, name=None, reset_camera=False)
-        if shape.lines:
-            lines = pv.PolyData()
-            lines.SetPoints(mesh.GetPoints())
-            lines.lines = _cells(shape.lines)
-            width = max(shape.width * self._height / 720, 0.6)
-            actor = self._plotter.add_mesh(lines, color=shape.ink, line_width=width, lighting=False, reset_camera=False)
-            actor.position = (0.0, 0.0, 0.5)
-        return mesh
-
-    def _write(self, words: Words) -> Any:
-        from vtkmodules.vtkRenderingCore import vtkTextActor
-        from vtkmodules.vtkRenderingFreeType import vtkMathTextFreeTypeTextRenderer  # noqa: F401
-
-        actor = vtkTextActor()
-        actor.SetInput(words.text)
-        style = actor.GetTextProperty()
-        style.SetFontFamily(4)  # a font file: VTK's own fonts leave Greek letters out
-        style.SetFontFile(str(font_file()))
-        style.SetFontSize(max(round(words.height), 8))
-        style.SetColor(*(int(words.ink[k : k + 2], 16) / 255 for k in (1, 3, 5)))
-        style.SetJustification(words.side + 1 if words.side <= 0 else 2)
-        style.SetVerticalJustificationToCentered()
-        actor.SetPosition(words.at.real, words.at.imag)
-        self._plotter.add_actor(actor, reset_camera=False, name=None, render=False)
-        return actor
-
-    def _look(self, size: tuple[int, int]) -> None:
-        """A camera straight above, one unit a pixel."""
-        camera = self._plotter.camera
-        camera.parallel_projection = True
-        camera.focal_point = (size[0] / 2, size[1] / 2, 0.0)
-        camera.position = (size[0] / 2, size[1] / 2, 100.0)
-        camera.up = (0.0, 1.0, 0.0)
-        camera.parallel_scale = size[1] / 2
-        camera.clipping_range = (1.0, 200.0)
+    def _write_around(self, deflection: Deflection, diagram: Diagram, style: Style, signed: bool) -> None:
+        """Head and foot."""
+        self._drive_words = drive_words(deflection)
+        longest = max(len(self._drive_words(position)) for position in range(len(deflection.motion.time)))
+        drive, *lines = headings(diagram, self.scales, style, longest)
+        foot = legend(diagram, self.scales, self.view, style)
+        for shape in foot.shapes:
+            self._canvas.flat(shape, shape.place(0))
+        if foot.bar:
+            self._canvas.colour_bar(*foot.bar, signed)
+        for words in (line for line in lines + foot.words if line.text):
+            self._canvas.write(words)
+        self._drive = self._canvas.write(drive)
 
 
-def shapes_of(deflection: Deflection, diagram: Diagram, scales: Layout, style: Style) -> list[Shape]:
-    """All that moves in a picture."""
-    shapes = outline_shapes(deflection, style.outlines)
-    whole = diagram.field is None
-    shapes += link_shapes(deflection, 0.75 * scales.pin, QUIET if whole else INK)
-    if diagram.field is not None:
-        shapes += diagram_shapes(deflection, diagram.field, scales.scale)
-    if scales.exaggeration:
-        shapes += deformed_shapes(deflection, scales.exaggeration)
-    return shapes + symbol_shapes(deflection, scales.pin, scales.exaggeration if whole else 0.0)
+def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[Shape]:
+    """All that moves in a picture and is flat."""
+    whole = diagram in (SHAPE, MOTION)
+    moved = scales.exaggeration if whole or style.look == "solid" else 0.0
+    shapes = drive_shapes(deflection, scales.pin, moved) if "drives" in style.show else []
+    if "paths" in style.show:
+        shapes += path_shapes(deflection, drawable(deflection, diagram))
+    if style.look == "plain":
+        shapes += outline_shapes(deflection, style.outlines)
+        shapes += link_shapes(deflection, 0.75 * scales.pin, QUIET if diagram is SHAPE else INK)
+        if diagram.field is not None:
+            shapes += diagram_shapes(deflection, diagram.field, scales.scale)
+        if scales.exaggeration:
+            shapes += deformed_shapes(deflection, scales.exaggeration)
+        shapes += symbol_shapes(deflection, scales.pin, moved)
+    shapes += attachment_shapes(deflection, scales.pin, moved)
+    return [shape for shape in shapes if shape.faces or shape.lines]
 
 
-def _canvas(size: tuple[int, int]) -> Any:
-    """A white sheet of so many pixels."""
-    import pyvista as pv
-
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
-    window: Any = plotter.render_window
-    window.SetDPI(72)  # a text's size is its height in pixels
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)
-    return plotter
+def view_for(shapes: list[Shape], bodies: list[Body], positions: Any, style: Style) -> View:
+    """The view in which all that moves is seen at some positions."""
+    turn = turn_of(style.look)
+    unscaled = View(0j, 1.0, turn)
+    flat = (unscaled.flat(shape.place(position)) for shape in shapes for position in positions)
+    solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in positions)
+    return view_of([*flat, *solid], style, turn)
 
 
-def font_file() -> Path:
-    """DejaVu Sans, as matplotlib brings it."""
-    import matplotlib as mpl
-
-    return Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
-
-
-def _move(mesh: Any, points: Any) -> None:
-    """Put new places into a mesh's own array of points."""
-    mesh.points[:, 0] = points.real
-    mesh.points[:, 1] = points.imag
-    mesh.GetPoints().Modified()
-
-
-def _cells(cells: Any) -> Any:
-    return np.concatenate([np.concatenate([[len(cell)], cell]) for cell in cells])
+def _dot(place: Complexes, radius: float) -> Shape:
+    circle = radius * np.exp(2j * np.pi * np.arange(16) / 16)
+    return Shape("mark", lambda position: place[position] + circle, (np.arange(16),), fill=INK)

@@ -20,11 +20,10 @@ from rigid.loads import beam_directions
 Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline
 
-INK, QUIET, BODY = "#22262e", "#9aa1ab", "#eceef1"
-FINE, SOFT = "#5d6675", "#4a515c"
-POSITIVE, NEGATIVE, BENT = "#9fc5e8", "#f4a58a", "#0f6b4f"
-PAINTS = ("#ffffff", INK, QUIET, BODY, FINE, SOFT, POSITIVE, NEGATIVE, BENT)
-LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin")
+INK, QUIET, BODY, FINE, BENT = "ink", "quiet", "body", "fine", "bent"  # of `paints`
+POSITIVE, NEGATIVE, PAPER = "positive", "negative", "paper"
+SHEER = 0.55  # opacity of diagrams: where they lie over each other their colours mix
+LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "block", "pin", "mark")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +39,11 @@ class Shape:
     faces, lines
         Point numbers of filled polygons and of polylines.
     fill, ink
-        Their colours.
+        Names of their colours, see `paints`.
     width
         Of the lines, in pixels of a picture 720 high.
+    opacity
+        Of the fill.
     """
 
     level: str
@@ -52,6 +53,7 @@ class Shape:
     fill: str = BODY
     ink: str = INK
     width: float = 1.5
+    opacity: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,10 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
         tips = axis + 1j * scale * place.along[:, position, None] * heights
         return np.concatenate([axis.ravel(), tips.ravel()])
 
-    numbers = np.arange(count * len(STATIONS)).reshape(count, -1)
+    def filled(paint: str, place: Callable[[int], Complexes]) -> Shape:
+        return Shape("fill", place, tuple(corners), fill=paint, opacity=SHEER)
+
+    numbers = np.arange(count * len(STATIONS)).reshape(count, len(STATIONS))
     tops = numbers + numbers.size
     corners = np.stack([numbers[:, :-1], numbers[:, 1:], tops[:, 1:], tops[:, :-1]], -1).reshape(-1, 4)
     outlines = [np.concatenate([numbers[k, :1], tops[k], numbers[k, -1:]]) for k in range(count)]
@@ -110,31 +115,30 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
         np.array(pair) for pair in zip(numbers[:, hatch:-1:hatch].flat, tops[:, hatch:-1:hatch].flat, strict=True)
     ]
     return [
-        Shape("fill", lambda position: ends(position, lambda v: np.maximum(v, 0.0)), tuple(corners), fill=POSITIVE),
-        Shape("fill", lambda position: ends(position, lambda v: np.minimum(v, 0.0)), tuple(corners), fill=NEGATIVE),
+        filled(POSITIVE, lambda position: ends(position, lambda v: np.maximum(v, 0.0))),
+        filled(NEGATIVE, lambda position: ends(position, lambda v: np.minimum(v, 0.0))),
         Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink=FINE, width=0.8),
         Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(outlines), width=1.3),
     ]
 
 
+def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], Complexes]:
+    """Axes of the beams at 49 stations with their displacements exaggerated [m], complex, shape (beams, stations)."""
+    place = beams(deflection)
+    moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
+    return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
+
+
 def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0) -> list[Shape]:
     """The mechanism with its displacements exaggerated: beams bent, links without beams carried."""
-    place = beams(deflection)
-    count = len(place.length)
-    moved = sample(deflection, "u", STATIONS) + 1j * sample(deflection, "w", STATIONS)
-
-    def bent(position: int) -> Complexes:
-        own = place.along[:, position, None] * moved[:, position]
-        points: Complexes = (place.points(position) + exaggeration * own).ravel()
-        return points
-
-    lines = tuple(np.arange(count * len(STATIONS)).reshape(count, -1))
-    shapes = [Shape("curve", bent, lines=lines, ink=ink, width=width)]
+    axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
+    lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
+    shapes = [Shape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
     for at, link in _moving_links(deflection):
         if not link.beams and len(link.points) > 1:
-            hull = _hull(np.array(list(link.points.values()), complex))
+            corners = hull(np.array(list(link.points.values()), complex))
             shapes.append(
-                _closed("curve", _carried(deflection, at, hull, exaggeration), len(hull), ink, width, filled=False)
+                _closed("curve", carried(deflection, at, corners, exaggeration), len(corners), ink, width, filled=False)
             )
     return shapes
 
@@ -155,8 +159,8 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[S
     ]
     for at, names in stiff_beams + whole:
         points = np.array([mechanism.links[at].points[name] for name in names], complex)
-        hull = _hull((points[:, None] + radius * _circle(24)).ravel())
-        shapes.append(_closed("outline", _carried(deflection, at, hull, 0.0), len(hull), ink, 1.5))
+        corners = hull((points[:, None] + radius * _circle(24)).ravel())
+        shapes.append(_closed("outline", carried(deflection, at, corners, 0.0), len(corners), ink, 1.5))
     return shapes
 
 
@@ -175,7 +179,7 @@ def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[compl
         if len(corners) < 3:
             raise ValueError(f'the outline of link "{name}" has {len(corners)} corners: it takes three at least')
         at = deflection.motion.mechanism.index[name]
-        place = _carried(deflection, at, np.array(corners, complex), 0.0)
+        place = carried(deflection, at, np.array(corners, complex), 0.0)
         shapes.append(_closed("outline", place, len(corners), QUIET, 1.0))
     return shapes
 
@@ -184,7 +188,7 @@ def _moving_links(deflection: Deflection) -> Iterable[tuple[int, Link]]:
     return list(enumerate(deflection.motion.mechanism.links))[1:]
 
 
-def _carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
+def carried(deflection: Deflection, at: int, local: Complexes, exaggeration: float) -> Callable[[int], Complexes]:
     """Points of a link's axes, displaced with these by so many times as much."""
     motion = deflection.motion
 
@@ -212,7 +216,7 @@ def _circle(corners: int) -> Complexes:
     return turns
 
 
-def _hull(points: Complexes) -> Complexes:
+def hull(points: Complexes) -> Complexes:
     """Convex hull, counter-clockwise: of the points sorted from left to right, the lower and the upper chain."""
     ordered = sorted({(float(z.real), float(z.imag)) for z in points})
     chains = []

@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from animations.shapes import QUIET, Complexes, Shape
+from animations.shapes import PAPER, QUIET, Complexes, Shape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
+
+PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its diameters
+BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
 
 
 def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
@@ -30,14 +33,14 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
             continue
         grounded = 0 in (joint.parent, joint.child)
         if joint.name not in seen:
-            shapes.append(_pin(_moved(deflection, joint.child, joint.name, exaggeration), size))
+            shapes.append(_pin(moved_place(deflection, joint.child, joint.name, exaggeration), size))
         if grounded and not seen.get(joint.name):
             shapes += _ground(complex(deflection.motion.mechanism.links[0].points[joint.name]), size)
         seen[joint.name] = grounded or seen.get(joint.name, False)
     return shapes
 
 
-def _moved(deflection: Deflection, link: str | int, point: str, exaggeration: float) -> Complexes:
+def moved_place(deflection: Deflection, link: str | int, point: str, exaggeration: float) -> Complexes:
     """Place of a link's point at all positions, displacement exaggerated."""
     place: Complexes = position_of(deflection.motion, link, point)
     if exaggeration:
@@ -49,14 +52,14 @@ def _pin(place: Complexes, size: float) -> Shape:
     circle = size / 2 * np.exp(2j * np.pi * np.arange(28) / 28)
     ring = np.arange(len(circle))
     return Shape(
-        "pin", lambda position: place[position] + circle, (ring,), (np.append(ring, 0),), fill="white", width=1.8
+        "pin", lambda position: place[position] + circle, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8
     )
 
 
 def _ground(place: complex, size: float) -> list[Shape]:
     """A triangle under a pin, on a hatched base."""
-    corners = place + size * np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])
-    triangle = Shape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill="white")
+    corners = place + size * PEDESTAL
+    triangle = Shape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill=PAPER)
     base = _hatched(place + size * (-1.5 - 1.6j), place + size * (1.5 - 1.6j), size, -1j)
     points, lines = base
     return [triangle, Shape("ground", _still(points), lines=lines)]
@@ -73,8 +76,8 @@ def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[
     return points, (np.array([0, 1]), *strokes)
 
 
-def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[Shape]:
-    """A block at the slider's point and the line it slides along, as long as the slide of the cycle."""
+def slide(deflection: Deflection, slider: Slider, size: float) -> tuple[complex, complex]:
+    """Ends of the line that a slider's point goes along, and a little more, in the axes of what carries it [m]."""
     motion = deflection.motion
     on = motion.mechanism.index[slider.on]
     place = position_of(motion, slider.link, slider.point)
@@ -83,20 +86,32 @@ def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: f
     slides = slides[np.isfinite(slides)]
     low, high = (slides.min(), slides.max()) if slides.size else (0.0, 0.0)
     start, end = (slider.origin + slider.direction * way for way in (low - 2.6 * size, high + 2.6 * size))
-    moved = _moved(deflection, slider.link, slider.point, exaggeration)
-    block = size * np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])
+    return complex(start), complex(end)
+
+
+def under(way: complex) -> complex:
+    """Unit vector across a line on the ground: below it, or left of a vertical one."""
+    side = 1j * way / abs(way)
+    return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
+
+
+def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[Shape]:
+    """A block at the slider's point and the line it slides along, as long as the slide of the cycle."""
+    motion = deflection.motion
+    on = motion.mechanism.index[slider.on]
+    start, end = slide(deflection, slider, size)
+    moved = moved_place(deflection, slider.link, slider.point, exaggeration)
+    block = size * BLOCK
     along = motion.direction[on] * slider.direction
     ring = np.arange(4)
-    box = Shape("block", lambda p: moved[p] + along[p] * block, (ring,), (np.append(ring, 0),), fill="white", width=1.8)
-    return [_guide(deflection, on, complex(start), complex(end), size), box]
+    box = Shape("block", lambda p: moved[p] + along[p] * block, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8)
+    return [_guide(deflection, on, start, end, size), box]
 
 
 def _guide(deflection: Deflection, on: int, start: complex, end: complex, size: float) -> Shape:
     motion = deflection.motion
     if on == 0:
-        way = (end - start) / abs(end - start)
-        side = 1j * way
-        side = -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side  # below, or left of a vertical line
+        side = under(end - start)
         points, lines = _hatched(start + 0.8 * size * side, end + 0.8 * size * side, size, side)
         return Shape("ground", _still(points), lines=lines)
     ends = np.array([start, end])

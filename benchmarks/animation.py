@@ -45,13 +45,12 @@ def of_diagram(solved: Any, diagram: str, positions: list[int], folder: Path, im
             for position in positions:
                 for shape, mesh in zip(picture.shapes, picture.meshes, strict=True):
                     mesh.points[:, :2] = (
-                        np.ascontiguousarray(picture._pixels(shape, position)).view(float).reshape(-1, 2)
+                        np.ascontiguousarray(picture.view.flat(shape.place(position))).view(float).reshape(-1, 2)
                     )
 
         def rendered() -> None:
             for _ in positions:
-                picture._plotter.render()
-                picture._plotter.screenshot(return_img=True)
+                picture._canvas.image()
 
         def shown() -> None:
             for position in positions:

@@ -39,12 +39,12 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     """
     found = field_named(field)
     if found.integral_of:
-        values: Reals = getattr(deflection, field)
+        values: Reals = getattr(deflection, found.key)
         return values
-    if field not in _MADE:
+    if found.key not in _MADE:
         polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
         raise ValueError(f'the field "{field}" is no polynomial: choose from {polynomials}')
-    values = _MADE[field](deflection)
+    values = _MADE[found.key](deflection)
     return values
 
 

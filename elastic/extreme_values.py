@@ -63,13 +63,14 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     >>> extremes(deflection(motion(turning, [0.0], 1.0), [Section(1.0, 1.0)]), ["N"])["N"].value
     array([[0.5]])
     """
-    wanted = _with_parts(fields)
+    asked = {name: field_named(name).key for name in fields}
+    wanted = _with_parts(asked.values())
     found: dict[str, Extreme] = {}
     for chain in chains():
         found |= _along_chain(deflection, chain, wanted)
     others = [key for key in wanted if key not in found and not field_named(key).greatest_of]
     found |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
-    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in fields}
+    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in asked.values()}
     for key in wanted:
         field = field_named(key)
         if field.greatest_of:
@@ -77,7 +78,7 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
             for part in field.greatest_of:
                 best = best if part in found else _greater(best, _root(deflection, part, best))
             found[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
-    return {key: found[key] for key in fields}
+    return {name: found[key] for name, key in asked.items()}
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:

@@ -97,22 +97,25 @@ _ALL = (
 )
 
 FIELDS: Mapping[str, Field] = MappingProxyType({field.key: field for field in _ALL})
+_WORDS = {field.slug: field for field in _ALL}
 
 PRIMARY = tuple(field.key for field in _ALL if field.integral_of)
 """The section forces and displacements N, V, M, u, w, phi, which all others follow from."""
 
 
-def field_named(key: str) -> Field:
-    """The field of a key.
+def field_named(name: str) -> Field:
+    """The field of a key, as "w", or of its name as a word, as "deflection".
 
     Raises
     ------
     ValueError
         There is none; the message lists those there are.
     """
-    if key not in FIELDS:
-        raise ValueError(f'there is no field "{key}": choose from {", ".join(FIELDS)}')
-    return FIELDS[key]
+    if name in FIELDS:
+        return FIELDS[name]
+    if name in _WORDS:
+        return _WORDS[name]
+    raise ValueError(f'there is no field "{name}": choose from {", ".join([*FIELDS, *_WORDS])}')
 
 
 def chains() -> tuple[tuple[str, ...], ...]:

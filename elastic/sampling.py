@@ -12,19 +12,21 @@ from elastic.derived import coefficients
 from elastic.fields import field_named
 from elastic.solution import Deflection
 
+STATIONS = 101
 
-def sample(deflection: Deflection, field: str, stations: Any) -> Any:
+
+def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Any:
     """A field at stations along every beam.
 
     Parameters
     ----------
     field
-        A key of `FIELDS`: "N", "V", "M", "u", "w", "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and
-        "right", the normal stress of the outermost fibres, N/A - M c/I and N/A + M c/I; "normal", the greater of these;
-        "shear", the largest of the section, f V/A; "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", the greatest of the
-        outermost fibres and the axis.
+        A name as on the command line, "deflection" or "bending-moment", or a key of `FIELDS`: "N", "V", "M", "u", "w",
+        "phi", "chord", "q_x", "q_y", or a stress: "axial" N/A; "left" and "right", the normal stress of the outermost
+        fibres, N/A - M c/I and N/A + M c/I; "normal", the greater of these; "shear", the largest of the section, f V/A;
+        "axis", sqrt((N/A)^2 + 3 (f V/A)^2); "mises", the greatest of the outermost fibres and the axis.
     stations
-        xi = x'/l from 0 to 1, shape (stations,).
+        xi = x'/l from 0 to 1, shape (stations,), or how many, evenly from end to end.
 
     Raises
     ------
@@ -49,7 +51,7 @@ def sample(deflection: Deflection, field: str, stations: Any) -> Any:
     >>> sample(bent, "left", [0.0, 0.5]).round()
     array([[[6.e+08, 3.e+08]]])
     """
-    xi = np.asarray(stations, float)
+    xi = np.linspace(0.0, 1.0, stations) if isinstance(stations, int) else np.asarray(stations, float)
     if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
         raise ValueError(f"stations from {xi.min():g} to {xi.max():g}, expected from 0 to 1, shares of the length")
     found = field_named(field)
@@ -58,7 +60,7 @@ def sample(deflection: Deflection, field: str, stations: Any) -> Any:
     if found.greatest_of:
         values = reduce(_greater, (sample(deflection, part, xi) for part in found.greatest_of))
         return values if found.signed else np.abs(values)
-    return evaluated(coefficients(deflection, field), deflection.division, xi)
+    return evaluated(coefficients(deflection, found.key), deflection.division, xi)
 
 
 def _greater(one: Any, other: Any) -> Any:

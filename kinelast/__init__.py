@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kinelast.notebook.frames import to_pandas, to_xarray
+    from kinelast.notebook.inline import film, picture, report
+    from kinelast.notebook.named import deflection, load, motion
     from kinelast.scene.reading import (
         Run,
         Scene,
@@ -27,8 +30,14 @@ __all__ = [
     "Scene",
     "SceneError",
     "StructureScene",
+    "deflection",
+    "film",
+    "load",
+    "motion",
+    "picture",
     "read_scene",
     "read_structure",
+    "report",
     "scene_from_dict",
     "scene_from_text",
     "scene_motion",
@@ -37,7 +46,20 @@ __all__ = [
     "shipped_scenes",
     "shipped_structures",
     "structure_from_text",
+    "to_pandas",
+    "to_xarray",
 ]
+
+_NOTEBOOK = {
+    "deflection": "named",
+    "film": "inline",
+    "load": "named",
+    "motion": "named",
+    "picture": "inline",
+    "report": "inline",
+    "to_pandas": "frames",
+    "to_xarray": "frames",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -46,7 +68,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module("kinelast.scene.reading"), name)
+    place = f"kinelast.notebook.{_NOTEBOOK[name]}" if name in _NOTEBOOK else "kinelast.scene.reading"
+    return getattr(import_module(place), name)
 
 
 def __dir__() -> list[str]:

@@ -33,7 +33,7 @@ def gist(figures: Mapping[str, Any]) -> str:
         words.append(_check(figures["check"]))
     words += _theory(figures)
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
-        words.append("no film: nothing is drawn along links without beams")
+        words.append("filmed is the motion: nothing is drawn along links without beams")
     if accepted["passed"] is not None:
         failed = ", ".join(_exceeded(row) for row in accepted["limits"] if not row["passed"])
         words.insert(0, f"NOT ACCEPTABLE: {failed}" if failed else "acceptable")

@@ -9,6 +9,7 @@ from pathlib import Path
 ELEMENTS = 16
 STATIONS = 101
 FORMATS = ("mp4", "gif", "png")
+STYLES = ("plain", "solid")
 MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
 MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
@@ -16,6 +17,7 @@ MOST_SPEEDS = 10_000
 MOST_DESIGNS = 10_000_000
 MOST_SAMPLES = 1_000_000
 UNITS = ("SI", "mm", "in")
+MOST_PIXELS = 7680
 CHECKS = ("nonlinear", "solid")
 THEORIES = ("quasi-static", "elastodynamic")
 EPILOG = """\
@@ -46,6 +48,10 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
         (options.frames, options.animate, "--frames belongs to --animate, which is not asked for"),
         (options.format, options.animate, "--format belongs to --animate, which is not asked for"),
         (options.samples, options.tolerances, "--samples belongs to --tolerances, which is not asked for"),
+        *(
+            (getattr(options, name), options.animate, f"--{name} belongs to --animate, which is not asked for")
+            for name in ("fps", "size", "exaggeration", "background", "style", "show")
+        ),
     ):
         if given is not None and not needed:
             parser.error(why)
@@ -55,6 +61,7 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
     options.stations = options.stations or STATIONS
     options.format = options.format or FORMATS[0]
+    options.style = options.style or STYLES[0]
     return options
 
 
@@ -121,6 +128,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--frames", type=_at_least(1), metavar="N", help="frames of a movie [one a position, 120 at most]")
     add("--format", choices=FORMATS, help=f"of the movies; png: stills [{FORMATS[0]}]")
+    _add_film_options(add)
     add("--mesh", action="store_true", help="also write a mesh for every position, for ParaView (mesh/*.vtu)")
     add(
         "--stills", action="store_true", help="also draw curves, maps and the mechanism as SVG for print (stills/*.svg)"
@@ -174,6 +182,26 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_film_options(add: Callable[..., object]) -> None:
+    """How films look."""
+    add("--fps", type=_positive, metavar="N", help="frames of a movie shown in a second [25]")
+    add("--size", type=_size, metavar="WxH", help="of a picture in pixels [1280x720]")
+    add("--style", choices=STYLES, help=f"solid: links as shaded bodies in the colours of the field [{STYLES[0]}]")
+    add(
+        "--exaggeration",
+        type=_positive,
+        metavar="N",
+        help="of deformed links in a picture [what shows them]",
+    )
+    add("--background", type=_colour, metavar="COLOUR", help='of a picture, as in "black" or "#ffffff" [white]')
+    add(
+        "--show",
+        type=_shown,
+        metavar="WHAT,...",
+        help="in a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
+    )
+
+
 def _with_elements(argv: Sequence[str]) -> list[str]:
     """The arguments, with the number of elements filled in where a scene follows a bare --check."""
     following = (*argv[1:], "")
@@ -223,6 +251,47 @@ def _share(text: str) -> float:
         return float(Share.read(text if text.endswith("%") else float(text)))
     except ValueError:
         raise argparse.ArgumentTypeError(f'expected a share, as in "2 %" or 0.02, not {text!r}') from None
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, not {text!r}")
+    return value
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(word) for word in text.lower().split("x"))
+        if min(width, height) < 160 or max(width, height) > MOST_PIXELS or width % 2 or height % 2:
+            raise ValueError
+    except ValueError:
+        told = f'two even numbers of pixels from 160 to {MOST_PIXELS}, as in "1920x1080"'
+        raise argparse.ArgumentTypeError(f"expected {told}, not {text!r}") from None
+    return width, height
+
+
+def _colour(text: str) -> str:
+    from animations.paints import colour
+
+    try:
+        colour(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def _shown(text: str) -> tuple[str, ...]:
+    from animations import SHOWN
+
+    found = () if text.strip() == "none" else _names(text)
+    for word in found:
+        if word not in SHOWN:
+            raise argparse.ArgumentTypeError(f"{word!r} cannot be shown: choose from none, {', '.join(SHOWN)}")
+    return found
 
 
 def _at_least(least: int, most: int | None = None) -> Callable[[str], int]:

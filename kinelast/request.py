@@ -24,6 +24,12 @@ class Request:
     animate: tuple[str, ...] = ()
     frames: int | None = None
     picture: str = "mp4"
+    fps: float | None = None
+    size: tuple[int, int] | None = None
+    style: str = "plain"
+    exaggeration: float | None = None
+    background: str | None = None
+    show: tuple[str, ...] | None = None
     mesh: bool = False
     stills: bool = False
     positions: int | None = None

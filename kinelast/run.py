@@ -264,12 +264,10 @@ def _drawings(
         write_vtu_series(results.deflection, part / "mesh")
 
     def film(diagram: str) -> None:
-        from animations import Style, movie
+        from kinelast.films import draw_film
 
-        style = Style(title=results.scene.title, outlines=results.scene.outlines)
-        target = part / f"{diagram}.{request.picture}"
         try:
-            movie(results.deflection, diagram, target, request.frames, style, partial(progress, f"{name}: {diagram}"))
+            draw_film(part, results, diagram, request, partial(progress, f"{name}: {diagram}"))
         except ValueError as error:
             raise RequestError(f"--animate {diagram}: {error}") from None
 
@@ -278,7 +276,10 @@ def _drawings(
         yield "stills", stills
     if request.mesh:
         yield "mesh", meshes
-    for diagram in request.animate if results.scene.labels else ():  # nothing is drawn along links without beams
+    films = request.animate
+    if films and not results.scene.labels:
+        films = ("motion",)  # nothing is drawn along links without beams
+    for diagram in films:
         yield f"{diagram}.{request.picture}", partial(film, diagram)
 
 

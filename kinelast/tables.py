@@ -48,7 +48,11 @@ def position_columns(results: Results) -> dict[str, Reals]:
     columns["ground.M [N m]"] = forces.ground_moment
     columns["condition [1]"] = motion.condition
     columns = _in_units(columns, results.scene.report_units)
-    return {name: np.broadcast_to(values, motion.columns) for name, values in columns.items()}
+    shape = motion.columns
+    return {
+        name: values if np.shape(values) == shape else np.broadcast_to(values, shape)
+        for name, values in columns.items()
+    }
 
 
 def _in_units(columns: dict[str, Any], system: str) -> dict[str, Any]:

@@ -23,16 +23,19 @@ from animations import (
     spread,
     stills,
 )
+from animations.canvas import font_file
 from animations.diagrams import STATIONS, diagram_named, quantity, round_below
-from animations.layout import drawable, layout
+from animations.layout import FOOT, HEAD, drawable, scales_of
 from animations.legend import drive_words, legend
-from animations.picture import font_file, shapes_of
-from animations.shapes import NEGATIVE, POSITIVE, diagram_shapes
+from animations.paints import paints
+from animations.picture import shapes_of, view_for
+from animations.shapes import NEGATIVE, POSITIVE, SHEER, diagram_shapes
 from elastic import RIGID, Section, deflection
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, SliderDrive, motion
 
 STEEL = Section(210e9 * 60e-6, 210e9 * 1.8e-10, area=60e-6, inertia=1.8e-10, fibre=0.003, peak_shear=1.5)
 SMALL = Style(title="Small", size=(320, 192))
+BARE = Style(title="Small", size=(320, 192), show=())
 TURN = np.arange(12) * 2 * np.pi / 12
 
 
@@ -82,6 +85,15 @@ def cantilever(angles, speed=3.0):
     return turned(mechanism, [Section(EA=1e6, EI=1e3)], speed, np.asarray(angles))
 
 
+def over(background, *names):
+    """Colour of diagrams' paints over each other and a background, each covers SHEER of what it lies on."""
+    known = paints(background)
+    colour = np.array(known["paper"])
+    for name in names:
+        colour = (1 - SHEER) * colour + SHEER * np.array(known[name])
+    return colour
+
+
 def half_reaching():
     """Bars of 1 m on pins 2.5 m apart: position 0 is in reach, the dyad is stretched at 1, and 2 is out of reach."""
     links = (
@@ -124,7 +136,7 @@ class TestOrdinates:
 
     def test_deformed_shape_meets_at_its_pins(self, four_bar, slider_crank, inverted):
         for bent in (four_bar, slider_crank, inverted):
-            scales = layout(bent, diagram_named("shape"), SMALL)
+            scales = scales_of(bent, diagram_named("shape"), SMALL)
             shapes = shapes_of(bent, diagram_named("shape"), scales, SMALL)
             curve = next(shape for shape in shapes if shape.level == "curve").place(5).reshape(-1, len(STATIONS))
             pins = [shape.place(5).mean() for shape in shapes if shape.level == "pin"]
@@ -134,7 +146,7 @@ class TestOrdinates:
     def test_curves_leave_the_rigid_place_by_the_exaggerated_displacement(self):
         bent = cantilever([0.0])
         style = Style(size=(320, 192), exaggeration=0.25)
-        shapes = shapes_of(bent, diagram_named("shape"), layout(bent, diagram_named("shape"), style), style)
+        shapes = shapes_of(bent, diagram_named("shape"), scales_of(bent, diagram_named("shape"), style), style)
         tip = next(shape for shape in shapes if shape.level == "curve").place(0)[-1]
         sag, stretch = -5.0 * 10.0 * 2.0**4 / (8 * 1e3), 5.0 * 3.0**2 * 2.0**3 / (3 * 1e6)
         assert tip == pytest.approx(2.0 + 0.25 * (stretch + 1j * sag), abs=1e-13)
@@ -146,34 +158,32 @@ class TestLayout:
     @pytest.mark.parametrize("name", DIAGRAMS)
     def test_all_points_of_all_positions_are_inside(self, name, four_bar, slider_crank, inverted):
         for bent in (four_bar, slider_crank, inverted):
-            scales = layout(bent, diagram_named(name), SMALL)
-            for shape in shapes_of(bent, diagram_named(name), scales, SMALL):
-                points = np.concatenate([shape.place(position) for position in range(12)])
-                pixels = (points - scales.corner) * scales.pixels
-                assert 0 < pixels.real.min() <= pixels.real.max() < 320
-                assert 0.13 * 192 < pixels.imag.min() <= pixels.imag.max() < 0.88 * 192
+            shapes = shapes_of(bent, diagram_named(name), scales_of(bent, diagram_named(name), SMALL), SMALL)
+            view = view_for(shapes, [], range(12), SMALL)
+            points = np.concatenate([shape.place(position) for shape in shapes for position in range(12)])
+            pixels = view.flat(points)
+            assert 0 < pixels.real.min() <= pixels.real.max() < 320
+            assert FOOT * 192 < pixels.imag.min() <= pixels.imag.max() < (1 - HEAD) * 192
 
     def test_greatest_ordinate_is_a_share_of_the_mechanism(self):
         bent = cantilever([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
-        scales = layout(bent, diagram_named("bending-moment"), SMALL)
+        scales = scales_of(bent, diagram_named("bending-moment"), SMALL)
         assert scales.peak == pytest.approx(100.0)
         assert 0.15 <= scales.scale * 100.0 / 4.0 <= 0.20
 
     def test_the_chosen_scale_is_kept(self, four_bar):
-        assert layout(four_bar, diagram_named("deflection"), Style(scale=7.0)).scale == 7.0
+        assert scales_of(four_bar, diagram_named("deflection"), Style(scale=7.0)).scale == 7.0
 
     def test_a_field_that_is_nothing_has_no_scale(self):
         straight = cantilever([0.0], speed=0.0 + 1e-300)
-        assert layout(straight, diagram_named("slope"), SMALL).scale > 0
+        assert scales_of(straight, diagram_named("slope"), SMALL).scale > 0
         rigid = deflection(straight.motion, [RIGID])
-        assert layout(rigid, diagram_named("slope"), SMALL).scale == 0.0
+        assert scales_of(rigid, diagram_named("slope"), SMALL).scale == 0.0
 
     def test_outlines_are_in_view(self, four_bar):
         wide = Style(size=(320, 192), outlines={"coupler": [-0.5j, 0.3 - 0.5j, 0.3 + 0.5j]})
-        assert (
-            layout(four_bar, diagram_named("slope"), wide).pixels
-            < layout(four_bar, diagram_named("slope"), SMALL).pixels
-        )
+        with off_screen(), Picture(four_bar, "slope", wide) as far, Picture(four_bar, "slope", SMALL) as near:
+            assert far.view.pixels < near.view.pixels
 
 
 class TestRendering:
@@ -206,13 +216,12 @@ class TestRendering:
             moved = sum(not np.array_equal(mesh.points, old) for mesh, old in zip(meshes, before, strict=True))
             assert moved >= 6
             for shape, mesh in zip(picture.shapes, meshes, strict=True):
-                pixels = (shape.place(3) - picture.layout.corner) * picture.layout.pixels
+                pixels = (shape.place(3) - picture.view.corner) * picture.view.pixels
                 assert mesh.points[:, 0] + 1j * mesh.points[:, 1] == pytest.approx(pixels, abs=1e-3)
 
     def test_diagrams_are_drawn_in_both_colours(self, four_bar):
-        def near(image, colour):
-            wanted = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
-            return np.count_nonzero(np.abs(image[40:150].astype(int) - wanted).max(axis=2) < 6)
+        def near(image, paint):
+            return np.count_nonzero(np.abs(image[40:150] - 255 * over("white", paint)).max(axis=2) < 6)
 
         with off_screen(), Picture(four_bar, "transverse-load", SMALL) as picture:
             images = [picture.show(position) for position in range(12)]
@@ -220,7 +229,7 @@ class TestRendering:
         assert max(near(image, NEGATIVE) for image in images) > 50
 
     def test_outlines_and_the_deformed_shape_join_a_diagram(self, four_bar):
-        style = Style(size=(320, 192), deformed=True, outlines={"coupler": [-0.02j, 0.3 - 0.02j, 0.15 + 0.1j]})
+        style = Style(size=(320, 192), show=("deformed",), outlines={"coupler": [-0.02j, 0.3 - 0.02j, 0.15 + 0.1j]})
         with off_screen(), Picture(four_bar, "shear-force", style) as picture:
             levels = [shape.level for shape in picture.shapes]
             picture.show(2)
@@ -264,9 +273,8 @@ class TestFiles:
             assert (film.n_frames, film.size) == (5, (320, 192))
             assert film.info["duration"] == 40
             colours = {colour for _, colour in film.convert("RGB").getcolors(320 * 192)}
-        assert {
-            tuple(int(paint[k : k + 2], 16) for k in (1, 3, 5)) for paint in (POSITIVE, NEGATIVE, "#ffffff")
-        } <= colours
+        for wanted in (over("white"), over("white", POSITIVE), over("white", NEGATIVE)):
+            assert min(np.abs(np.array(colour) - 255 * wanted).max() for colour in colours) <= 2
 
     def test_numbered_stills(self, slider_crank, tmp_path):
         from PIL import Image
@@ -340,7 +348,14 @@ class TestFiles:
 
     @pytest.mark.parametrize(
         ("change", "message"),
-        [({"size": (300, 192)}, "300 x 192"), ({"exaggeration": 0.0}, "exaggeration 0"), ({"scale": -1.0}, "scale -1")],
+        [
+            ({"size": (301, 192)}, "301 x 192"),
+            ({"exaggeration": 0.0}, "exaggeration 0"),
+            ({"scale": -1.0}, "scale -1"),
+            ({"look": "shiny"}, 'no look "shiny": choose from plain, solid'),
+            ({"show": ("names", "forces")}, '"forces" cannot be shown: choose from names'),
+            ({"background": "blau"}, 'no colour "blau"'),
+        ],
     )
     def test_styles_that_cannot_be(self, change, message):
         with pytest.raises(ValueError, match=message):
@@ -365,14 +380,16 @@ class TestWords:
         assert [words(position) for position in range(3)] == ["lift -50 mm", "lift 0 mm", "lift 125 mm"]
 
     def test_the_legend_tells_both_scales(self, four_bar):
-        scales = layout(four_bar, diagram_named("bending-moment"), Style())
-        shapes, words = legend(diagram_named("bending-moment"), scales, Style())
-        texts = [line.text for line in words]
+        diagram = diagram_named("bending-moment")
+        scales = scales_of(four_bar, diagram, Style())
+        view = view_for(shapes_of(four_bar, diagram, scales, Style()), [], range(12), Style())
+        found = legend(diagram, scales, view, Style())
+        shapes, texts = found.shapes, [line.text for line in found.words]
         assert texts[0].endswith(" mm")
         assert texts[1].endswith("N·m")
         long, tall = (np.ptp(shape.place(0)[:2]) for shape in shapes[:2])
-        assert abs(long) == pytest.approx(float(texts[0].split()[0]) / 1000 * scales.pixels)
-        assert abs(tall) == pytest.approx(float(texts[1].split()[0]) * scales.scale * scales.pixels)
+        assert abs(long) == pytest.approx(float(texts[0].split()[0]) / 1000 * view.pixels)
+        assert abs(tall) == pytest.approx(float(texts[1].split()[0]) * scales.scale * view.pixels)
 
 
 class TestMachine:

@@ -74,7 +74,7 @@ def test_moments_count_as_far_as_they_turn_a_corner(lean, share):
     np.testing.assert_allclose(introduction_share(solved), 0.28 * share * moment / 400.0 / chord, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank", "flap_plates", "quick_return"])
+@pytest.mark.parametrize("name", ["steel_four_bar", "flapping_wing", "flap_plates", "quick_return"])
 def test_share_of_shear_is_that_of_a_solution_with_shear(name):
     """Also where the forces that statics tells make a second solution needless."""
     scene = read_scene(shipped_scenes()[name])

@@ -95,7 +95,7 @@ def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
         "const box = document.querySelector('canvas.drawn').getBoundingClientRect(); "
         "return [box.left, box.top, box.width, box.height]"
     )
-    corner = max(np.flatnonzero(np.isfinite(columns["mass"])), key=lambda at: columns["mass"][at])
+    corner = min(np.flatnonzero(np.isfinite(columns["mass"])), key=lambda at: columns["mass"][at])
     spans = [(np.nanmin(columns[name]), np.nanmax(columns[name])) for name in ("mass", "deflection")]
     spans = [(low - 0.03 * (high - low), high + 0.03 * (high - low)) for low, high in spans]
     part = [

@@ -406,7 +406,8 @@ def test_a_rigid_scene_has_its_report_whatever_is_asked(tmp_path, capsys):
     call = [str(tmp_path / "rigid.toml"), "-o", str(tmp_path / "out"), "--animate", "deflection", "--check"]
     assert main([*call, "--positions", "4"]) == 0
     said = capsys.readouterr().out
-    assert "no film" in said
+    assert "filmed is the motion" in said
+    assert (tmp_path / "out" / "rigid" / "motion.mp4").stat().st_size > 1000
     assert "check has nothing to compare" in said
     require_whole(tmp_path / "out" / "rigid")
     check = json.loads((tmp_path / "out" / "rigid" / "check.json").read_text())

@@ -15,7 +15,7 @@ import tomllib
 
 with open("pyproject.toml", "rb") as file:
     project = tomllib.load(file)["project"]
-tests = [each for each in project["optional-dependencies"]["test"] if each.startswith(("pytest", "hypothesis", "mpmath"))]
+tests = [each for each in project["optional-dependencies"]["test"] if each.startswith(("pytest", "hypothesis", "mpmath", "uplot"))]
 for each in (*project["dependencies"], *tests):
     print(each.replace(">=", "==") if sys.argv[1] else each)
 PYTHON

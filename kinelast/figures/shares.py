@@ -11,7 +11,8 @@ from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
-from kinelast.scene.reading import scene_motion_at
+from kinelast.scene.motion import scene_motion_near
+from rigid import posture
 
 NOTHING = 1e-9  # share of the error below which a rest is round-off
 
@@ -52,7 +53,9 @@ def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
     for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
         factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
-    return deflection(scene_motion_at(scene, [time]), sections, scene.joints)
+    at = int(np.argmin(np.abs(results.motion.time - time)))  # the way there is known
+    course = scene_motion_near(scene, np.array([time]), posture(results.motion, [at]))
+    return deflection(course, sections, scene.joints)
 
 
 def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Any]:

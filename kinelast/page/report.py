@@ -27,7 +27,7 @@ def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[st
     Parameters
     ----------
     found
-        The peaks per field, see `kinelast.figures.results.peaks`.
+        The peaks per field, see `kinelast.figures.peaks.peaks`.
     figures
         The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
     gist
@@ -96,7 +96,9 @@ def _chart_library() -> bytes:
 
 
 def _library() -> Path:
-    """Where uPlot's files are, found without importing the package that carries them: that would import IPython."""
+    """Where uPlot's files are: here in a wheel; else in the package that carries them, which imports IPython itself."""
+    if (WEB / "uPlot.iife.js").is_file():
+        return WEB
     found = find_spec("uplot")
     if found is None or not found.submodule_search_locations:
         raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
 from typing import Any
 
 from elastic import JointCompliance, Section
@@ -89,7 +90,7 @@ class Making:
     material: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """A mechanism that is ready to move.
 
@@ -144,6 +145,21 @@ class Scene:
     text: str = field(default="", repr=False)
     theory: Theory = Theory()
     report_units: str = "SI"
+
+    def __repr__(self) -> str:
+        return f'Scene("{self.name}": {self._told})'
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of it."""
+        links = ", ".join(link.name for link in self.mechanism.links[1:])
+        return f"<p><b>{escape(self.title)}</b>: {self._told}<br>links: <code>{escape(links)}</code></p>"
+
+    @property
+    def _told(self) -> str:
+        """How much of what there is."""
+        counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
+        counts["position"] = self.run.positions
+        return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
 
     @cached_property
     def course(self) -> IntegratedMotion | None:

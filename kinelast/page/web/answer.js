@@ -71,6 +71,7 @@ function tiles() {
   if (strained) shown.push(tile("Largest stress", figureWords(strained), where(strained), { means: "von Mises stress: what is compared with the yield stress", at: strained }));
   const least = leastSafe();
   if (least) shown.push(tile("Safety against yield", number(least[1].safety_factor.value, 3), `${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`, { level: least[1].safety_factor.value < 1 ? "poor" : least[1].safety_factor.value < 1.5 ? "caution" : "good" }));
+  else if (strained) shown.push(tile("Safety against yield", "not known", `no material tells its yield stress, as in yield = "355 MPa" under [materials.${Object.keys(summary.inputs.materials)[0] ?? "NAME"}]`, { level: "open" }));
   if (output && suited) shown.push(tile("Error of the output", figureAngle(output), `${{ point: "point", slide: "slide of", angle: "angle of" }[output.kind]} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`, { means: "how far the elastic mechanism puts its output from where rigid links would", at: output }));
   for (const [name, drive] of Object.entries(drives).slice(0, 2)) shown.push(tile(`Drive of ${name}`, figureWords(drive.effort), atWords(drive.effort), { at: drive.effort }));
   shown.push(tile("Shaking force", figureWords(shaking.force), atWords(shaking.force), { means: "what the moving mechanism does to its ground", at: shaking.force }));
@@ -92,6 +93,7 @@ function tiles() {
 // How much of the output's error every link causes.
 function contributions() {
   const { output } = summary;
+  if (output?.value && summary.theory.name === "elastodynamic") return soft("Who causes the error of the output is told of the answer without vibration: ask for it by --theory quasi-static.");
   if (!output?.shares?.length || !output.value) return null;
   const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)), rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)), idle = ranked.filter((each) => !rows.includes(each));
   const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);

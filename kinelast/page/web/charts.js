@@ -41,8 +41,10 @@ function chart(holder, heading, unit, curves, options = {}) {
 
   made.tell = (index) => {
     const plot = made.plot, shown = plot?.cursor.idx ?? index;
-    marks.forEach(({ words }, k) => { words.textContent = shown === null || shown === undefined ? "" : quantity(made.rows[k][shown] ?? NaN, unit); });
+    marks.forEach(({ words }, k) => { words.textContent = shown === null || shown === undefined ? "" : quantity(worthy(made.rows[k][shown] ?? NaN), unit); });
   };
+  // What is round-off beside the other curves is nothing.
+  const worthy = (value) => (Math.abs(value) <= 1e-12 * made.greatest ? 0 : value);
   made.follow = (i) => {
     if (!made.plot) return;
     if (made.live) {
@@ -58,7 +60,8 @@ function chart(holder, heading, unit, curves, options = {}) {
   made.build = () => {
     made.plot?.destroy();
     made.rows = read();
-    const largest = options.largest ?? greatest(made.rows);
+    made.greatest = greatest(made.rows);
+    const largest = options.largest ?? made.greatest;
     [made.factor, made.prefixed] = scaleOf(largest, unit);
     made.colours = curves.map((curve, k) => colour(curve.colour ?? k));
     made.curves = curves;

@@ -1,0 +1,69 @@
+"""What hangs on the links: springs, and the pitch circles of gears."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from animations.shapes import QUIET, Complexes, Shape
+from animations.symbols import moved_place
+from elastic import Deflection
+from rigid import Gear, PinDrive, Spring, position_of
+from rigid.teeth import pitch_reach
+
+COILS = 8
+CIRCLE = np.exp(2j * np.pi * np.arange(61) / 60)
+
+
+def attachment_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
+    """Springs as zigzags, wheels as circles with a spoke.
+
+    Parameters
+    ----------
+    size
+        Diameter of a pin [m].
+    exaggeration
+        They move with the displacements, so many times as much.
+    """
+    mechanism = deflection.motion.mechanism
+    shapes = [_spring(deflection, load, size) for load in mechanism.loads if isinstance(load, Spring)]
+    for gear in mechanism.gears:
+        for drive, radius in _wheels(deflection, gear):
+            at = mechanism.index[drive.link]
+            middle = moved_place(deflection, at, drive.at, exaggeration)
+            shapes.append(_wheel(middle, radius * deflection.motion.direction[at]))
+    return shapes
+
+
+def _spring(deflection: Deflection, spring: Spring, size: float) -> Shape:
+    ends = [position_of(deflection.motion, *end) for end in ((spring.link, spring.point), (spring.on, spring.anchor))]
+    share = np.concatenate([[0.0, 0.15], 0.15 + 0.7 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.85, 1.0]])
+    aside = 0.8j * size * np.concatenate([[0, 0], np.tile([1, -1], COILS), [0, 0]])
+
+    def place(position: int) -> Complexes:
+        start, way = ends[0][position], ends[1][position] - ends[0][position]
+        points: Complexes = start + way * share + aside * way / max(abs(way), 1e-300)
+        return points
+
+    return Shape("ground", place, lines=(np.arange(len(share)),), ink="soft", width=1.3)
+
+
+def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive, float]]:
+    """The wheels of a gear that has teeth, and the radii of their pitch circles [m]."""
+    one, other, ratio = gear.driver, gear.follower, gear.ratio
+    if gear.pressure_angle is None or not (isinstance(one, PinDrive) and isinstance(other, PinDrive)) or ratio == 1:
+        return
+    places = [position_of(deflection.motion, drive.link, drive.at) for drive in (one, other)]
+    apart = np.abs(places[1] - places[0])
+    if not np.ptp(apart[np.isfinite(apart)]) <= 1e-6 * np.nanmax(apart):
+        return  # no link carries both
+    radius = abs(float(pitch_reach(np.nanmax(apart), ratio)))
+    yield one, abs(ratio) * radius
+    yield other, radius
+
+
+def _wheel(middle: Complexes, spoke: Complexes) -> Shape:
+    circle = np.concatenate([CIRCLE, [0.0]])
+    lines = (np.arange(len(CIRCLE)), np.array([0, len(CIRCLE)]))
+    return Shape("guide", lambda p: middle[p] + spoke[p] * circle, lines=lines, ink=QUIET, width=1.5)

@@ -1,0 +1,53 @@
+"""Colours by their names, for light and for dark backgrounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+Colour = tuple[float, float, float]  # red, green, blue from 0 to 1
+
+LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1ab", "body": "#eceef1",
+         "metal": "#b8bec8", "bent": "#0f6b4f", "accent": "#b3261e", "positive": "#5096d5",
+         "negative": "#eb5b2a"}  # fmt: skip
+DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
+        "metal": "#8b93a0", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
+        "negative": "#f27a4d"}  # fmt: skip
+HALF = 0.45  # luminance below which a background is dark
+
+
+def paints(background: str) -> Mapping[str, Colour]:
+    """The colours to draw with on a background, which is one of them under the name "paper".
+
+    Parameters
+    ----------
+    background
+        A name, as "white", or "#rrggbb".
+
+    Raises
+    ------
+    ValueError
+        There is no such colour.
+    """
+    paper = colour(background)
+    dark = 0.2126 * paper[0] + 0.7152 * paper[1] + 0.0722 * paper[2] < HALF
+    return {"paper": paper, **{name: colour(value) for name, value in (DARK if dark else LIGHT).items()}}
+
+
+def colour(name: str) -> Colour:
+    """A colour of a name or "#rrggbb".
+
+    >>> colour("#ff0000"), colour("white")
+    ((1.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    from PIL import ImageColor
+
+    try:
+        red, green, blue = ImageColor.getrgb(name)[:3]
+    except ValueError:
+        raise ValueError(f'there is no colour "{name}": give a name, as "white", or "#rrggbb"') from None
+    return red / 255, green / 255, blue / 255

@@ -1,0 +1,170 @@
+"""Solid bodies as points in space that move and polygons that do not: prisms, and beams of their cross-section.
+
+Space is the plane of motion and z towards the viewer [m].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from animations.diagrams import STATIONS
+from animations.shapes import Cells, Complexes
+from elastic import Section
+from rigid import Reals
+
+ROUND = 24  # corners of a circle
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Points and the polygons between them.
+
+    Attributes
+    ----------
+    place
+        Points [m] and unit normals at a position, each of shape (points, 3).
+    faces
+        Point numbers of the polygons.
+    fill
+        Name of the colour, see `paints`.
+    opacity
+        1 where nothing shines through.
+    values
+        Of a field at the points at a position, which colours them; None of a body of one colour.
+    """
+
+    place: Callable[[int], tuple[Reals, Reals]]
+    faces: Cells
+    fill: str = "metal"
+    opacity: float = 1.0
+    values: Callable[[int], Reals] | None = None
+
+
+def prism(
+    place: Callable[[int], Complexes],
+    corners: int,
+    low: float,
+    high: float,
+    fill: str = "metal",
+    opacity: float = 1.0,
+    smooth: bool = False,
+) -> Body:
+    """A polygon in the plane, at a position, that reaches from one z to another; `smooth` for a curve's."""
+    ring = np.arange(corners)
+    after = np.roll(ring, -1)
+    sides = 2 * corners + 4 * ring[:, None] + np.arange(4)
+
+    def at(position: int) -> tuple[Reals, Reals]:
+        points = place(position)
+        if np.sum((np.conj(points) * points[after]).imag) < 0:
+            points = points[::-1]  # counter-clockwise: which side of a face is lit goes by its corners
+        way = points[after] - points
+        out = -1j * way / np.maximum(np.abs(way), 1e-300)
+        first = second = out
+        if smooth:
+            first = out + np.roll(out, 1)
+            first = first / np.maximum(np.abs(first), 1e-300)
+            second = np.roll(first, -1)
+        edges = np.stack([points, points[after], points[after], points], -1).ravel()
+        normals = np.stack([first, second, second, first], -1).ravel()
+        flat = np.zeros(corners, complex)
+        return (
+            spatial(np.concatenate([points, points, edges]), np.concatenate(
+                [np.full(corners, high), np.full(corners, low), np.tile([low, low, high, high], corners)])),
+            spatial(np.concatenate([flat, flat, normals]),
+                    np.repeat([1.0, -1.0, 0.0], [corners, corners, 4 * corners])),
+        )  # fmt: skip
+
+    return Body(at, (ring, ring[::-1] + corners, *sides), fill, opacity)
+
+
+def _along(taper: Sequence[float]) -> Reals:
+    """A polynomial of a taper at the stations."""
+    values: Reals = np.polynomial.polynomial.polyval(STATIONS, np.array(taper)) * np.ones(len(STATIONS))
+    return values
+
+
+@dataclass(frozen=True, eq=False)
+class CrossSections:
+    """What a beam looks like at its stations: depth in the plane of motion and width across it [m], round or not."""
+
+    depth: Reals
+    width: Reals
+    round: bool
+
+
+def cross_sections(section: Section, thin: float) -> CrossSections:
+    """The cross-sections of a beam; of one whose dimensions are not known a round one of a diameter `thin` [m].
+
+    What has another second moment of area than a circle or a tube is drawn as a rectangle of the same area and depth.
+    """
+    fibre, area, inertia = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.inertia))
+    if not np.isfinite(fibre):
+        return CrossSections(np.full(len(STATIONS), thin), np.full(len(STATIONS), thin), True)
+    taper = section.taper
+    fibres, areas = (_along(part) for part in ((taper.fibre, taper.EA) if taper else ((1.0,), (1.0,))))
+    depth, whole = 2 * fibre * fibres, area * areas
+    inner = fibre**2 - area / np.pi  # square of a tube's inner radius
+    tubular = -1e-9 * fibre**2 <= inner and np.isclose(inertia, area * (fibre**2 + inner) / 4, rtol=1e-6, atol=0)
+    return CrossSections(depth, depth if tubular else whole / depth, bool(tubular))
+
+
+def beam_bodies(
+    axes: Callable[[int], Complexes],
+    sections: Sequence[CrossSections],
+    layers: Sequence[float],
+    values: Callable[[int], Reals] | None,
+) -> Body:
+    """All beams as one body.
+
+    Parameters
+    ----------
+    axes
+        Their axes at 49 stations [m], complex, shape (beams, stations).
+    layers
+        z of every axis [m].
+    values
+        Of a field at the stations, shape (beams, stations).
+    """
+    rings = [_ring(each.round) for each in sections]
+    counts = [len(y) for y, *_ in rings]
+    first = len(STATIONS) * np.cumsum([0, *counts])
+    faces: list[Complexes] = []
+    for start, count, (*_, pairs) in zip(first, counts, rings, strict=False):
+        row = start + count * np.arange(len(STATIONS))[:, None, None]
+        quads = np.concatenate([row[:-1] + pairs, row[1:] + pairs[:, ::-1]], -1)
+        faces += list(quads.reshape(-1, 4))
+
+    def at(position: int) -> tuple[Reals, Reals]:
+        points, normals = [], []
+        for axis, each, z, (y, across, normal, _) in zip(axes(position), sections, layers, rings, strict=True):
+            way = np.gradient(axis)
+            side = (1j * way / np.abs(way))[:, None]
+            points.append(spatial(axis[:, None] + side * each.depth[:, None] * y, z + each.width[:, None] * across))
+            normals.append(spatial(side * normal.real, np.broadcast_to(normal.imag, side.shape[:1] + normal.shape)))
+        return np.concatenate(points), np.concatenate(normals)
+
+    if values is None:
+        return Body(at, tuple(faces))
+    known = values
+    return Body(at, tuple(faces), values=lambda position: np.concatenate(
+        [np.repeat(row, count) for row, count in zip(known(position), counts, strict=True)]))  # fmt: skip
+
+
+def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Any]:
+    """A section of depth and width 1: y, z, normal y + i z of its points, and pairs of neighbours."""
+    if is_round:
+        turn = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
+        return turn.real / 2, turn.imag / 2, turn, np.stack([np.arange(ROUND), np.roll(np.arange(ROUND), -1)], -1)
+    y = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5, -0.5, 0.5])
+    z = np.array([-0.5, 0.5, 0.5, 0.5, 0.5, -0.5, -0.5, -0.5])
+    return y, z, np.repeat([1.0, 1j, -1.0, -1j], 2), np.arange(8).reshape(4, 2)
+
+
+def spatial(plane: Complexes, z: Reals) -> Reals:
+    """Points of the plane and their z as points in space, shape (points, 3)."""
+    return np.stack([plane.real.ravel(), plane.imag.ravel(), np.ravel(z)], -1)

@@ -1,0 +1,40 @@
+"""Films of a scene, as they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kinelast.figures.results import Results
+from kinelast.request import Request
+from kinelast.scene.data import Scene
+
+if TYPE_CHECKING:
+    from animations import Style
+
+
+def draw_film(
+    part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
+) -> None:
+    """A film, or numbered stills, of a diagram.
+
+    Raises
+    ------
+    ValueError
+        More frames than positions; a field that is not known.
+    """
+    from animations import movie
+    from animations.files import RATE
+
+    target, rate = part / f"{diagram}.{request.picture}", request.fps or RATE
+    movie(results.deflection, diagram, target, request.frames, style_of(results.scene, request), on_frame, rate)
+
+
+def style_of(scene: Scene, request: Request) -> Style:
+    """How a scene is to be drawn."""
+    from animations import Style
+
+    asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
+    given = {name: value for name, value in asked.items() if value is not None}
+    return Style(title=scene.title, outlines=scene.outlines, look=request.style, **given)

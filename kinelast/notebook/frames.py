@@ -1,0 +1,127 @@
+"""Motion and deflection as tables of pandas and data sets of xarray, with units; nothing else needs these."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastic import FIELDS, sample
+from kinelast.figures.results import Results, drive_words
+from kinelast.notebook.named import PointMotion, SceneDeflection, SceneMotion
+from kinelast.tables import position_columns
+
+STATIONS = 21
+POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
+LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"}
+
+
+def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
+    """A table of a row a position, its index the time; every column's name ends in its unit.
+
+    Of a motion: drives, points and links. Of a deflection: the columns of positions.csv.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        pandas is not installed.
+    """
+    pandas = _module("pandas")
+    if isinstance(result, SceneDeflection):
+        columns = dict(position_columns(Results(result.scene, result)))
+    else:
+        columns = {"time [s]": result.time, **_drives(result), **_points(result), **_links(result)}
+    time = columns.pop("time [s]")
+    return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
+
+
+def to_xarray(result: SceneMotion | SceneDeflection, stations: int = STATIONS) -> Any:
+    """A data set with coordinates, and units in its variables' attributes.
+
+    Of a motion: of points over positions x, y and their derivatives, of links over positions angles and their
+    derivatives. Of a deflection: every main field over beams, positions and so many `stations`.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        xarray is not installed.
+    """
+    xarray = _module("xarray")
+    if isinstance(result, SceneMotion):
+        data, names = _kinematics(result)
+        coordinates = {"point": names[0], "link": names[1], **_shared(result)}
+    else:
+        data, coordinates = _fields(result, stations)
+    return xarray.Dataset(data, coordinates, attrs={"title": result.scene.title})
+
+
+def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    xi = np.linspace(0.0, 1.0, stations)
+    axes = ("beam", "position", "station")
+    data = {
+        key: (axes, sample(bent, key, xi), {"units": each.unit, "long_name": each.name})
+        for key, each in FIELDS.items()
+        if each.main
+    }
+    along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, {"units": "m", "long_name": "way along the beam"})
+    share = ("station", xi, {"units": "1", "long_name": "share of the length"})
+    return data, {"beam": list(bent.scene.labels), "xi": share, "x": along, **_shared(bent.motion)}
+
+
+def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]]]:
+    points = list({point: None for link in course.mechanism.links for point in link.points})
+    links = list(course.mechanism.index)
+    data: dict[str, Any] = {}
+    for prefix, (name, unit) in POINT.items():
+        values = np.array([np.broadcast_to(getattr(course[point], name), course.columns) for point in points])
+        for axis, part in (("x", values.real), ("y", values.imag)):
+            data[prefix + axis] = (("point", "position"), part, {"units": unit, "long_name": f"{name} along {axis}"})
+    angle = np.unwrap(np.angle(course.direction))
+    for (name, unit), values in zip(
+        LINK.items(), (angle, course.angular_velocity, course.angular_acceleration), strict=True
+    ):
+        data[name] = (("link", "position"), values, {"units": unit, "long_name": name.replace("_", " ")})
+    return data, (points, links)
+
+
+def _shared(course: Any) -> dict[str, Any]:
+    """Coordinates along the positions: time, and the coordinate of every drive."""
+    found: dict[str, Any] = {"time": ("position", course.time, {"units": "s"})}
+    for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
+        found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})
+    return found
+
+
+def _drives(course: SceneMotion) -> dict[str, Any]:
+    words = zip(drive_words(course.mechanism), course.drive, strict=True)
+    return {f"{name}.{kind} [{unit}]": values for (name, kind, unit, _), values in words}
+
+
+def _points(course: SceneMotion) -> dict[str, Any]:
+    still = set(course.mechanism.links[0].points)
+    points = {point: None for link in course.mechanism.links[1:] for point in link.points if point not in still}
+    columns = {}
+    for point in points:
+        found = course[point]
+        assert isinstance(found, PointMotion)
+        for prefix, (name, unit) in POINT.items():
+            values = getattr(found, name)
+            columns[f"{point}.{prefix}x [{unit}]"], columns[f"{point}.{prefix}y [{unit}]"] = values.real, values.imag
+    return columns
+
+
+def _links(course: SceneMotion) -> dict[str, Any]:
+    angle = np.unwrap(np.angle(course.direction))
+    values = (angle, course.angular_velocity, course.angular_acceleration)
+    return {f"{link}.{name} [{unit}]": each[number]
+            for link, number in list(course.mechanism.index.items())[1:]
+            for (name, unit), each in zip(LINK.items(), values, strict=True)}  # fmt: skip
+
+
+def _module(name: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{name} is not installed: pip install {name}", name=name) from error

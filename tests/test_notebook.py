@@ -1,0 +1,298 @@
+"""What a notebook sees: names, tables, pictures and the page.
+
+`python tests/test_notebook.py` fills docs/first_steps.ipynb. Its cells are run by exec, and what their last lines show
+is looked at: no kernel is started.
+"""
+
+import ast
+import json
+import re
+import sys
+from base64 import b64encode
+from html import unescape
+from pathlib import Path
+
+import browser
+import numpy as np
+import pytest
+from scene_texts import ARM
+
+import elastic
+from animations import DIAGRAMS
+from elastic import FIELDS, coefficients, extremes, sample
+from kinelast import (
+    SceneError,
+    deflection,
+    load,
+    motion,
+    picture,
+    report,
+    scene_from_text,
+    scene_motion,
+    to_pandas,
+    to_xarray,
+)
+
+DOCS = Path(__file__).parents[1] / "docs"
+NOTEBOOK = DOCS / "first_steps.ipynb"
+LONGEST = 100_000  # letters of an output that the notebook keeps
+SPEED, LENGTH, MASS, EA = 50.0, 0.2, 7850 * 6e-5, 210e9 * 6e-5  # of ARM: a bar turned steadily about its end O
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return scene_from_text(ARM, "arm")
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    return load("steel_four_bar")
+
+
+def run_cell(source, names):
+    """What a cell's last line is worth, None where it is no expression."""
+    tree = ast.parse(source)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "cell", "exec"), names)
+    return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+
+
+def outputs(value):
+    """What a notebook keeps of a cell's value."""
+    if value is None:
+        return []
+    data = {"text/plain": [repr(value)]}
+    if hasattr(value, "_repr_png_"):
+        data["image/png"] = b64encode(value._repr_png_()).decode()
+    if hasattr(value, "_repr_html_") and len(html := value._repr_html_()) < LONGEST:
+        data["text/html"] = [html]
+    return [{"output_type": "execute_result", "execution_count": None, "metadata": {}, "data": data}]
+
+
+def code_cells():
+    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    return notebook, [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+class TestDocs:
+    """The guide and the notebook run, and show what they say."""
+
+    @pytest.mark.slow
+    def test_every_snippet_of_the_guide(self, capsys):
+        pytest.importorskip("pandas")
+        pytest.importorskip("xarray")
+        names = {}
+        page = (DOCS / "python.md").read_text(encoding="utf-8")
+        snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        for snippet in snippets:
+            exec(snippet, names)
+        assert len(snippets) >= 7
+        assert names["moved"]["B"].position.shape == (360,)
+        assert names["bent"]["coupler"].w.shape == (360, 101)
+        assert names["told"].figures["check"]["passed"]
+        thin, thick = (float(line.split()[2]) for line in capsys.readouterr().out.splitlines())
+        assert thin == pytest.approx(7850 * (20 * np.pi) ** 2 * 0.4**2 / 2, rel=1e-6)  # rho w^2 l^2/2
+        assert thick == pytest.approx(thin, rel=1e-6)
+
+    @pytest.mark.slow
+    def test_the_notebook(self):
+        names = {}
+        _, cells = code_cells()
+        assert len(cells) >= 5
+        for cell in cells:
+            kept = cell["outputs"][0]["data"]["text/plain"] if cell["outputs"] else None
+            value = run_cell("".join(cell["source"]), names)
+            assert kept == (None if value is None else [repr(value)])
+            if cell["outputs"]:
+                assert hasattr(value, "_repr_html_") or hasattr(value, "_repr_png_") or isinstance(value, tuple | float)
+
+
+class TestNames:
+    """Points, links and beams by their names in the scene."""
+
+    def test_a_point_and_a_link_that_turn_steadily(self, arm):
+        moved = motion(arm)
+        tip, at = moved["A"], LENGTH * np.exp(1j * SPEED * moved.time)
+        np.testing.assert_allclose(tip.position, at, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(tip.velocity, 1j * SPEED * at, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(tip.acceleration, -(SPEED**2) * at, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(moved["arm"].angle, SPEED * moved.time, rtol=0, atol=1e-13)
+        assert moved["arm"].angular_velocity == pytest.approx(SPEED)
+
+    def test_fields_over_positions_and_stations(self, arm):
+        beam = deflection(arm, positions=5)["arm"]
+        pull = MASS * SPEED**2 * (LENGTH**2 - beam.x**2) / 2
+        np.testing.assert_allclose(beam.N, np.tile(pull, (5, 1)), rtol=1e-12, atol=1e-9)
+        stretch = MASS * SPEED**2 * (LENGTH**2 * beam.x - beam.x**3 / 3) / (2 * EA)
+        np.testing.assert_allclose(beam.u, np.tile(stretch, (5, 1)), rtol=1e-12, atol=1e-18)
+        assert set(dir(beam)) == {"x", *FIELDS}
+
+    def test_unknown_names_are_told_with_those_there_are(self, arm):
+        bent = deflection(arm, 3)
+        for name, call in (("B", motion(arm).__getitem__), ("rod", bent.__getitem__)):
+            with pytest.raises(KeyError, match=f'no \\\\?"{name}\\\\?": choose from .*'):
+                call(name)
+        with pytest.raises(AttributeError, match='no field "q": choose from q_x'):
+            _ = bent["arm"].q
+
+    def test_the_theory_of_the_scene_answers(self, four_bar):
+        """The steel four-bar asks for vibrating links: more than one per cent more than the quasi-static answer."""
+        largest = report(four_bar).figures["largest_deflection"]
+        bent = deflection(four_bar)
+        assert abs(bent[largest["label"]].w).max() == pytest.approx(abs(largest["value"]), rel=1e-6)
+        static = elastic.deflection(scene_motion(four_bar), four_bar.sections)
+        assert abs(sample(static, "w")).max() < 0.99 * abs(largest["value"])
+
+    def test_what_is_wrong_with_a_name(self, tmp_path):
+        with pytest.raises(ValueError, match='did you mean "steel_four_bar"'):
+            load("steel_for_bar")
+        (tmp_path / "bad.toml").write_text(ARM.replace("links.arm", "lniks.arm"))
+        with pytest.raises(SceneError, match="lniks"):
+            load(tmp_path / "bad.toml")
+        for name in "ab":
+            (tmp_path / f"{name}.toml").write_text(ARM)
+        with pytest.raises(ValueError, match="holds 3 scenes"):
+            load(tmp_path)
+
+
+class TestWords:
+    """Fields are asked for by the words of the command, too."""
+
+    def test_every_word_is_its_key(self, arm):
+        bent = deflection(arm, 3)
+        for word, diagram in DIAGRAMS.items():
+            if diagram.field is None:
+                continue
+            np.testing.assert_array_equal(sample(bent, word), sample(bent, diagram.field))
+            by_word, by_key = extremes(bent, [word])[word], extremes(bent, [diagram.field])[diagram.field]
+            np.testing.assert_array_equal(by_word.value, by_key.value)
+            if not FIELDS[diagram.field].greatest_of and not FIELDS[diagram.field].root_of:
+                np.testing.assert_array_equal(coefficients(bent, word), coefficients(bent, diagram.field))
+
+    def test_stations_by_their_number(self, arm):
+        bent = deflection(arm, 3)
+        np.testing.assert_array_equal(sample(bent, "N", 5), sample(bent, "N", [0, 0.25, 0.5, 0.75, 1]))
+        assert sample(bent, "axial-force").shape == (1, 3, 101)
+        with pytest.raises(ValueError, match=r'no field "moment": choose from q_x.*bending-moment'):
+            sample(bent, "moment")
+
+
+class TestTables:
+    """pandas and xarray, where they are installed."""
+
+    def test_a_motion_as_a_table(self, arm):
+        pytest.importorskip("pandas")
+        moved = motion(arm, 8)
+        table = to_pandas(moved)
+        angle = SPEED * moved.time
+        np.testing.assert_allclose(table["A.vx [m/s]"], -SPEED * LENGTH * np.sin(angle), atol=1e-12)
+        np.testing.assert_allclose(table["arm.angle [rad]"], angle, atol=1e-13)
+        assert table.index.name == "time [s]"
+        np.testing.assert_array_equal(table.index, moved.time)
+
+    def test_a_deflection_as_the_table_that_the_command_writes(self, arm, tmp_path):
+        pandas = pytest.importorskip("pandas")
+        from kinelast.command import main
+
+        (tmp_path / "arm.toml").write_text(ARM)
+        assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+        written = pandas.read_csv(tmp_path / "out" / "arm" / "positions.csv", index_col=0)
+        table = to_pandas(deflection(arm))
+        assert list(table.columns) == list(written.columns)
+        np.testing.assert_array_equal(table.to_numpy(), written.to_numpy())
+
+    def test_data_sets_have_coordinates_and_units(self, arm):
+        pytest.importorskip("xarray")
+        bent = deflection(arm, 4)
+        data = to_xarray(bent, stations=3)
+        pull = MASS * SPEED**2 * LENGTH**2 / 2 * np.array([1.0, 0.75, 0.0])
+        np.testing.assert_allclose(
+            data["N"].sel(beam="arm").transpose("position", "station"), np.tile(pull, (4, 1)), atol=1e-9
+        )
+        np.testing.assert_allclose(data["x"].sel(beam="arm"), [0.0, LENGTH / 2, LENGTH])
+        assert {key: data[key].attrs["units"] for key in ("N", "M", "w", "mises", "x", "time", "arm_angle")} == {
+            "N": "N", "M": "N m", "w": "m", "mises": "Pa", "x": "m", "time": "s", "arm_angle": "rad"}  # fmt: skip
+        moved = to_xarray(bent.motion)
+        np.testing.assert_allclose(np.hypot(moved["vx"], moved["vy"]).sel(point="A"), SPEED * LENGTH)
+        assert float(moved["angular_velocity"].sel(link="arm")[0]) == pytest.approx(SPEED)
+        assert moved["ax"].attrs["units"] == "m/s^2"
+
+    @pytest.mark.parametrize(("name", "made"), [("pandas", to_pandas), ("xarray", to_xarray)])
+    def test_what_is_not_installed_is_named(self, name, made, arm, monkeypatch):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ModuleNotFoundError, match=f"{name} is not installed: pip install {name}"):
+            made(motion(arm, 2))
+
+
+class TestShown:
+    """What stands in the notebook."""
+
+    def test_one_line_and_few_words(self, arm):
+        for shown in (
+            arm,
+            motion(arm, 3),
+            deflection(arm, 3),
+            motion(arm, 3)["A"],
+            deflection(arm, 3)["arm"],
+            report(arm),
+        ):
+            assert "\n" not in repr(shown)
+            assert len(repr(shown)) < 250
+        for shown in (arm, motion(arm, 3), deflection(arm, 3)):
+            assert "arm" in shown._repr_html_()
+            assert len(shown._repr_html_()) < 500
+
+    def test_names_are_text(self):
+        scene = scene_from_text('title = "<script>alert(1)</script>"\n' + ARM.replace("title", "# "))
+        for shown in (scene, motion(scene, 3), deflection(scene, 3), report(scene, 3)):
+            assert "<script>" not in shown._repr_html_()
+
+    def test_a_picture(self, arm):
+        from io import BytesIO
+
+        from PIL import Image
+
+        shown = picture(deflection(arm, 4), "axial-force", 1, size=(320, 192), show=("peak",))
+        with Image.open(BytesIO(shown._repr_png_())) as image:
+            assert image.size == (320, 192)
+            assert len(image.getcolors(100_000)) > 20
+        with pytest.raises(ValueError, match="position 4 is not among"):
+            picture(deflection(arm, 4), "deflection", 4)
+
+    def test_the_report_holds_what_the_command_writes(self, arm, tmp_path):
+        from kinelast.command import main
+
+        (tmp_path / "arm.toml").write_text(ARM)
+        assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--check", "--quiet"]) == 0
+        written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text())
+        told = report(arm, check=16)
+        assert told.figures["largest_stress"]["value"] == written["largest_stress"]["value"]
+        assert told.figures["check"]["passed"]
+        html = told._repr_html_()
+        inside = unescape(re.search(r'srcdoc="([^"]*)"', html)[1])
+        assert inside.encode() == told.page
+
+    @pytest.mark.slow
+    def test_the_page_runs_in_its_frame(self, arm, tmp_path):
+        driver = browser.started()
+        try:
+            path = tmp_path / "cell.html"
+            path.write_text(f'<html><body data-ready="1">{report(arm)._repr_html_()}</body></html>', encoding="utf-8")
+            page = browser.Page(driver, path)
+            driver.switch_to.frame(0)
+            for _ in range(200):
+                if driver.execute_script("return document.body.dataset.ready"):
+                    break
+            assert driver.execute_script("return kinelast.model.beams.length") == 1
+            assert [entry for entry in page.logs() if entry["level"] == "SEVERE"] == []
+            assert page.requests() == []
+        finally:
+            driver.quit()
+
+
+if __name__ == "__main__":
+    whole, cells = code_cells()
+    known: dict = {}
+    for cell in cells:
+        cell["outputs"] = outputs(run_cell("".join(cell["source"]), known))
+    NOTEBOOK.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
