@@ -182,7 +182,7 @@ class TestTolerances:
 
     @pytest.mark.parametrize("how", ["by", "to"])
     def test_a_law_from_a_drawn_start_that_scatters(self, how):
-        """An arm that ends where it is told to goes the less far the later it starts; one that goes by an angle does not."""
+        """An arm that ends where it is told to goes less far from a later start."""
         tables = parse_toml(ARM.replace("by = 1", f"{how} = 1"))
         found = evaluate(tables, ["points.A.y"], [[0.0], [0.1]], ["deflection"]).columns["deflection"]
         start = np.arctan2(0.1, L)
