@@ -133,14 +133,14 @@ class TestRewritten:
         changed = [(a, b) for a, b in zip(old, new.splitlines(), strict=True) if a != b]
         assert changed == [
             (old[0], "# the best"),
-            ('depth = "30 mm"', 'depth = "41.2345678 mm"'),
+            ('depth = "45 mm"', 'depth = "41.2345678 mm"'),
             ('masses = { R = "2 kg" }', 'masses = { R = "2.5 kg" }'),
         ]
 
     def test_one_end_of_a_taper(self):
         text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
         new = rewritten(text, {"sections.root.depth[2]": 0.02})
-        assert 'depth = ["30 mm", "20 mm"]' in new
+        assert 'depth = ["45 mm", "20 mm"]' in new
 
     def test_there_is_no_such_number(self):
         text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
