@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 from contextlib import redirect_stdout
 from pathlib import Path
 
+import browser
 import pytest
 
 from kinelast import read_scene, scene_motion, shipped_scenes
@@ -206,3 +207,17 @@ def test_the_example_of_the_page_prints_what_it_says():
     with redirect_stdout(printed):
         exec(code, {})
     assert printed.getvalue().strip() == code.rsplit("  # ", 1)[1].strip()
+
+
+def test_the_page_shows_all_three(scene, tmp_path, driver):
+    main([str(scene()), "--sensitivities", "--tolerances", "--samples", "64", "--optimize", "--quiet",
+          "-o", str(tmp_path / "out")])  # fmt: skip
+    page = browser.Page(driver, tmp_path / "out" / "four" / "report.html")
+    assert not page.logs()
+    shown = {name: page.run(f"return document.getElementById('{name}').innerText")
+             for name in ("sensitivities", "tolerances", "optimum")}  # fmt: skip
+    assert "drives.crank.speed\n2 %" in shown["sensitivities"]
+    assert "64 designs with sections.bar.depth ± 50 µm, links.crank.length ± 100 µm (normal)" in shown["tolerances"]
+    assert "geometric_error" in shown["tolerances"]
+    assert "held by deflection" in shown["optimum"]
+    assert "sections.bar.depth\t6 mm" in shown["optimum"]
