@@ -40,7 +40,8 @@ JUNK = (
     "[0, 0]", "[1e9, 1]", '["A", "B"]', '["A", "A"]', "{A = [0, 0], B = [1, 0]}", "\x00", "\x1b", "é", "\u202e", "\\",
     "'''", '"""', "#", "rigid = true", "mass = 1", "friction = 0.1", 'theory = "timoshenko"', 'units = "mm"', "[run]",
     "[[drives]]", "[[gears]]", "[[loads]]", "[[springs]]", "duration = 1e9", "positions = 1000000",
-    "gravity = [0, -9.81]", 'effort = "3 N m"', "speed = 1e9", "speed = 0",
+    "gravity = [0, -9.81]", 'effort = "3 N m"', "speed = 1e9", "speed = 0", 'resists = "one way"', "viscosity = 1",
+    'radius = "5 mm"', "[joints.A]", 'viscosity = "0.1 N m s/rad"', "length = 0.05",
 )  # fmt: skip
 OPTIONS = (
     (),
@@ -63,6 +64,8 @@ def spoilt(chance: random.Random) -> bytes:
     paths = [*shipped_scenes().values(), *shipped_structures().values()]
     text = chance.choice(paths).read_text(encoding="utf-8")
     text = re.sub(r"(?m)^positions *=.*", "positions = 6", text)
+    if chance.random() < 0.3:
+        text = _rubbing(text, chance)
     for _ in range(chance.choice((1, 1, 1, 1, 2, 4))):
         text = chance.choice((_token, _token, _lines, _swapped, _scaled, _scaled, _scaled, _letters))(text, chance)
     content = text.encode("utf-8", "replace")
@@ -70,6 +73,21 @@ def spoilt(chance: random.Random) -> bytes:
         at = chance.randrange(len(content) + 1)
         content = content[:at] + chance.randbytes(8) + content[at:]
     return content
+
+
+def _rubbing(text: str, chance: random.Random) -> str:
+    """Friction in some joints, and a load that resists: as they should be, but of any size."""
+    points = re.findall(r"(?m)^(\w+) *= *\[", text.partition("[points]")[2].partition("\n[")[0])
+    sliders = re.findall(r"(?m)^\[(?:sliders|slots)\.(\w+)\]", text)
+    for name in {chance.choice([*points, *sliders] or ["A"]) for _ in range(chance.choice((1, 2, 6)))}:
+        size = "length" if name in sliders else "radius"
+        keys = (f"friction = {10 ** chance.uniform(-3, 1):.3g}", f"{size} = {10 ** chance.uniform(-4, 0):.3g}")
+        text += "\n".join(("", f"[joints.{name}]", *keys, f"viscosity = {10 ** chance.uniform(-6, 3):.3g}", ""))
+    links = re.findall(r"(?m)^\[links\.(\w+)\]", text)
+    if links and points and chance.random() < 0.5:
+        where = f'link = "{chance.choice(links)}"\npoint = "{chance.choice(points)}"'
+        text += f'\n[[loads]]\n{where}\nforce = [30, -5]\nresists = "{chance.choice(("one way", "both ways"))}"\n'
+    return text
 
 
 def _token(text: str, chance: random.Random) -> str:

@@ -24,6 +24,7 @@ from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
 from rigid.displacements import displacements
 from rigid.forces import loaded_flanks, self_stresses
+from rigid.friction import with_friction
 from rigid.kinematics import repeated, stacked
 from rigid.plane import ZERO
 from rigid.statics import balancing_forces, force_condition
@@ -131,8 +132,11 @@ class Deflection:
 
     @cached_property
     def lost(self) -> Any:
-        """Whether a position is so near a singular one that nothing but round-off is left, bool, (..., positions)."""
-        singular = np.logical_not(self.motion.condition <= SINGULAR)
+        """Whether nothing is known at a position, bool, shape (..., positions).
+
+        It is so near a singular one that nothing but round-off is left, or friction may lock the mechanism there.
+        """
+        singular = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.suspect:
             return singular
         return singular | ill_conditioned(self.motion, self.condition)
@@ -192,7 +196,7 @@ def deflection(
     with np.errstate(invalid="ignore"):
         problem = problem_of(motion, sections, joints, added)
         require_soft_rings(mechanism, problem.configuration.trees, problem.compliance)
-        require_prismatic_rails(mechanism, problem.configuration.trees, sections)
+        require_prismatic_rails(motion, problem.configuration.trees, sections)
         forces, response, gaps = _loaded_links(problem)
         still = [ZERO] * len(mechanism.links)
         shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, forces.flank)
@@ -213,7 +217,7 @@ def deflection(
         compliance=problem.compliance,
         added=added,
     )
-    if not motion.suspect or not solved.lost.any():
+    if not (motion.suspect or np.any(forces.locked)) or not solved.lost.any():
         return solved
     lost = solved.lost
     forces.mark(lost)
@@ -221,26 +225,36 @@ def deflection(
 
 
 def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGaps]:
-    """Joint forces, what they and the loads do to the links, and the gaps that leaves at the joints.
-
-    Where statics alone does not tell the forces, neither does it tell which flanks of gears are loaded: those are
-    tried that were loaded last.
-    """
-    motion, flank = problem.motion, None
-    added = problem.added
+    """Joint forces, what they and the loads do to the links, and the gaps that leaves at the joints."""
+    motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
+    surplus = any(closed.tensions for closed in motion.closures)
+
+    def balance(friction: Mapping[int, Any] | None, flank: Mapping[int, Any] | None) -> JointForces:
+        if surplus:
+            return _compatible(problem, more, friction, flank)
+        return balancing_forces(motion, more, flank, friction)
+
+    forces = with_friction(motion, balance)
+    return forces, *bent_links(problem, forces)
+
+
+def _compatible(
+    problem: Problem, more: Sequence[Any], friction: Mapping[int, Any] | None, given: Mapping[int, Any] | None
+) -> JointForces:
+    """Joint forces that bring the bent links together where statics alone does not tell them.
+
+    Neither does it tell which flanks of gears are loaded unless they are given: those are tried that were loaded last.
+    """
+    motion, flank = problem.motion, given
     for _ in range(FLANKS):
-        forces = balancing_forces(motion, more, flank)
-        response, gaps = bent_links(problem, forces)
+        forces = balancing_forces(motion, more, flank, friction)
         states = self_stresses(motion.closures, forces.flank)
-        if not states:
-            break
-        forces = compatible_forces(problem, forces, gaps, states)
-        response, gaps = bent_links(problem, forces)
+        forces = compatible_forces(problem, forces, bent_links(problem, forces)[1], states)
         flank = loaded_flanks(forces)
-        if all(np.array_equal(flank[number], forces.flank[number]) for number in flank):
+        if given or all(np.array_equal(flank[number], forces.flank[number]) for number in flank):
             break
-    return forces, response, gaps
+    return forces
 
 
 def marked(deflection: Deflection, lost: Any) -> Deflection:

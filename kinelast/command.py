@@ -147,6 +147,8 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
                     say(_named_once(outcome.line, task), sys.stderr)
                 elif not options.quiet:
                     say(outcome.line, sys.stdout)
+                if outcome.interrupted:
+                    raise KeyboardInterrupt
     except (KeyboardInterrupt, StoppedError) as stop:
         status = INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number
         _stopped(status, f" after {len(outcomes)} of {len(tasks)} scenes")

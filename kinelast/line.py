@@ -27,7 +27,11 @@ def gist(figures: Mapping[str, Any]) -> str:
         words.append(f"condition {number(condition, 3)}")
     if figures["run"]["singular"]:
         words.append(f"{figures['run']['singular']} singular positions")
-    if figures["run"]["left_out"]:
+    if figures["run"]["locked"]:
+        words.append(f"{figures['run']['locked']} positions that friction may lock")
+    if figures["run"]["interrupted"]:
+        words.append(f"PARTIAL: interrupted at {quantity(figures['run']['interrupted']['value'], 's')}")
+    elif figures["run"]["left_out"]:
         words.append(f"{figures['run']['left_out']} positions out of reach")
     if figures["check"]:
         words.append(_check(figures["check"]))

@@ -27,7 +27,8 @@ class Outcome:
     """How a scene went.
 
     The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
-    figures, its figures where there are any, and how many seconds it took.
+    figures, its figures where there are any, and how many seconds it took. `interrupted`: a user ended it, and what was
+    found until then is kept.
     """
 
     status: int
@@ -36,3 +37,4 @@ class Outcome:
     questions: tuple[str, ...] = ()
     figures: Mapping[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
+    interrupted: bool = False

@@ -103,6 +103,9 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     long = is_long(scene, positions)
     if scene.is_integrated:
         _integrate(scene, progress)
+        if scene.interrupted is not None:
+            request = replace(request, reachable=True)
+            made = {**made, "interrupted": scene.interrupted}  # so that no later run takes it for whole
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
@@ -221,7 +224,8 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
     status = BUG if failed else CHECK_FAILED if _differs(figures) else FINE
-    return Outcome(status, line, DONE, tuple(f"{task.name}: {words}" for words in questions(figures)), figures)
+    asked = tuple(f"{task.name}: {words}" for words in questions(figures))
+    return Outcome(status, line, DONE, asked, figures, interrupted=figures["run"]["interrupted"] is not None)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from rigid.mechanism import Mechanism
 from rigid.parts import (
     GROUND,
     Beam,
+    Friction,
     Gear,
     Law,
     LineLoad,
@@ -30,6 +31,7 @@ from rigid.parts import (
 )
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
+from rigid.resistance import Resistance
 from rigid.springs import Spring, TorsionSpring
 from rigid.statics import drive_efforts, reactions
 
@@ -38,6 +40,7 @@ __all__ = [
     "SINGULAR",
     "Beam",
     "ConstantSpeed",
+    "Friction",
     "Gear",
     "JointForces",
     "Law",
@@ -53,6 +56,7 @@ __all__ = [
     "PointLoad",
     "Posture",
     "Reals",
+    "Resistance",
     "Segment",
     "SegmentedLaw",
     "Slider",

@@ -36,6 +36,11 @@ class JointForces:
         of coordinates [N m].
     flank
         By the number of a joint that follows a gear with teeth: which flank is loaded, the sign of the effort.
+    friction
+        By the number of a joint with friction: its part of `force` or `moment`, along the free motion [N or N m].
+    feedback
+        By how much friction at most grows by what it does itself, as a share, shape (..., positions). From 1 on the
+        mechanism may lock itself: balance has no answer, or several, and all forces are nan.
     """
 
     closures: tuple[Closure, ...]
@@ -43,6 +48,8 @@ class JointForces:
     moment: list[Columns]
     ground_load: tuple[Columns, Columns] = (0.0, 0.0)
     flank: dict[int, Columns] = field(default_factory=dict)
+    friction: dict[int, Columns] = field(default_factory=dict)
+    feedback: Columns = 0.0
 
     def __repr__(self) -> str:
         return f"JointForces({len(self.force)} joints, columns {np.broadcast_shapes(*map(np.shape, self.force))})"
@@ -62,10 +69,24 @@ class JointForces:
                 total = total - (cross(place.arm_parent, self.force[at]) + self.moment[at])
         return total
 
+    @property
+    def locked(self) -> Any:
+        """Whether friction may lock the mechanism, so that there are no forces, bool, shape (..., positions)."""
+        return np.greater_equal(self.feedback, 1.0)
+
+    def without_friction(self, number: int) -> tuple[Columns, Columns]:
+        """Force and moment of a joint on its child, friction left out: what constraint, drive and gear hold."""
+        force, moment = self.force[number], self.moment[number]
+        if number in self.friction:
+            pull, couple = self._places[number].driven(self.friction[number])
+            force, moment = force - pull, moment - couple
+        return force, moment
+
     def mark(self, lost: Any) -> None:
         """Make the forces nan at some positions, bool, shape (..., positions)."""
         for values in (self.force, self.moment):
             values[:] = [np.where(lost, np.nan, value) if np.ndim(value) or value else value for value in values]
+        self.friction.update({at: np.where(lost, np.nan, value) for at, value in self.friction.items()})
 
     @property
     def _places(self) -> list[JointPlace]:
@@ -78,6 +99,7 @@ def joint_forces(
     moment: Sequence[Columns],
     tension: tuple[int, int] | None = None,
     flank: Mapping[int, Columns] | None = None,
+    friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
     """Joint forces that balance a given force and moment about its origin on every link.
 
@@ -91,9 +113,17 @@ def joint_forces(
         Number of a group, and of one of its `Closure.tensions`, that is in force besides.
     flank
         Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+    friction
+        By the number of a joint, as in `JointForces`.
     """
     force, moment = list(force), list(moment)
-    flanks = dict(flank or {})
+    flanks, rubbed = dict(flank or {}), {}
+    if friction:
+        hinges = [hinge for closed in closures for hinge in closed.joints]
+        rubbed = {at: hinges[at].driven(effort) for at, effort in friction.items()}
+        for at, (pull, couple) in rubbed.items():
+            _push(hinges[at].joint.child, hinges[at].arm_child, pull, couple, force, moment)
+            _push(hinges[at].joint.parent, hinges[at].arm_parent, -pull, -couple, force, moment)
     last = sum(len(closed.joints) for closed in closures)
     results: list[tuple[Columns, Columns]] = []
     for place, closed in reversed(list(enumerate(closures))):
@@ -117,8 +147,10 @@ def joint_forces(
         ]
         results += [*cuts[::-1], *trees]
     results.reverse()
+    for at, (pull, couple) in rubbed.items():
+        results[at] = results[at][0] + pull, results[at][1] + couple
     pulls, couples = ([number(value) for value in part] for part in zip(*results, strict=True)) if results else ([], [])
-    return JointForces(closures, pulls, couples, (number(force[0]), number(moment[0])), flanks)
+    return JointForces(closures, pulls, couples, (number(force[0]), number(moment[0])), flanks, dict(friction or {}))
 
 
 def _balance(
@@ -166,7 +198,7 @@ def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
     for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
         if place.teeth is not None:
             size = abs(forces.force[at]) * (abs(place.teeth.reach) if place.turns else 1.0)
-            found[at] = loaded_flank(place.effort(forces.force[at], forces.moment[at]), size)
+            found[at] = loaded_flank(place.effort(*forces.without_friction(at)), size)
     return found
 
 

@@ -260,7 +260,10 @@ class JointPlace:
         return (reach * (1j * amount), amount) if self.along is None else (self.along * amount, ZERO)
 
     def driven(self, amount: Columns) -> tuple[Columns, Columns]:
-        """Displacement of the child's point and rotation of the child from the parent: (gap, turn)."""
+        """Displacement of the child's point and rotation of the child from the parent, (gap, turn): the free motion.
+
+        Force and moment on the child as well, for an effort along it.
+        """
         return (ZERO, amount) if self.along is None else (amount * self.along, ZERO)
 
     def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
@@ -271,6 +274,14 @@ class JointPlace:
         opened = velocity[child] + rotation[child] * self.arm_child - velocity[parent]
         opened = opened - rotation[parent] * self.arm_parent
         return 2 * rotation[child] * (dot(self.along, opened) * self.along)
+
+    def rate(self, velocity: Any, omega: Any) -> Columns:
+        """Rate of the child from the parent along the free motion [rad/s or m/s], from all links' velocities."""
+        parent, child = self.joint.parent, self.joint.child
+        if self.along is None:
+            return omega[child] - omega[parent]
+        opened = velocity[child] + 1j * omega[child] * self.arm_child
+        return dot(self.along, opened - velocity[parent] - 1j * omega[parent] * self.arm_parent)
 
     def effort(self, force: Columns, moment: Columns) -> Columns:
         """Component of a force and moment on the child along the free motion: moment [N m] or force [N]."""

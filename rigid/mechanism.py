@@ -10,7 +10,20 @@ from typing import Any
 import numpy as np
 
 from rigid.names import misnamed
-from rigid.parts import GROUND, Beam, Complex, Gear, LineLoad, Link, Load, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.parts import (
+    GROUND,
+    Beam,
+    Complex,
+    Friction,
+    Gear,
+    LineLoad,
+    Link,
+    Load,
+    MechanismError,
+    PinDrive,
+    Slider,
+    SliderDrive,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +32,7 @@ class Mechanism:
 
     Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
     and so picks the branch it is assembled in; of designs whose drawings differ, it holds arrays of shape (designs, 1).
-    `gravity` [m/s^2].
+    `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
     """
 
     links: tuple[Link, ...]
@@ -29,6 +42,7 @@ class Mechanism:
     gravity: Complex = 0.0
     loads: tuple[Load | LineLoad, ...] = ()
     gears: tuple[Gear, ...] = ()
+    friction: Mapping[str, Friction] = field(default_factory=dict)
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -63,6 +77,7 @@ class Mechanism:
             values += [slider.origin, slider.direction, slider.turn]
         for load in self.loads:
             values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
+        values += [value for friction in self.friction.values() for value in vars(friction).values()]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
 
     def beam_number(self, link: str, number: int) -> int:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rigid.parts import GROUND, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
+from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
 
 UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
@@ -30,6 +30,9 @@ class Named(Protocol):
 
     @property
     def gears(self) -> tuple[Gear, ...]: ...  # noqa: D102
+
+    @property
+    def friction(self) -> Mapping[str, Friction]: ...  # noqa: D102
 
 
 def misnamed(mechanism: Named) -> str | None:
@@ -60,6 +63,26 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
         yield _no_link(what, links, (slider.on, slider.link)) or _no_point(what, links[slider.link], (slider.point,))
     for load in mechanism.loads:
         yield from _load(load, links)
+    shared = Counter(point for link in mechanism.links for point in link.points)
+    pins = Counter({point: count - 1 for point, count in shared.items()})
+    sliders = Counter(slider.name for slider in mechanism.sliders)
+    for called, friction in mechanism.friction.items():
+        count = pins[called] + sliders[called]
+        yield None if count == 1 else f'friction of "{called}": {count} joints are called so, expected one'
+        yield from _friction(f'friction of "{called}"', friction, bool(sliders[called]))
+
+
+def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:
+    """What friction of a pin or of a slider cannot be."""
+    for name, value in vars(friction).items():
+        yield f"{what}: {name} is {np.min(value):.6g}, expected none below 0" if np.any(np.less(value, 0)) else None
+    if slides:
+        yield f"{what}: a radius belongs to a pin" if np.any(friction.radius) else None
+        yield f"{what}: its length is 0" if not np.all(friction.length) else None
+    else:
+        yield f"{what}: a length belongs to a slider" if np.any(np.isfinite(friction.length)) else None
+        if np.any(friction.coefficient) and not np.any(friction.radius):
+            yield f"{what}: a pin needs its radius"
 
 
 def _load(load: Load | LineLoad, links: Mapping[str, Link]) -> Iterator[str | None]:

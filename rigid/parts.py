@@ -189,6 +189,33 @@ class Gear:
 
 
 @dataclass(frozen=True, eq=False)
+class Friction:
+    """Friction of a joint: Coulomb's, in proportion to what presses its surfaces together, and viscous.
+
+    A pin that bears the force F resists turning by `coefficient` `radius` |F|, whatever the drive's own moment. The
+    block of a slider resists sliding by `coefficient` max(|N|, 2 |M| / `length`): N is the force across its line and M
+    the moment about its point, the middle of the guided length, at whose ends the two press. Both resist by `viscosity`
+    times the rate besides. At rest there is none.
+
+    Attributes
+    ----------
+    coefficient
+        Of Coulomb's friction.
+    radius
+        Of a pin [m].
+    length
+        Over which a slider's block is guided [m]; infinite where its moment is to press on nothing.
+    viscosity
+        [N m s/rad] of a pin, [N s/m] of a slider.
+    """
+
+    coefficient: Real = 0.0
+    radius: Real = 0.0
+    length: Real = np.inf
+    viscosity: Real = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class PointLoad:
     """A force [N] and a moment [N m] on a point of a link.
 

@@ -11,6 +11,7 @@ import numpy as np
 from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
 from rigid.constants import mass_constants
 from rigid.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
+from rigid.friction import with_friction
 from rigid.gears import gear_loads
 from rigid.joints import Columns, JointPlace
 from rigid.kinematics import Motion
@@ -21,12 +22,17 @@ from rigid.parts import Reals
 def reactions(motion: Motion) -> JointForces:
     """Forces in all joints and on the ground; nan at singular positions, and where statics alone does not tell them.
 
-    In the order of `motion.structure.joints`; each acts on the joint's child link, its opposite on the parent.
+    Nan as well where friction may lock the mechanism. In the order of `motion.structure.joints`; each acts on the
+    joint's child link, its opposite on the parent.
     """
-    found = balancing_forces(motion)
+    found = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.suspect:
         found.mark(ill_conditioned(motion, force_condition(motion, found)))
-    for state in self_stresses(motion.closures, found.flank):
+    states = self_stresses(motion.closures, found.flank)
+    for number in found.friction:
+        if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > UNSTRESSED) for state in states):
+            found.mark(True)  # what presses there, statics alone does not tell, and so nothing of what it moves
+    for state in states:
         for values, parts in ((found.force, state.force), (found.moment, state.moment)):
             for number, part in enumerate(parts):
                 values[number] = _open_where(values[number], part)
@@ -47,8 +53,11 @@ def balancing_forces(
     motion: Motion,
     more: Iterable[tuple[int, Columns, Columns]] = (),
     flank: Mapping[int, Columns] | None = None,
+    friction: Mapping[int, Columns] | None = None,
 ) -> JointForces:
     """Joint forces in balance with all loads: the only ones, or where there are self-stresses one set of many.
+
+    Friction of the joints is among the loads as it is given here, whatever the mechanism's.
 
     Parameters
     ----------
@@ -57,12 +66,14 @@ def balancing_forces(
         origin of the link's axes [N m].
     flank
         Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
+    friction
+        By the number of a joint, as in `JointForces`.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         force, moment = link_loads(motion)
         for at, pull, couple in more:
             force[at], moment[at] = force[at] + pull, moment[at] + couple
-        return joint_forces(motion.closures, force, moment, flank=flank)
+        return joint_forces(motion.closures, force, moment, flank=flank, friction=friction)
 
 
 def force_condition(motion: Motion, forces: JointForces) -> Reals:
@@ -87,7 +98,7 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
         for number, place in enumerate(motion.places):
             if place.joint.gear is not None:
                 flank = forces.flank.get(number, 0.0)
-                for act in gear_loads(place, forces.force[number], forces.moment[number], flank):
+                for act in gear_loads(place, *forces.without_friction(number), flank):
                     force[act.link] = force[act.link] + abs(act.force)
                     moment[act.link] = moment[act.link] + abs(act.moment)
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
@@ -102,7 +113,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
     for number, place in enumerate(motion.places):
         if place.joint.drive is not None:
-            efforts[place.joint.drive] = place.joint.sense * _effort(place, forces.force[number], forces.moment[number])
+            efforts[place.joint.drive] = place.joint.sense * _effort(place, *forces.without_friction(number))
     return efforts
 
 

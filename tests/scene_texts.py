@@ -368,3 +368,46 @@ law = [{curve = "cycloidal", by = 0.03, duration = 0.1}]
 [run]
 positions = 5
 """
+
+# A Scotch yoke whose slot goes over two beams, on both sides of the stem.
+TEE = """
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.008
+width = 0.01
+[points]
+O = [0, 0]
+A = [0.06, 0.08]
+U = [0.06, 0.12]
+M = [0.06, 0]
+L = [0.06, -0.12]
+S = [0.3, 0]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[links.yoke]
+points = ["M", "U", "L", "S"]
+beams = [["M", "U"], ["M", "L"], ["M", "S"]]
+section = "bar"
+material = "steel"
+[slots.slot]
+point = "A"
+link = "crank"
+on = "yoke"
+direction = [0, 1]
+[sliders.guide]
+link = "yoke"
+through = "S"
+direction = [1, 0]
+[[drives]]
+link = "crank"
+speed = 20
+[run]
+positions = 16
+"""

@@ -195,7 +195,9 @@ class TestForwardDynamics:
             if len(told) == 3:
                 raise KeyboardInterrupt
 
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(ForwardError, match="it was interrupted") as caught:
             forward(windows(1), [Effort()], np.pi / 2, -1.0, 1.5, on_step=progress)
         assert len(told) == 3
+        assert caught.value.kind == "interrupted"
+        assert caught.value.course.time[-1] == told[-1]
         assert 0 < told[0] < told[1] < told[2] < 1.5

@@ -18,7 +18,7 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 import kinelast.folder as folders
 from kinelast.command import main
-from kinelast.folder import complete, held
+from kinelast.folder import complete, finished, held, made_from
 from kinelast.outcome import BUG, FINE, Task
 from kinelast.request import Request, RequestError
 from kinelast.workers import side_by_side
@@ -438,3 +438,24 @@ def test_the_package_and_its_command_can_be_run_as_modules():
             check=True,
         )
         assert "steel_four_bar" in done.stdout
+
+
+@pytest.mark.slow
+def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
+    text = (Path(__file__).parent.parent / "kinelast/mechanisms/andrews_squeezer.toml").read_text()
+    scene, out = tmp_path / "squeezer.toml", tmp_path / "out"
+    scene.write_text(re.sub(r"(?m)^duration = .*", "duration = 1", text))
+    run = started(scene, "-o", out, "--positions", 3000, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(4.0)
+    asked = time.monotonic()
+    os.killpg(run.pid, signal.SIGINT)
+    said, _ = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert time.monotonic() - asked < 20.0  # of which the integration takes a step, the report the rest
+    require_whole(out / "squeezer")
+    figures = json.loads((out / "squeezer" / "summary.json").read_text())
+    reached = figures["run"]["interrupted"]["value"]
+    assert 0 < figures["run"]["end"]["value"] <= reached < 1
+    assert b"PARTIAL: interrupted at" in said
+    assert finished(out / "squeezer", figures["made_from"]) is not None
+    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000))) is None

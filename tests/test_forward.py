@@ -19,6 +19,7 @@ from rigid import (
     Mechanism,
     MechanismError,
     PinDrive,
+    PointLoad,
     Slider,
     SliderDrive,
     Spring,
@@ -379,13 +380,56 @@ class TestAsAnyOtherMotion:
         np.testing.assert_allclose(fit[0] + 1j * fit[1], direct, atol=1e-5 * np.abs(direct).max())
 
 
-class TestRefusals:
-    def test_a_linkage_that_falls_into_its_limit_says_when_and_where(self):
-        stop = math.acos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
-        with pytest.raises(ForwardError, match='the joint "B" aligns') as caught:
-            forward(double_rocker(0.3), [Effort(5.0)], 0.3, 0.0, 5.0, 1e-7)
-        assert float(str(caught.value).split('"crank" at ')[1].split(":")[0]) == pytest.approx(stop, abs=1e-5)
+class TestToggles:
+    """Where a drive comes to its limit, another joint leads the motion on."""
 
+    LIMIT = math.acos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))  # of the crank, coupler and rocker being stretched
+    TIMES = np.linspace(0, 0.13, 40)
+
+    def course(self, *more, start=0.3):
+        return forward(replaced(double_rocker(0.3), loads=more), [Effort(5.0)], start, 0.0, 0.13, 1e-10)
+
+    def test_the_links_swing_on_and_the_drive_back(self):
+        course = self.course()
+        found = motion_during(course, self.TIMES)
+        assert len(course.stretches) > 1
+        turned = found.drive[0].argmax()
+        assert 5 < turned < 38
+        assert found.drive[0].max() == pytest.approx(self.LIMIT, abs=3e-3)
+        assert (np.diff(found.drive[0])[turned + 1 :] < 0).all()
+        assert (np.diff(np.unwrap(np.angle(found.direction[2]))) < 0).all()
+        loops_are_closed(found, 1e-13)
+        work = 5.0 * (found.drive[0] - 0.3)
+        np.testing.assert_allclose(kinetic_energy(found), work, atol=1e-7 * work.max())
+        np.testing.assert_allclose(drive_efforts(found, reactions(found))[0], 5.0, rtol=1e-6)
+
+    @pytest.mark.slow
+    def test_as_it_moves_led_by_another_joint_from_the_start(self):
+        """A wound spring on the pin of the drive and a damper, which count and feel the drive as it is."""
+        turns = 4 * np.pi
+        spring = TorsionSpring("crank", "O", stiffness=2.0, angle=turns - 6.0, damping=0.01)
+        one = motion_during(self.course(spring, start=turns + 0.3), self.TIMES)
+        rocker = np.angle(one.direction[3, 0])
+        pushed = PointLoad("crank", "O", 0.0, 5.0 - 2.0 * 6.0)
+        slack = TorsionSpring("crank", "O", stiffness=2.0, damping=0.01)
+        led = replaced(double_rocker(0.3), drives=(PinDrive("rocker", "D"),), loads=(pushed, slack))
+        other = motion_during(forward(led, [FREE], rocker, 0.0, 0.13, 1e-10), self.TIMES)
+        np.testing.assert_allclose(np.angle(one.direction / other.direction), 0.0, atol=1e-6)
+
+    def test_an_interruption_after_it_keeps_all_stretches(self):
+        def stop(time):
+            if time > 0.1:
+                raise KeyboardInterrupt
+
+        with pytest.raises(ForwardError, match="interrupted") as caught:
+            forward(double_rocker(0.3), [Effort(5.0)], 0.3, 0.0, 5.0, 1e-8, on_step=stop)
+        course = caught.value.course
+        assert 0.1 < course.time[-1] < 0.13
+        assert len(course.stretches) > 1
+        assert np.isfinite(motion_during(course, course.time[-1:]).drive).all()
+
+
+class TestRefusals:
     def test_a_drive_that_moves_no_mass(self):
         mechanism = Mechanism((Link("ground", {"O": 0.0}), Link("arm", {"O": 0.0})), (PinDrive("arm", "O"),), {})
         with pytest.raises(ForwardError, match="moves no mass"):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mechanisms import linkage, slider_crank_linkage, three_cranks
 
-from rigid import Link, Mechanism, MechanismError, PinDrive, Slider
+from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
 from rigid.topology import (
     Branch,
     Contact,
@@ -227,6 +227,16 @@ class TestGraphsOfMechanism:
         centred = Mechanism(links, (), {}, (Slider("guide", "piston", "ground", "B", 0.0, 1.0),))
         assert [(b.name, b.start, b.end) for b in bar_graph(centred).branches][-1] == ("guide", "O", "B")
         assert cyclomatic_number(bar_graph(centred)) == 1
+
+    @pytest.mark.parametrize("names", [("x", "y"), ("A", "B")])
+    def test_two_sliders_on_the_ground_have_a_node_each(self, names):
+        links = (Link("ground", {"O": 0}), Link("rod", {"A": 0, "B": 0.3}), Link("bx", {"A": 0}), Link("by", {"B": 0}))
+        lines = (("bx", "A", 0.18, 1.0), ("by", "B", 0.24j, 1j))
+        sliders = [Slider(name, link, "ground", *line) for name, (link, *line) in zip(names, lines, strict=True)]
+        trammel = Mechanism(links, (SliderDrive(names[0]),), {"O": 0, "A": 0.18, "B": 0.24j}, tuple(sliders))
+        graph = bar_graph(trammel)
+        assert len(graph.nodes) == len(graph.branches) == 4
+        assert cyclomatic_number(graph) == 1
 
     def test_three_links_on_a_pin_are_two_pairs_and_keep_a_driven_one(self):
         places = {"O": 0, "A": 1, "B": 1 + 1j, "C": 2}

@@ -132,10 +132,21 @@ def test_memory_does_not_grow_with_the_positions(monkeypatch):
     assert all(part.base is None for parts in telling.postures.values() for part in parts)  # or chunks would stay whole
 
 
-def test_a_spring_that_counts_turns_stays_in_one_piece():
-    text = edited(FOUR_BAR, ("[run]", '[[springs]]\nlink = "crank"\nat = "O"\nstiffness = 1\n[run]'))
-    assert long_runs.is_long(scene_from_text(FOUR_BAR), 10**6)
-    assert not long_runs.is_long(scene_from_text(text), 10**6)
+def test_springs_that_turn_and_friction_are_those_of_one_piece(tmp_path, monkeypatch):
+    """One spring counts the turns of its drive, the other the angle within half a turn."""
+    springs = '[[springs]]\nlink = "crank"\nat = "O"\nstiffness = 1\n'
+    springs += '[[springs]]\nlink = "coupler"\non = "crank"\nat = "A"\nstiffness = 2\n'
+    friction = '[joints.B]\nfriction = 0.1\nradius = "5 mm"\n'
+    text = edited(
+        FOUR_BAR, ("[run]", f"{springs}{friction}[run]\nduration = 0.2"), ("positions = 36", "positions = 500")
+    )
+    require_alike(*both(text, tmp_path, monkeypatch))
+
+
+def test_runs_of_many_links_without_beams_are_long_too():
+    made = 'section = "bar"\nmaterial = "steel"'
+    bare = edited(FOUR_BAR, *((made, f'rigid = true\nmass = 0.1\ncenter = "{point}"') for point in "ABD"))
+    assert [long_runs.is_long(scene_from_text(bare), count) for count in (40_000, 60_000)] == [False, True]
 
 
 def test_a_heavy_request_is_told_before_it_starts_and_refused_where_there_is_no_room(tmp_path, monkeypatch, capsys):

@@ -236,7 +236,7 @@ MISTAKES = [
     ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
     ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),
     ("slot as a slider", QUICK_RETURN, [add('[slots.slot]\npoint = "A"\nlink = "crank"\non = "rocker"\ndirection = [0, 1]')], "slots.slot", "", "a slider has this name"),
-    ("friction", FOUR_BAR, [add("[joints.B]\nfriction = 0.1")], "joints.B", "friction", "^friction is not modelled: leave the key out"),
+    ("friction", FOUR_BAR, [("[links.crank]", "[links.crank]\nfriction = 0.1")], "links.crank", "friction", "^there is no such key; it belongs under .joints.NAME."),
     ("clearance", FOUR_BAR, [add('[joints.B]\nclearance = "10 um"')], "joints.B", "clearance", "^play in a joint is not modelled"),
     ("a choice of words", FOUR_BAR, [add(LOAD + TABLE + 'interpolation = "periodic"')], "loads[1]", "interpolation",
      "expected one of linear, cubic, got \"periodic\""),

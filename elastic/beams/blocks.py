@@ -17,15 +17,19 @@ class Block:
     beam
         Number of the beam.
     xi
-        Where the block is, shape (..., positions); nan where it is beyond the beam.
+        Where the block is, shape (..., positions); nan where it is beyond the beam, and the nearest end of the beam
+        where it is on a next one in the same line.
     force, moment
         On the beam, in its own axes [N], complex, and [N m].
+    here
+        Whether it is on this beam and not on a next one, bool, shape (..., positions) or scalar.
     """
 
     beam: int
     xi: Any
     force: Any
     moment: Any
+    here: Any = True
 
     def beyond(self, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
         """What the fields beyond the block are more than those before it, in powers of xi less the block's."""

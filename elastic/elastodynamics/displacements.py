@@ -124,14 +124,15 @@ def _openings(
 ) -> tuple[list[Any], list[Any]]:
     """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
     beams = trees_of(motion.mechanism)
-    blocks = dict(zip(beams.rails, block_places(motion, beams) if beams.rails else (), strict=True))
+    blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)
     gaps, turns = [], []
     for place_number, (joint, place) in enumerate(zip(motion.structure.joints, motion.places, strict=True)):
         child = bent.get((joint.child, joint.child_point or ""), still)
         parent = bent.get((joint.parent, joint.parent_point or ""), still)
         if place_number in blocks:
-            on_beam = _under_block(structure, motion, beams.rails[place_number], blocks[place_number], bent)
+            first, *_ = blocks[place_number]  # of vibrating links there are no others
+            on_beam = _under_block(structure, motion, first.beam, first.xi, bent)
             child, parent = (child, on_beam) if joint.owner == joint.parent else (on_beam, parent)
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.gear is not None:
@@ -221,8 +222,8 @@ def unit_displacements(
 def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
     """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
     links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
-    xi = block_places(motion, links)[list(links.rails).index(number)]
-    there, beam = interpolation(structure.xi, xi)[:, None], links.rails[number]
+    first, *_ = block_places(motion, links)[list(links.rails).index(number)]
+    there, beam = interpolation(structure.xi, first.xi)[:, None], first.beam
     return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
 
 

@@ -145,16 +145,21 @@ def checked(motion: Motion) -> Motion:
     """
     if len(motion.columns) != 1:
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
+    if motion.mechanism.friction:
+        names = ", ".join(f'"{name}"' for name in motion.mechanism.friction)
+        raise MechanismError(f"friction of {names} is not known here: ask for the quasi-static answer")
     bad = ~(motion.condition <= SINGULAR)
     if bad.any():
         raise MechanismError(
             f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach: vibration needs all of the cycle"
         )
     links = trees_of(motion.mechanism)
-    for number, xi in zip(links.rails, block_places(motion, links) if links.rails else (), strict=True):
-        off = ~np.isfinite(np.broadcast_to(xi, motion.columns))
+    for number, (first, *others) in zip(links.rails, block_places(motion, links), strict=True):
+        off = ~np.isfinite(np.broadcast_to(first.xi, motion.columns))
+        name = motion.structure.joints[number].name
+        if others or first.beam != links.rails[number][0]:
+            raise MechanismError(f'the block of "{name}" goes over several beams, which is not known here')
         if off.any():
-            name = motion.structure.joints[number].name
             raise MechanismError(f'the block of "{name}" leaves its beam at {motion.time[off][0]:.6g} s')
     return motion
 

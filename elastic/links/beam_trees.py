@@ -49,14 +49,14 @@ class BeamTrees:
     points
         Place of every node in its link's axes [m].
     rails
-        Per joint whose slider moves along a beam, by the joint's place in `Structure.joints`: that beam.
+        Per joint whose slider moves along beams, by the joint's place in `Structure.joints`: the beams in its line.
     """
 
     trees: Mapping[int, tuple[Branch, ...]]
     cuts: tuple[Cut, ...]
     tips: frozenset[tuple[int, str]]
     points: Mapping[tuple[int, str], Any]
-    rails: Mapping[int, int]
+    rails: Mapping[int, tuple[int, ...]]
 
 
 def root_of(tree: tuple[Branch, ...]) -> str:
@@ -134,20 +134,21 @@ def lined_up(link: Link, beam: Beam, origin: Any, direction: Any) -> Any:
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
 
 
-def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, int]:
-    """The beam along which each slider on a link with beams moves."""
+def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, tuple[int, ...]]:
+    """The beams along which each slider on a link with beams moves: it passes from one to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):
         owner = joint.owner
         if joint.turns or owner not in trees:
             continue
         link = mechanism.links[owner]
+        along = []
         for branch in trees[owner]:
             beam = mechanism.beams[branch.number][1]
             if lies_along(link, beam, joint.at(owner), joint.line):
-                rails[place] = branch.number
-                break
-        else:
+                along.append(branch.number)
+        rails[place] = tuple(along)
+        if not along:
             raise MechanismError(
                 f'slider "{joint.name}": no beam of "{link.name}" lies along its line to carry it: add one, or give '
                 "the link its mass without beams"

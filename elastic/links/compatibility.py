@@ -65,7 +65,7 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
-    loads = LinkLoads(nodes, problem.loads.q, blocks)
+    loads = LinkLoads(nodes, problem.loads.q, tuple(block for each in blocks for block in each))
     response = link_response(problem.configuration, problem.compliance, loads)
     displacement: list[Any] = []
     rotation: list[Any] = []
@@ -74,13 +74,13 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
         child = response.nodes.get((joint.child, joint.child_point or ""), STILL)
         parent = response.nodes.get((joint.parent, joint.parent_point or ""), STILL)
         if number in on_rails:
-            under = _under_block(problem, response, on_rails[number])
+            under = _under_blocks(problem, response, on_rails[number])
             child, parent = (child, under) if joint.owner == joint.parent else (under, parent)
         gap, turn = parent[0] - child[0], parent[1] - child[1]
         if joint.name in problem.joints:
             own = problem.joints[joint.name]
-            gap = gap - forces.force[number] * own.translation + own.gap
-            turn = turn - forces.moment[number] * own.rotation + own.turn
+            force, moment = forces.without_friction(number)  # which shaft and bearing do not feel
+            gap, turn = gap - force * own.translation + own.gap, turn - moment * own.rotation + own.turn
         if problem.added is not None:
             gap, turn = gap + problem.added.gaps[number], turn + problem.added.turns[number]
         if joint.gear is not None:
@@ -89,6 +89,15 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
         displacement.append(gap)
         rotation.append(turn)
     return response, JointGaps(displacement, rotation)
+
+
+def _under_blocks(problem: Problem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Any, Any]:
+    """Displacement, in the ground's axes, and rotation under a block of whichever beam of its line it is on."""
+    moved, turned = _under_block(problem, response, blocks[0])
+    for block in blocks[1:]:
+        there, turn = _under_block(problem, response, block)
+        moved, turned = np.where(block.here, there, moved), np.where(block.here, turn, turned)
+    return moved, turned
 
 
 def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tuple[Any, Any]:

@@ -21,9 +21,9 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
     ------
     Link's number, point's name, force in the ground's axes [N], complex, and moment [N m].
     """
-    for number, (place, force, moment) in enumerate(zip(motion.places, forces.force, forces.moment, strict=True)):
+    for number, place in enumerate(motion.places):
         if place.joint.gear is not None:
-            for load in gear_loads(place, force, moment, forces.flank.get(number, 0.0)):
+            for load in gear_loads(place, *forces.without_friction(number), forces.flank.get(number, 0.0)):
                 yield load.link, load.joint.point(load.link) or "", load.force, load.moment
 
 

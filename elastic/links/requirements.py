@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from elastic.beams.compliance import Compliance
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import BeamTrees
-from rigid import Mechanism, MechanismError, Motion, structure
+from elastic.links.sliding_blocks import block_places
+from rigid import Mechanism, MechanismError, Motion
 
 
 def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> None:
@@ -20,15 +21,16 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
             raise ValueError(f'"{name}" is {names.count(name)} joints, which does not tell which of them is soft')
 
 
-def require_prismatic_rails(mechanism: Mechanism, trees: BeamTrees, sections: Sequence[Section]) -> None:
-    """Raise where a slider moves along a tapered beam: what it adds beyond its block has no closed form here."""
-    for place, beam in trees.rails.items():
-        if sections[beam].taper is not None:
-            owner = mechanism.links[mechanism.beams[beam][0]].name
-            name = structure(mechanism).joints[place].name
-            raise MechanismError(
-                f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
-            )
+def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
+    """Raise where a slider comes to a tapered beam: what it adds beyond its block has no closed form here."""
+    for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
+        for place in places:
+            if sections[place.beam].taper is not None:
+                owner = motion.mechanism.links[motion.mechanism.beams[place.beam][0]].name
+                name = motion.structure.joints[number].name
+                raise MechanismError(
+                    f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
+                )
 
 
 def require_soft_rings(mechanism: Mechanism, trees: BeamTrees, compliance: Compliance) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,33 +19,61 @@ from rigid.plane import dot
 ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet on it: round-off
 
 
-def block_places(motion: Motion, trees: BeamTrees) -> list[Any]:
-    """Where the block of every slider on a beam is, in xi, shape (..., positions); nan where it is beyond its beam."""
+@dataclass(frozen=True, eq=False)
+class OnBeam:
+    """A block on one of the beams in its line: number of the beam, `xi` and `here` as of `Block`."""
+
+    beam: int
+    xi: Any
+    here: Any
+
+
+def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
+    """Where the block of every slider on beams is: those of the beams in its line that it comes to.
+
+    At every position it is on one of them; the first has nan where it is beyond them all.
+    """
+    if not trees.rails:
+        return []
     table = beam_constants(motion.mechanism, len(motion.columns))
     directions = beam_directions(motion)
     found = []
-    for number, beam in trees.rails.items():
+    for number, beams in trees.rails.items():
         place = motion.places[number]
         at = place.joint.owner
-        xi = dot(directions[beam], place.arm(at) - motion.direction[at] * table.start[beam]) / table.length[beam]
-        found.append(np.where((xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM), np.clip(xi, 0.0, 1.0), np.nan))
+        places: list[OnBeam] = []
+        elsewhere: Any = False
+        for beam in beams:
+            xi = dot(directions[beam], place.arm(at) - motion.direction[at] * table.start[beam]) / table.length[beam]
+            here = (xi >= -ON_BEAM) & (xi <= 1 + ON_BEAM) & np.logical_not(elsewhere)
+            if np.any(here):
+                places.append(OnBeam(beam, np.clip(xi, 0.0, 1.0), here))
+            elsewhere = elsewhere | here
+        first = places[0] if places else OnBeam(beams[0], xi, np.zeros(np.shape(xi), bool))
+        first = OnBeam(first.beam, np.where(elsewhere, first.xi, np.nan), first.here)
+        found.append((first, *places[1:]))
     return found
 
 
 def block_loads(
     motion: Motion, configuration: Configuration, forces: JointForces, added: AddedLoads | None = None
-) -> tuple[Block, ...]:
+) -> list[tuple[Block, ...]]:
     """Loads of the sliders on the beams they move along, in the order of `BeamTrees.rails`."""
-    rails = configuration.trees.rails
-    found = []
-    for (number, beam), xi in zip(
-        rails.items(), block_places(motion, configuration.trees) if rails else (), strict=True
-    ):
+    trees, found = configuration.trees, []
+    for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
         sense = motion.structure.joints[number].sense
-        pull = configuration.back[beam] * forces.force[number]
-        load, moment = -sense * pull, -sense * forces.moment[number]
+        pull, load = -sense * forces.force[number], -sense * forces.moment[number]
         for joint, force, more in added.blocks if added is not None else ():
             if joint == number:
-                load, moment = load + configuration.back[beam] * force, moment + more
-        found.append(Block(beam, xi, load, moment))
-    return tuple(found)
+                pull, load = pull + force, load + more
+        found.append(tuple(_block(configuration, place, pull, load, len(places) > 1) for place in places))
+    return found
+
+
+def _block(configuration: Configuration, place: OnBeam, pull: Any, load: Any, several: bool) -> Block:
+    """Force in the ground's axes, and moment, on a beam; nothing while the block is on another."""
+    own = configuration.back[place.beam] * pull
+    if not several:
+        return Block(place.beam, place.xi, own, load)
+    here = place.here | np.isnan(place.xi)
+    return Block(place.beam, place.xi, np.where(here, own, 0.0), np.where(here, load, 0.0), place.here)

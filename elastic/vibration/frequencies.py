@@ -109,8 +109,8 @@ def _of_design(
     """Frequencies of one design, shape (modes, positions), and how much the last refinement changed them."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)
-    for xi in block_places(motion, trees_of(motion.mechanism)):
-        carried &= np.isfinite(np.atleast_2d(np.broadcast_to(xi, motion.columns))[design, chosen])
+    for first, *_ in block_places(motion, trees_of(motion.mechanism)):
+        carried &= np.isfinite(np.atleast_2d(np.broadcast_to(first.xi, motion.columns))[design, chosen])
     good = np.flatnonzero((condition <= SINGULAR) & carried)
     omega = np.full((modes, len(chosen)), np.nan)
     if not len(good):

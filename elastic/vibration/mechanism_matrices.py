@@ -13,7 +13,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
-from rigid import Motion
+from rigid import Link, Motion
 from rigid.gears import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.statics import balancing_forces
@@ -120,14 +120,12 @@ class VibratingStructure:
         """A link once for all positions, or once for each where blocks on its beams divide these differently."""
         link, scaled = of_design(self._motion.mechanism.links[at], sections, self._scale, self._design)
         marks: list[dict[int, list[tuple[float, str]]]] = [{} for _ in self._positions]
-        for number, rail in self._rails.items():
-            joint = self._places[number].joint
-            if at == joint.owner:
-                beam = link.beams[rail - first_beam]
-                start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+        for number, rails in self._rails.items():
+            if at == self._places[number].joint.owner:
+                beams = [rail - first_beam for rail in rails]
                 for mark, local in zip(marks, self._local(at, self._arm(number, at)), strict=True):
-                    xi = float(np.clip(((local - start) / way).real, NEAREST, 1 - NEAREST))
-                    mark.setdefault(rail - first_beam, []).append((xi, _block(number)))
+                    beam, xi = _nearest(link, beams, local)
+                    mark.setdefault(beam, []).append((xi, _block(number)))
         if not any(marks):
             return [vibrating_link(link, scaled, inner)]
         return [vibrating_link(*divided(link, scaled, mark), inner) for mark in marks]
@@ -216,6 +214,19 @@ class VibratingStructure:
                 self.stiffness += row[:, :, None] * row[:, None, :] / compliance
             else:
                 self.held.append(row)
+
+
+def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
+    """On which of a link's beams in one line a place is, and where in xi, not quite at an end."""
+    found: list[tuple[float, int, float]] = []
+    for beam in beams:
+        start, end = (
+            complex(np.ravel(link.points[name])[0]) for name in (link.beams[beam].start, link.beams[beam].end)
+        )
+        xi = complex((local - start) / (end - start)).real
+        found.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, NEAREST, 1 - NEAREST))))
+    _, nearest, place = min(found)
+    return nearest, place
 
 
 def _block(number: int | None) -> str:

@@ -140,7 +140,7 @@ def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
         lost = np.isnan(block.xi)
-        jump = np.abs(xi - np.asarray(block.xi)[..., None]) <= AT_NODE
+        jump = (np.abs(xi - np.asarray(block.xi)[..., None]) <= AT_NODE) & np.asarray(block.here)[..., None]
         for array in (values, found):
             array[:, :, lost] = np.nan
             array[:3, block.beam][:, jump] = np.nan

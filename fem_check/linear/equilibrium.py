@@ -35,8 +35,10 @@ class Wrenches:
     size: float
 
 
-def wrenches_of(frame: Frame, rows: Sequence[Row], beams: Beams) -> Wrenches:
-    """Wrenches on the bodies of every constraint and of all loads."""
+def wrenches_of(
+    frame: Frame, rows: Sequence[Row], beams: Beams, more: Sequence[tuple[Place | None, Any, Any]] = ()
+) -> Wrenches:
+    """Wrenches on the bodies of every constraint and of all loads; `more` loads: place, force [N], and moment [N m]."""
     columns = frame.motion.columns
     total = np.zeros((*columns, len(rows) + 1, len(frame.bodies), 3))
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
@@ -59,7 +61,7 @@ def wrenches_of(frame: Frame, rows: Sequence[Row], beams: Beams) -> Wrenches:
         unit = size if row.turns else 1.0
         for place, force, moment in row.parts:
             put(number, place, force * unit, moment * unit)
-    for place, force, moment in concentrated(frame):
+    for place, force, moment in (*concentrated(frame), *more):
         put(len(rows), place, force, moment)
     pull, turn = _resultants(beams)
     for i, part in enumerate((pull.real, pull.imag, turn / size)):

@@ -35,6 +35,10 @@ class Place:
     arm: Any = 0.0
 
 
+Side = Place | None | tuple[tuple[Place, Any], ...]
+"""Where a joint is on a link: a place, None for the ground, or places on one of which it is: 1 there, 0 elsewhere."""
+
+
 class Frame:
     """Bodies of a mechanism and the places of its points; the beams come first, in the order of `Mechanism.beams`.
 
@@ -92,31 +96,52 @@ class Frame:
         """What moves with a link without beams; `arm` from the origin of the link's axes, in the ground's."""
         return Place(self.root[at], arm=arm) if at else None
 
-    def _sides(self, slider: Slider) -> tuple[Place | None, Place | None]:
+    def _sides(self, slider: Slider) -> tuple[Side, Place | None]:
         """Where the point is now: on the owner of the line, and on the link that slides."""
         motion = self.motion
         owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
         arm = position_of(motion, link, slider.point) - motion.origin[owner]
         if not motion.mechanism.links[owner].beams:
             return self._carried(owner, arm), self.place(link, slider.point)
-        number = self._rail(slider, owner)
-        body = self.bodies[number]
-        xi = ((arm / motion.direction[owner] - body.start) / body.way).real
-        on_beam = (xi >= -REACHED) & (xi <= 1 + REACHED)
-        self.spots.append((number, np.where(on_beam, np.clip(xi, 0.0, 1.0), np.nan)))
-        return Place(number, len(self.spots) - 1), self.place(link, slider.point)
+        found: list[tuple[int, Any, Any]] = []
+        carried: Any = False
+        for number in self._rails(slider, owner):
+            body = self.bodies[number]
+            xi = ((arm / motion.direction[owner] - body.start) / body.way).real
+            on_beam = (xi >= -REACHED) & (xi <= 1 + REACHED) & np.logical_not(carried)
+            carried = carried | on_beam
+            if np.any(on_beam) or not found:
+                found.append((number, np.clip(xi, 0.0, 1.0), on_beam))
+        if len(found) > 1 and not np.any(found[0][2]):
+            del found[0]
+        first = len(self.spots)
+        self.spots += [(number, np.where(carried, xi, np.nan)) for number, xi, _ in found]
+        places = [Place(number, spot) for spot, (number, *_) in enumerate(found, first)]
+        if len(places) == 1:
+            return places[0], self.place(link, slider.point)
+        shares = [on_beam.astype(float) for *_, on_beam in found]
+        return tuple(zip(places, shares, strict=True)), self.place(link, slider.point)
 
-    def _rail(self, slider: Slider, owner: int) -> int:
-        """The first beam of a link that lies along a slider's line."""
-        line = slider.direction
+    def _rails(self, slider: Slider, owner: int) -> list[int]:
+        """The beams of a link that lie along a slider's line."""
+        line, found = slider.direction, []
         for number, body in enumerate(self.bodies):
             if body.link == owner:
                 size = np.abs(body.way)
                 aside = np.abs((np.conj(line) * body.way).imag) / size
                 off = np.abs((np.conj(line) * (slider.origin - body.start)).imag) / size
                 if np.max(aside + off) <= LINED_UP:
-                    return number
-        raise MechanismError(f'slider "{slider.name}": no beam of "{slider.on}" lies along its line to carry it')
+                    found.append(number)
+        if not found:
+            raise MechanismError(f'slider "{slider.name}": no beam of "{slider.on}" lies along its line to carry it')
+        return found
+
+
+def parts_on(side: Side, force: Any, moment: Any) -> tuple[tuple[Place | None, Any, Any], ...]:
+    """A force and a moment on a side of a joint, as those on places."""
+    if isinstance(side, tuple):
+        return tuple((place, share * force, share * moment) for place, share in side)
+    return ((side, force, moment),)
 
 
 def _refuse_pieces(link: Link) -> None:

@@ -102,4 +102,6 @@ def _point(frame: Frame, end: End, body: int) -> Any:
 def _place(frame: Frame, end: End, body: int) -> Place | None:
     if isinstance(end, PinDrive):
         return frame.place(body, end.at)
-    return frame.sides[end.slider][_links(frame, end).index(body)]
+    side = frame.sides[end.slider][_links(frame, end).index(body)]
+    assert not isinstance(side, tuple)  # racks run on the ground
+    return side

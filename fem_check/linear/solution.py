@@ -13,11 +13,13 @@ from fem_check.linear.beams import beams_of, over_designs
 from fem_check.linear.equilibrium import balanced, wrenches_of
 from fem_check.linear.fields import fields_of
 from fem_check.linear.frame import Frame
+from fem_check.linear.friction import Rubbing
 from fem_check.linear.meshes import Flanks
 from fem_check.linear.ties import Tie, ties
 from fem_check.linear.unit_beam import unit_beam
 from rigid import Motion, Reals
 
+ROUNDS = 100  # of friction from forces and forces from friction
 FLANKS = 4  # rounds until the teeth of gears are loaded on the flanks that they were taken to touch with
 UNLOADED = 1e-10  # share of the greatest force or moment at a position, below which an effort loads no flank
 
@@ -86,7 +88,8 @@ def solve(
 ) -> Solution:
     """Section forces and displacements of all beams at all positions by finite elements.
 
-    Hermite elements across and quadratic ones along every beam and for what shear adds; welds and joints as
+    Friction of the joints is found from the forces of the frame, which it changes, round and round; nan where that does
+    not settle. Hermite elements across and quadratic ones along every beam and for what shear adds; welds and joints as
     constraints, drives locked; a slider's block divides the element of the beam it is on. Loads and statics are found
     anew from the motion; statically indeterminate mechanisms come out as any other.
 
@@ -132,14 +135,20 @@ def solve(
     with np.errstate(invalid="ignore", over="ignore"):
         beams = beams_of(frame, sections, elements)
         flanks: Flanks = {}
-        for _ in range(FLANKS):
+        friction = Rubbing(frame)
+        for _ in range(ROUNDS if motion.mechanism.friction else FLANKS):
             held = list(ties(frame, joints or {}, flanks))
             rows = [row for tie in held for row in tie.rows]
-            wrenches = wrenches_of(frame, rows, beams)
+            wrenches = wrenches_of(frame, rows, beams, friction.loads)
             multipliers, carried = balanced(motion, rows, beams, wrenches)
             before, flanks = flanks, _loaded_flanks(held, multipliers)
-            if all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks):
+            alike = all(gear in before and np.array_equal(flanks[gear], before[gear]) for gear in flanks)
+            friction = friction.after(held, multipliers, wrenches.size)
+            if alike and friction.settled:
                 break
+        else:
+            multipliers = np.where(friction.unsettled[..., None], np.nan, multipliers)
+            carried = np.where(friction.unsettled[..., None, None], np.nan, carried)
         spots = wrenches.spots
         spots = spots[..., -1, :, :] + np.einsum("...r,...rki->...ki", multipliers, spots[..., :-1, :, :])
         spots[..., 2] *= wrenches.size

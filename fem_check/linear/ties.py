@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, Place, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
 from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
 from rigid.joints import Joint
 
 Part = tuple[Place | None, Any, Any]
 """A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
-Sides = tuple[Place | None, Place | None]
+Sides = tuple[Side, Place | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
 def _moved(sides: Sides, way: Any) -> Row:
     """No displacement of the child from the parent along a unit vector."""
     parent, child = sides
-    return Row(((child, way, 0.0), (parent, -way, 0.0)))
+    return Row(((child, way, 0.0), *parts_on(parent, -way, 0.0)))
 
 
 def _held(sides: Sides) -> tuple[Row, Row]:
@@ -100,7 +100,7 @@ def _held(sides: Sides) -> tuple[Row, Row]:
 
 def _not_turned(sides: Sides) -> Row:
     parent, child = sides
-    return Row(((child, 0.0, 1.0), (parent, 0.0, -1.0)), turns=True)
+    return Row(((child, 0.0, 1.0), *parts_on(parent, 0.0, -1.0)), turns=True)
 
 
 def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple[int, int], Row]:

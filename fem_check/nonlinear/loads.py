@@ -71,6 +71,8 @@ def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
     NotCheckedError
         A load of another kind.
     """
+    if mechanism.friction:
+        raise NotCheckedError("friction of joints: the nonlinear check does not know it")
     rows: list[tuple[Any, ...]] = []
     laws: list[Law] = []
     for load in mechanism.loads:

@@ -119,6 +119,8 @@ def solve_solid(
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
     if across < LEAST_ACROSS or across % 2:
         raise ValueError(f"{across} elements across: expected an even number")
+    if motion.mechanism.friction:
+        raise ValueError("friction of joints: plane bodies do not know it")
     frame = Frame(motion)
     given = np.broadcast_to(np.asarray(poisson, float), len(sections))
     pushes = list(_pushes(frame, sections, joints or {}))

@@ -94,10 +94,13 @@ def _guessed_output(scene: Scene) -> Output | None:
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
-    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant."""
+    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant.
+
+    Friction is found for all columns in as many rounds as the slowest takes: there designs would not be their own.
+    """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
-    if scene.is_integrated or (plain and inner[-1] not in FLOATS):
+    if scene.is_integrated or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
         return False
     one_drive = len(table.drives) == 1
     if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):

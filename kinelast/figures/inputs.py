@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results, drive_words
-from rigid import LineLoad, PointLoad, TorsionSpring
+from rigid import LineLoad, PointLoad, Resistance, TorsionSpring
 
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
 
@@ -54,6 +54,9 @@ def _speed(rate: Any, unit: str) -> dict[str, Any]:
 
 def _load(load: Any) -> Iterator[tuple[str, Any]]:
     """Kind of a load, the link and place it acts on, how large it is before any law in time, and where it points."""
+    resists = isinstance(load, Resistance)
+    yield "resists", ("one way" if load.one_way else "both ways") if resists else None
+    load = load.load if resists else load
     yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
     yield "link", getattr(load, "link", "")
     yield "place", getattr(load, "point", getattr(load, "at", ""))

@@ -17,17 +17,19 @@ from elastic.assessment import angle_error
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
-from rigid import Motion, Posture, Reals, TorsionSpring
+from rigid import Motion, Posture, Reals
 from rigid.analysis import reachable
+from rigid.friction import friction_power
 
-LONG = 100_000  # positions times beams, and one more: some 200 MB
+LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
+PER_LINK = 0.25  # of a beam's memory
 SHOWN = 3600
 
 
 def is_long(scene: Scene, positions: int) -> bool:
-    """Whether a run is to go in chunks: it is long, and no load counts the turns of a link from its start."""
-    counts = any(isinstance(load, TorsionSpring) for load in scene.mechanism.loads)
-    return positions * (len(scene.mechanism.beams) + 1) > LONG and not counts
+    """Whether a run is to go in chunks: it is long."""
+    mechanism = scene.mechanism
+    return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
 
 
 def reached_times(scene: Scene, time: Reals) -> Reals:
@@ -56,12 +58,13 @@ def long_results(
     beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
     telling, swings = _Telling(), _Swings()
     near: list[Any] = []
-    singular = ill = 0
+    singular = locked = ill = 0
     for first, results in _chunks(scene, time, require):
         on_chunk(results, first)
         telling.look(results, first)
         swings.look(results)
         singular += int(np.count_nonzero(results.singular))
+        locked += results.locked_count
         ill += int(np.count_nonzero(~results.singular & (results.motion.condition > WELL)))
         own = beside[(beside >= first) & (beside < first + len(results.motion.time))] - first
         near.append((results.motion.origin[:, own], results.motion.direction[:, own]))
@@ -69,7 +72,7 @@ def long_results(
     numbers = sorted(telling.postures)
     found = _near(scene, time[numbers], *np.array([telling.postures[number] for number in numbers]).transpose(1, 2, 0))
     counted_ill = ill if len(time) - singular > ill else 0  # where none is well conditioned, all count
-    whole = Whole(len(time), singular, counted_ill, swings.size, Results(scene, even))
+    whole = Whole(len(time), singular, locked, counted_ill, swings.size, Results(scene, even))
     return Results(scene, found, whole=whole)
 
 
@@ -99,6 +102,9 @@ def _sizes(results: Results) -> Iterator[Any]:
         yield from (angle_error(results.deflection, link.name, point) for point in link.points)
     yield from (np.abs(force) for force in forces.force)
     yield from (np.abs(forces.ground_force), forces.ground_moment, results.efforts)
+    yield from forces.friction.values()
+    yield friction_power(results.motion, forces)
+    yield np.where(forces.locked, -1.0, forces.feedback)
     yield from (results.motion.drive_rate, results.motion.condition)
 
 

@@ -48,8 +48,8 @@ class Whole:
 
     Attributes
     ----------
-    positions, singular, ill
-        How many there are, are singular, and are left out of the largest values.
+    positions, singular, locked, ill
+        How many there are, have no figures, of these as friction may lock, and are left out of the largest values.
     swings
         Of the normal stress [Pa], as of `elastic.assessment.stress_range` at `STATIONS`.
     shown
@@ -58,6 +58,7 @@ class Whole:
 
     positions: int
     singular: int
+    locked: int
     ill: int
     swings: Any
     shown: Results
@@ -107,8 +108,16 @@ class Results:
     def counts(self) -> tuple[int, int, int]:
         """How many positions there are, are singular, and are left out of the largest values."""
         if self.whole is not None:
-            return self.whole.positions, self.whole.singular, self.whole.ill
-        return len(self.motion.time), int(np.count_nonzero(self.singular)), int(np.count_nonzero(self.ill))
+            return self.whole.positions, self.whole.singular - self.whole.locked, self.whole.ill
+        lost = int(np.count_nonzero(self.singular)) - self.locked_count
+        return len(self.motion.time), lost, int(np.count_nonzero(self.ill))
+
+    @cached_property
+    def locked_count(self) -> int:
+        """How many positions have no figures because friction may lock the mechanism there."""
+        if self.whole is not None:
+            return self.whole.locked
+        return int(np.count_nonzero(np.broadcast_to(self.deflection.forces.locked, self.motion.columns)))
 
     @cached_property
     def swings(self) -> Any:
@@ -197,7 +206,7 @@ class Results:
 
     @cached_property
     def singular(self) -> Any:
-        """Whether a position is too near a singular one to be computed, shape (positions,)."""
+        """Whether a position has no figures: nearly singular, or friction may lock there, shape (positions,)."""
         return self.deflection.lost
 
     @cached_property
@@ -206,7 +215,7 @@ class Results:
 
         Where no position is so well conditioned, all that could be computed count.
         """
-        well = self.motion.condition <= WELL
+        well = (self.motion.condition <= WELL) & ~self.singular
         return well if well.any() else ~self.singular
 
     @cached_property

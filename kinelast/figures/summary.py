@@ -13,6 +13,7 @@ from elastic.assessment import LIMITS
 from kinelast.figures.acceptance import acceptance
 from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.figure import at_position, coordinates, figure, largest
+from kinelast.figures.friction import friction_figures
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.peaks import Peak
@@ -47,7 +48,9 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
         "run": {
             **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
+            "locked": results.locked_count,
             "left_out": results.left_out,
+            "interrupted": None if scene.interrupted is None else figure(scene.interrupted, "s"),
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),
             "largest_condition": _worst_condition(results),
@@ -71,6 +74,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             name: {"coordinate": coordinate, "effort": largest(results, effort, unit)}
             for (name, coordinate, _, unit), effort in zip(drive_words(scene.mechanism), results.efforts, strict=True)
         },
+        "friction": friction_figures(results),
         "shaking": {
             "force": largest(results, np.abs(forces.ground_force), "N"),
             "moment": largest(results, forces.ground_moment, "N m"),

@@ -26,6 +26,7 @@ from kinelast.scene.motion import scene_motion_at
 from rigid import MechanismError, Motion
 
 SURE = 10.0  # times too low the cheap estimate hardly ever is: 2 of 142 mechanisms, docs/validity.md
+HOPELESS = 1e3  # share of what small displacements leave out, beyond which vibration is not looked at
 EPS = float(np.finfo(float).eps)
 
 
@@ -90,12 +91,15 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
         if estimate + math.fsum(others.values()) <= theory.accuracy:
             errors = {"vibration": estimate, **others}
             return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, estimate)
+    unknown = Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
+    if others.get("large displacement", 0.0) > HOPELESS:
+        return unknown
     try:
         found = _vibrating(scene, plain.motion, period)
     except SceneError:
         if theory.name:
             raise
-        return Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
+        return unknown
     missed = float(theory_error(found).history.max())
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
     if theory.accuracy is not None and missed + math.fsum(others.values()) <= theory.accuracy:
@@ -110,7 +114,10 @@ def vibration_estimate(plain: Deflection, period: float) -> float:
     From its harmonics and lowest frequency; and its axial forces over Euler's loads: by so much they stiffen or soften
     the beams, which the elastodynamic answer takes into account.
     """
-    lowest = natural_frequencies(plain.motion, plain.sections, modes=1, positions=4, joints=plain.joints).lowest
+    try:
+        lowest = natural_frequencies(plain.motion, plain.sections, modes=1, positions=4, joints=plain.joints).lowest
+    except np.linalg.LinAlgError:  # far from any machine's sizes
+        return math.nan
     vibrates = quasi_static_error(harmonics(plain, period), lowest) if math.isfinite(lowest) else 0.0
     return vibrates + axial_share(plain)
 

@@ -14,9 +14,12 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from kinelast.figures.figure import at_position
-from kinelast.figures.results import WELL, Results
+from kinelast.figures.friction import friction_figures
+from kinelast.figures.results import NOISE, WELL, Results
 from kinelast.figures.strength import fastest_drive
 from kinelast.numbers import number, percent, quantity
+from rigid import Friction
+from rigid.names import counted
 
 INPUTS, THEORY = "Inputs", "Theory"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
@@ -64,6 +67,7 @@ def findings(results: Results) -> list[Finding]:
         *_inputs(results),
         *_theory(results),
         _positions(results),
+        *_friction(results),
         *_check(results),
         *_exceedances(results),
         *_within(results),
@@ -85,8 +89,9 @@ def _positions(results: Results) -> Finding:
     condition = results.motion.condition
     count, singular, ill = results.counts
     heading = "Conditioning of the positions"
-    if singular == count:
-        return Finding(POOR, heading, "No position could be computed: all are singular or out of reach.")
+    if singular + results.locked_count == count:
+        why = "singular, out of reach, or locked by friction" if results.locked_count else "singular or out of reach"
+        return Finding(POOR, heading, f"No position could be computed: all are {why}.")
     worst = float(condition[~results.singular].max())
     digits = max(0, int(15 - math.log10(max(worst, 1.0))))
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
@@ -98,10 +103,47 @@ def _positions(results: Results) -> Finding:
             f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
             " positions.csv has them, with their condition numbers."
         )
-    if results.left_out:
+    if results.scene.interrupted is not None:
+        reached = quantity(results.scene.interrupted, "s")
+        text += f" The integration was interrupted at {reached}: {results.left_out} later positions are left out."
+    elif results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
+
+
+def _friction(results: Results) -> Iterator[Finding]:
+    """What friction takes, and how near it is to locking the mechanism."""
+    found = friction_figures(results)
+    if found is None:
+        return
+    heading, locked, count = "Friction", results.locked_count, len(found["joints"])
+    text = f"Friction in {counted(count, 'joint')} takes up to {_told(found['power'])}."
+    if found["feedback"]["value"] is not None:
+        text += f" At most it adds {percent(found['feedback']['value'])} to itself; at 100 % it may lock the mechanism."
+    if locked:
+        text += f" At {locked} of {counted(results.counts[0], 'position')} it may: balance has no answer, or several."
+    if found["resting"]:
+        text += f" At {counted(found['resting'], 'position')} nothing slides, and no friction is counted."
+    free = [name for name, own in results.mechanism.friction.items() if _unguided(results, name, own)]
+    if free:
+        text += f" The moment on {', '.join(free)} is taken to press on nothing: length is not given."
+    yield Finding(CAUTION if locked else GOOD, heading, text)
+
+
+def _told(told: Mapping[str, Any]) -> str:
+    return "an unknown power" if told["value"] is None else quantity(told["value"], told["unit"])
+
+
+def _unguided(results: Results, name: str, own: Friction) -> bool:
+    """Whether a slider bears a moment that its friction does not count, as its length is not given."""
+    if not own.coefficient or np.isfinite(own.length):
+        return False
+    forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
+    if results.motion.places[number].turns:
+        return False
+    scale = results.scales["N m"]
+    return bool(np.any(np.abs(forces.moment[number]) > NOISE * scale))
 
 
 def _inputs(results: Results) -> Iterator[Finding]:
@@ -267,7 +309,8 @@ def exceedance_figures(results: Results) -> list[dict[str, Any]]:
 def left_out(results: Results) -> list[str]:
     """What the figures do not hold, in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
-    others = ["large displacements", "the axial force's part in bending", "play and friction in the joints", "fatigue"]
+    play = "play in the joints" if results.mechanism.friction else "play and friction in the joints"
+    others = ["large displacements", "the axial force's part in bending", play, "fatigue"]
     if results.vibrates:
         others.remove("the axial force's part in bending")
     return [

@@ -12,7 +12,7 @@ from elastic import JointCompliance, Section
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
-from rigid.dynamics import ForwardError, IntegratedMotion, forward
+from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, forward
 
 
 @dataclass(frozen=True)
@@ -170,6 +170,12 @@ class Scene:
     def is_integrated(self) -> bool:
         """Whether a drive is an effort, from which the motion follows."""
         return any(isinstance(law, DriveEffort) for law in self.laws)
+
+    @property
+    def interrupted(self) -> float | None:
+        """Up to which time a user let the motion be integrated [s]; None where it was not interrupted."""
+        stop = self.__dict__.get("_integrated", (None, None))[1]
+        return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
 
     def integrated(
         self, on_step: Callable[[float], None] | None = None

@@ -20,6 +20,7 @@ from kinelast.scene.quantities import (
     Length,
     Moment,
     Ratio,
+    Size,
     Speed,
     Stiffness,
     Time,
@@ -57,12 +58,16 @@ class SlotTable(Table, frozen=True, kw_only=True):
 
 
 class JointTable(Table, frozen=True, kw_only=True):
-    """How a pin or slider gives way, and what it lacks in fit."""
+    """How a pin or slider rubs, how it gives way, and what it lacks in fit."""
 
     compliance: Compliance | None = None
     rotation: TurnCompliance | None = None
     gap: Place | None = None
     turn: Angle | None = None
+    friction: Annotated[float, Meta(ge=0, le=10)] | None = None
+    viscosity: Damping | None = None
+    radius: Size | None = None
+    length: Size | None = None
 
 
 class SegmentTable(Table, frozen=True, kw_only=True):
@@ -131,6 +136,7 @@ class LoadTable(Table, frozen=True, kw_only=True):
     start: tuple[ForcePerLength, ForcePerLength] | None = None
     end: tuple[ForcePerLength, ForcePerLength] | None = None
     axes: Literal["fixed", "turning"] = "fixed"
+    resists: Literal["both ways", "one way"] | None = None
     table: Annotated[list[tuple[Abscissa, float]], Meta(min_length=2)] | None = None
     against: AgainstTable | None = None
     interpolation: Interpolation = "linear"

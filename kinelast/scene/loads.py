@@ -10,13 +10,13 @@ from kinelast.scene.laws import factor_law
 from kinelast.scene.many import real, some, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Spring, TorsionSpring
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
 from rigid.parts import Real
 
 
 def build_load(
     number: int, table: LoadTable, links: Mapping[str, Link], sliders: Collection[str], duration: float
-) -> PointLoad | LineLoad:
+) -> PointLoad | LineLoad | Resistance:
     """A load; a table against time must cover the run of given duration [s]."""
     where = f"loads[{number}]"
     known_name(where, "link", table.link, links)
@@ -28,7 +28,10 @@ def build_load(
     turning = table.axes == "turning"
     link = links[table.link]
     if table.point is not None:
-        return _point_load(where, table, link, turning, law)
+        load = _point_load(where, table, link, turning, law)
+        return load if table.resists is None else Resistance(load, table.resists == "one way")
+    if table.resists is not None:
+        raise fault(where, "resists", "belongs to a load at a point, whose motion tells the direction")
     return _line_load(where, table, link, turning, law)
 
 

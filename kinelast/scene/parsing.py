@@ -38,8 +38,6 @@ WORDS = {
 AXES = {"[1]": " x", "[2]": " y"}
 EXAMPLES = {"gravity": "[0, -9.81]", "direction": '[1, 0] or "30 deg"', "points": "[0.1, 0.05]"}
 NOT_MODELLED = {
-    "friction": "friction is",
-    "viscosity": "friction is",
     "clearance": "play in a joint is",
     "backlash": "play in a joint is",
     "play": "play in a joint is",
@@ -48,6 +46,7 @@ NOT_MODELLED = {
     "contact": "contact is",
     "impact": "impact is",
 }
+RUBBING = ("friction", "viscosity")  # of a joint
 NESTED = {
     "beams": BeamTable,
     "law": SegmentTable,
@@ -198,7 +197,8 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         if found[1] in NOT_MODELLED:
             return inner + found[1], f"{NOT_MODELLED[found[1]]} not modelled: leave the key out"
         known = _keys(kind, path, value)
-        return inner + found[1], f"there is no such key{likely(found[1], known)}"
+        hint = "; it belongs under [joints.NAME]" if found[1] in RUBBING else likely(found[1], known)
+        return inner + found[1], f"there is no such key{hint}"
     if found := re.fullmatch(r"Object missing required field `(.*)`", what):
         return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
     if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):

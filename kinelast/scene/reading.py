@@ -14,7 +14,7 @@ from kinelast.scene.data import Making, Material, Run, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.joints import build_joints
+from kinelast.scene.joints import build_friction, build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body
@@ -87,7 +87,11 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_mechanism(table)
     run = _run(table, parts.mechanism.drives, parts.laws)
-    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration))
+    friction = build_friction(table, parts.mechanism)
+    if friction and any(isinstance(law, DriveEffort) for law in parts.laws):
+        why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
+        raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
+    mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, k) for body, k in beams)
     scene = Scene(

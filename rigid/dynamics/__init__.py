@@ -17,4 +17,12 @@ from rigid.dynamics.force_laws import (
     sum_of_laws,
     table_curve,
 )
-from rigid.dynamics.forward_dynamics import Effort, ForwardError, IntegratedMotion, MotionLaw, forward, motion_during
+from rigid.dynamics.forward_dynamics import (
+    INTERRUPTED,
+    Effort,
+    ForwardError,
+    IntegratedMotion,
+    MotionLaw,
+    forward,
+    motion_during,
+)

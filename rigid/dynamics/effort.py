@@ -6,7 +6,8 @@ nothing else. Derivations: docs/dynamics.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,18 @@ import numpy as np
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_constants
 from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
+from rigid.dynamics.rubbing import friction_loads, friction_of
 from rigid.forces import UNSTRESSED, JointForces
+from rigid.friction import sliding_rate
 from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.loads import given_loads, link_loads
 from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
+from rigid.statics import reactions
+
+GOING_ROUND, ROUGH = 200, 1e-13  # rounds of friction from forces, and the share that an effort may change by at the end
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +40,7 @@ class EquationOfMotion:
     bias
         What centripetal and Coriolis' accelerations take [N m or N], shape (drives, ..., positions).
     force
-        Reduced weights and loads [N m or N], shape (drives, ..., positions).
+        Reduced weights and loads, friction of the joints left out [N m or N], shape (drives, ..., positions).
     """
 
     inertia: Reals
@@ -73,11 +79,19 @@ def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
 
 
 def virtual_work_efforts(motion: Motion) -> Reals:
-    """Moment [N m] or force [N] of every drive by virtual work, shape (drives, ..., positions)."""
+    """Moment [N m] or force [N] of every drive by virtual work, shape (drives, ..., positions).
+
+    Friction, which no virtual work tells, is that of `reactions`.
+    """
     equation = equation_of_motion(motion)
     rate2 = motion.drive_acceleration.reshape(-1, *[1] * (len(motion.columns) - 1), motion.columns[-1])
     inertia: Reals = np.einsum("jk...,k...->j...", equation.inertia, rate2)
-    return inertia + equation.bias - equation.force
+    efforts: Reals = inertia + equation.bias - equation.force
+    if motion.mechanism.friction:
+        units = unit_motions(motion)
+        for number, effort in reactions(motion).friction.items():
+            efforts = efforts - np.stack([effort * sliding_rate(unit, number) for unit in units])
+    return efforts
 
 
 def unit_motions(motion: Motion) -> list[Motion]:
@@ -123,11 +137,35 @@ def multiplier_forces(motion: Motion) -> JointForces:
     """Joint forces by Lagrange multipliers, one linear system for the whole mechanism.
 
     As from `reactions`; `drive_efforts` takes the efforts from them. nan at singular positions, and where the mechanism
-    is redundant and its loads alone do not tell the force.
+    is redundant and its loads alone do not tell the force. Friction is found by going round: nan where that does not
+    settle.
     """
+    found = _multiplier_forces(motion, {})
+    if not motion.mechanism.friction:
+        return found
+    before: dict[int, Any] = {}
+    for _ in range(GOING_ROUND):
+        efforts = friction_of(motion, found)
+        off = [np.abs(efforts[at] - before.get(at, np.inf)) - ROUGH * np.abs(efforts[at]) for at in efforts]
+        lost = np.max(off, axis=0) > 0
+        before = efforts
+        if not lost.any():
+            break
+        found = _multiplier_forces(motion, efforts)
+    if lost.any():
+        found.mark(lost)
+    return found
+
+
+def _multiplier_forces(motion: Motion, friction: Mapping[int, Any]) -> JointForces:
+    """Joint forces with efforts of friction in the joints of some numbers."""
     links, columns = len(motion.mechanism.links), motion.columns
     here = constraints_at(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
+    ground = force[0].copy(), moment[0].copy()
+    for link, pull, couple in friction_loads(motion, friction):
+        force[link] += pull
+        moment[link] += couple
     load = np.stack([force[1:].real, force[1:].imag, moment[1:]], axis=1).reshape(3 * (links - 1), *columns)
     load = np.moveaxis(load, 0, -1)
     good = motion.condition <= SINGULAR
@@ -143,7 +181,11 @@ def multiplier_forces(motion: Motion) -> JointForces:
             matrix[..., row, :] = place.joint.sense * _tooth_row(motion, place, place.teeth.push(flank[number]))
     if flank:
         multiplier = _multipliers(matrix, load, good)
-    return _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), (force[0], moment[0]), flank)
+    held = _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), ground, flank)
+    for number, effort in friction.items():
+        pull, couple = motion.places[number].driven(effort)
+        held.force[number], held.moment[number] = held.force[number] + pull, held.moment[number] + couple
+    return replace(held, friction=dict(friction))
 
 
 def _multipliers(matrix: Any, load: Any, good: Any) -> Any:

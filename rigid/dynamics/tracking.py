@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from rigid.loads import given_loads
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError, Reals
 from rigid.plane import cross, dot
+from rigid.postures import Posture
 
 STEPS = 25  # of Newton's method before it gives up
 SETTLED = 1e-15  # error of a place over the mechanism's size, or of an angle [rad], that is left
@@ -45,16 +47,18 @@ class Tracker:
         Of every link [m] and its unit vector, complex, shape (links, 1).
     size
         Greatest distance of two joints at the start [m]: what displacements are measured by.
+    seen
+        As what motion loads and efforts see a motion of the mechanism: that of another one, with other drives.
     """
 
-    def __init__(self, mechanism: Mechanism, drive: Reals) -> None:
+    def __init__(self, mechanism: Mechanism, drive: Reals, near: Posture | None = None) -> None:
         from scipy.linalg import lapack
 
         self._lapack = lapack
         self.mechanism = mechanism
         self._table = joint_table(mechanism, 1)
         self._links = len(mechanism.links)
-        first = motion(mechanism, drive[:, None])
+        first = motion(mechanism, drive[:, None], near=near)
         if first.columns != (1,):
             raise MechanismError("forward dynamics takes one design at a time: give scalar lengths")
         if not np.isfinite(first.condition).all():
@@ -63,6 +67,7 @@ class Tracker:
         here = constraints_at(self._table, first.origin, first.direction)
         places = first.origin[self._table.block] + here.tip
         self.size = float(np.abs(places - places[0]).max()) or 1.0
+        self.seen: Callable[[Motion], Motion] = lambda motion: motion
         self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
         slides, count = self._table.slides.ravel(), self._table.count
         joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
@@ -88,6 +93,16 @@ class Tracker:
     def turns(self, number: int) -> bool:
         """Whether a drive is a pin's."""
         return not self._table.slides[self._table.moved[number]].any()
+
+    @property
+    def angle(self) -> Any:
+        """Angles of all links [rad], over any number of turns, shape (links, 1)."""
+        return self._angle
+
+    @property
+    def unit_twists(self) -> tuple[Any, Any]:
+        """Velocities of all links, complex, and angular velocities for a unit rate of every drive, (links, drives)."""
+        return self._twists(self._influence)
 
     @property
     def narrow(self) -> bool:
@@ -183,7 +198,7 @@ class Tracker:
     def equation(self, time: float, rate: Reals) -> tuple[Reals, Reals, Motion]:
         """Reduced inertia, loads less centripetal forces, and the motion at given rates without acceleration.
 
-        Shapes (drives, drives) and (drives,).
+        Shapes (drives, drives) and (drives,). Loads are those of the motion as it is `seen`.
         """
         velocity, omega = self._twists(self._influence @ rate)
         missing = -centripetal(self._here, velocity, omega)[0, self._rows]
@@ -212,10 +227,11 @@ class Tracker:
         relative = acceleration - self.mechanism.gravity
         force = -(mass * relative + turning * arm)
         couple = -(cross(arm, relative) + second * turning.imag)
-        for at, pull, turn in given_loads(coasting):
+        seen = self.seen(coasting)
+        for at, pull, turn in given_loads(seen):
             force[at] += pull
             couple[at] += turn
-        return inertia, (dot(v, force) + w * couple).sum(axis=0), coasting
+        return inertia, (dot(v, force) + w * couple).sum(axis=0), seen
 
     def _approach(self, drive: Reals) -> bool:
         """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""

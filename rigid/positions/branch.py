@@ -31,6 +31,7 @@ from rigid.positions.rows import of_designs
 
 NARROW = 64  # times the finest step that a change point may be wide
 BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
+MOST = 30_000  # steps of any size, or as many as there were, that are halved at once
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
 
 
@@ -199,6 +200,7 @@ class Branch:
         outside[which] = False
         kept.append(some(self.table, outside))
         edge = (EDGE if all(self.forms) else self.edge if self.forms[number] else finest) * self.path.stride
+        most = max(MOST, len(low["place"]))
         while True:
             box, before = self.certify(low, high, number)
             sure = np.isfinite(box).all(axis=1)
@@ -207,6 +209,8 @@ class Branch:
             known = np.isfinite(np.array([end["sine"][:, number] for end in (low, high)]))
             split = ~sure & (length > finest * self.path.stride) & before & known.any(axis=0)
             split &= known.all(axis=0) | (length > edge)
+            if np.count_nonzero(split) > most:  # nothing is certain anywhere, such as far from any machine's sizes
+                split[:] = False
             kept.append(some(low, ~split))
             if not split.any():
                 break

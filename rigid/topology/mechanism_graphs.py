@@ -32,19 +32,21 @@ def bar_graph(mechanism: Mechanism) -> Graph:
     like the slider, or the owner's joint that is there. Points in one link alone are left out, unless the link has
     fewer than two joints.
     """
+    named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
     shared |= {slider.point for slider in mechanism.sliders}
     bars: list[Branch] = []
     slides: list[Branch] = []
     for link in mechanism.links:
-        joints = [point for point in link.points if point in shared]
+        places = {point: place for point, place in link.points.items() if point in shared}
         for slider in mechanism.sliders:
             if slider.on == link.name:
-                here = [point for point in joints if np.all(link.points[point] == slider.origin)]
-                start = here[0] if here else slider.name
-                joints += [] if start in joints else [start]
+                own = f"{slider.name}'s line" if slider.name in named else slider.name
+                free = [point for point in places if point != slider.point]  # on it the line may begin, too
+                start = next((point for point in free if np.all(places[point] == slider.origin)), own)
+                places.setdefault(start, slider.origin)
                 slides.append(Branch(slider.name, start, slider.point))
-        bars += _bars(link, joints)
+        bars += _bars(link, list(places))
     return Graph((*bars, *slides))
 
 

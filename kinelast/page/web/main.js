@@ -17,6 +17,7 @@ function theme() {
 function aboutRun() {
   const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
+  if (run.locked) words.push(`, ${run.locked} of them where friction may lock it`);
   if (run.left_out) words.push(`; ${run.left_out} more out of reach`);
   if (N < run.positions) words.push(`; the curves and pictures show ${N} of them, the figures count all`);
   $("about").textContent = `${words.join("")}.`;

@@ -1,0 +1,107 @@
+"""Friction in the joints as loads on the bodies, from the forces of the frame's own constraints: written anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem_check.linear.frame import Frame, Place, parts_on
+from fem_check.linear.ties import Tie
+from rigid import Slider, velocity_of
+from rigid.parts import Friction
+
+SAME = 1e-13  # share of the greatest force by which the efforts may still change
+STILL = 1e-9  # share of the greatest speed below which a joint is at rest
+
+Load = tuple[Place | None, Any, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Rubbing:
+    """Friction as far as it is known: efforts on the moving side of every joint, by its name.
+
+    `unsettled` where the last round changed them, bool, shape (..., positions).
+    """
+
+    frame: Frame
+    efforts: Any = None
+    unsettled: Any = True
+
+    @property
+    def settled(self) -> bool:
+        """Whether the last round changed nothing."""
+        return not self.frame.motion.mechanism.friction or not np.any(self.unsettled)
+
+    @property
+    def loads(self) -> Sequence[Load]:
+        """Place, force [N], complex, and moment [N m] of the friction on both sides of every joint."""
+        return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))
+
+    def _loads(self, name: str, effort: Any) -> Iterator[Load]:
+        slider = _slider(self.frame, name)
+        if slider is None:
+            first, second = _links(self.frame, name)
+            yield self.frame.place(second, name), 0.0, effort
+            yield self.frame.place(first, name), 0.0, -effort
+        else:
+            owner, block = self.frame.sides[name]
+            yield block, effort * self.frame.along(slider), 0.0
+            yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
+
+    def after(self, held: Sequence[Tie], multipliers: Any, size: float) -> Rubbing:
+        """The friction that forces of the constraints, which they were found with, cause."""
+        friction = self.frame.motion.mechanism.friction
+        found, row = {}, 0
+        for tie in held:
+            own = multipliers[..., row : row + len(tie.rows)]
+            if tie.name in friction and len(tie.rows) == 2:
+                found[tie.name] = self._effort(tie, friction[tie.name], own, size)
+            row += len(tie.rows)
+        known = self.efforts or {}
+        greatest = np.abs(multipliers).max(axis=-1, initial=0.0) * max(size, 1.0)
+        changes = [np.abs(effort - known.get(name, 0.0)) for name, effort in found.items()]
+        unsettled = np.max(changes, axis=0) > SAME * greatest if changes else np.False_
+        return replace(self, efforts=found, unsettled=unsettled)
+
+    def _effort(self, tie: Tie, own: Friction, multipliers: Any, size: float) -> Any:
+        """Effort on the second link of a pin, or on a slider's block, from its two multipliers."""
+        motion, slider = self.frame.motion, _slider(self.frame, tie.name)
+        one, other = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
+        omega = motion.angular_velocity
+        points = [(link, point) for link in motion.mechanism.links for point in link.points]
+        if slider is None:
+            first, second = _links(self.frame, tie.name)
+            rate, press = omega[second] - omega[first], own.radius * np.hypot(one, other)
+            fastest = np.abs(omega).max(axis=0)
+        else:
+            rate, press = self._slide(slider), np.maximum(np.abs(one), 2 * np.abs(other) / own.length)
+            fastest = np.max([np.abs(velocity_of(motion, link.name, point)) for link, point in points], axis=0)
+        moves = np.where(np.abs(rate) > STILL * fastest, np.sign(rate), 0.0)
+        return -own.coefficient * press * moves - own.viscosity * rate
+
+    def _slide(self, slider: Slider) -> Any:
+        """Rate at which the block slides along the line [m/s]."""
+        motion = self.frame.motion
+        owner = motion.mechanism.index[slider.on]
+        line = self.frame.along(slider)
+        block = velocity_of(motion, slider.link, slider.point)
+        ahead = (
+            motion.direction[motion.mechanism.index[slider.link]]
+            * motion.mechanism.links[motion.mechanism.index[slider.link]].points[slider.point]
+        )
+        here = motion.origin[motion.mechanism.index[slider.link]] + ahead
+        under = motion.velocity[owner] + 1j * motion.angular_velocity[owner] * (here - motion.origin[owner])
+        return (np.conj(line) * (block - under)).real
+
+
+def _slider(frame: Frame, name: str) -> Slider | None:
+    return next((slider for slider in frame.motion.mechanism.sliders if slider.name == name), None)
+
+
+def _links(frame: Frame, point: str) -> tuple[int, int]:
+    """Numbers of the two links of a pin."""
+    first, second = (at for at, link in enumerate(frame.motion.mechanism.links) if point in link.points)
+    return first, second

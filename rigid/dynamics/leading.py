@@ -1,0 +1,147 @@
+"""Which joints lead a motion that is integrated: another one where a drive comes to its limit and the links move on.
+
+A drive given as an effort is a coordinate of the motion. At a toggle the links move while it stands, so that it tells
+no more how they move on; some other joint does, and what the drive's effort does to that is told by virtual work.
+Derivation: docs/dynamics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from rigid.decomposition.order import structure
+from rigid.joint_places import joint_place
+from rigid.joints import Joint, coordinate_of
+from rigid.kinematics import Motion
+from rigid.mechanism import Mechanism
+from rigid.parts import PinDrive, Reals, SliderDrive
+
+GAIN = 3.0  # by how much faster another joint has to move than the drive, both measured by the mechanism's size
+
+
+@dataclass(frozen=True, eq=False)
+class Lead:
+    """A mechanism, and what leads it.
+
+    Attributes
+    ----------
+    mechanism
+        What is asked about.
+    variant
+        The same, led by the joints that its drives name; where these are others than the mechanism's, without loads.
+    own
+        By the number of every drive that another joint leads: its own joint.
+    """
+
+    mechanism: Mechanism
+    variant: Mechanism
+    own: Mapping[int, Joint] = field(default_factory=dict)
+
+    def rates(self, placed: Any, velocity: Any, omega: Any) -> dict[int, Any]:
+        """Rates of the drives that others lead, from the velocities of all links."""
+        return {
+            number: joint.sense * joint_place(placed, joint).rate(velocity, omega) for number, joint in self.own.items()
+        }
+
+    def accelerations(self, motion: Motion) -> dict[int, Any]:
+        """Second derivatives of the coordinates of the drives that others lead."""
+        found = {}
+        for number, joint in self.own.items():
+            place, child, parent = joint_place(motion, joint), joint.child, joint.parent
+            if place.along is None:
+                apart = motion.turning[child].imag - motion.turning[parent].imag
+            else:
+                opened = motion.acceleration[child] + motion.turning[child] * place.arm_child
+                opened = opened - motion.acceleration[parent] - motion.turning[parent] * place.arm_parent
+                apart = (np.conj(place.along) * opened).real
+            found[number] = joint.sense * apart
+        return found
+
+    def seen(self, motion: Motion, near: Mapping[int, Any]) -> Motion:
+        """A motion of the variant as one of the mechanism; places and velocities alone.
+
+        `near`: coordinates of the drives that others lead, to half a turn.
+        """
+        if not self.own:
+            return motion
+        drive, rate = motion.drive.copy(), motion.drive_rate.copy()
+        rates = self.rates(motion, motion.velocity, motion.angular_velocity)
+        for number, joint in self.own.items():
+            drive[number], rate[number] = unwound(motion, joint, near[number]), rates[number]
+        return replace(motion, mechanism=self.mechanism, drive=drive, drive_rate=rate)
+
+
+def unwound(placed: Any, joint: Joint, near: Any) -> Any:
+    """Coordinate of a joint, of an angle the one next to a given one."""
+    value = coordinate_of(placed, joint)
+    return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
+
+
+def led_otherwise(lead: Lead, placed: Any, twists: tuple[Any, Any], free: Sequence[int], size: float) -> Lead | None:
+    """The mechanism led by the joint that moves fastest in the place of the drive that moves it; None where none does.
+
+    Parameters
+    ----------
+    placed
+        Where the links are.
+    twists
+        Velocities and angular velocities of the links for a unit rate of every drive, shape (links, drives).
+    free
+        Numbers of the drives that may be led.
+    size
+        Of the mechanism [m].
+    """
+    best: tuple[float, int, Joint] | None = None
+    for joint in structure(lead.variant).joints:
+        if joint.moved:
+            continue
+        rates = np.abs(joint_place(placed, joint).rate(*twists)) / (1.0 if joint.turns else size)
+        for number in free:
+            gain = float(np.ravel(rates)[number]) * (1.0 if lead.variant.drives[number].turns else size)
+            if gain > max(GAIN, best[0] if best else 0.0):
+                best = gain, number, joint
+    if best is None:
+        return None
+    _, number, joint = best
+    own = {joint.drive: joint for joint in structure(lead.mechanism).joints if joint.drive is not None}
+    names = [link.name for link in lead.variant.links]
+    mover: PinDrive | SliderDrive = PinDrive(names[joint.child], joint.name, names[joint.parent])
+    if joint.slider is not None:
+        mover = SliderDrive(joint.name)
+    back = (joint.name, {joint.parent, joint.child}) == (own[number].name, {own[number].parent, own[number].child})
+    movers = list(lead.variant.drives)
+    movers[number] = lead.mechanism.drives[number] if back else mover
+    led = {**lead.own, number: own[number]}
+    if back:
+        del led[number]
+    return Lead(lead.mechanism, replace(lead.mechanism, drives=tuple(movers), loads=()) if led else lead.mechanism, led)
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A stretch of an integrated motion that is led by the same joints.
+
+    Attributes
+    ----------
+    lead
+        What leads it.
+    time
+        The integrator's steps and its start [s], shape (steps,).
+    origin, direction
+        Of the links at the steps, complex, shape (links, steps).
+    state
+        Times of shape (n,) to coordinates and then rates of what leads in the place of the drives given as efforts.
+    own
+        Coordinates of the drives that others lead at the steps, shape (steps,), by the drive's number.
+    """
+
+    lead: Lead
+    time: Reals
+    origin: Any
+    direction: Any
+    state: Callable[[Any], Any]
+    own: Mapping[int, Reals]

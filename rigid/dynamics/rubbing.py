@@ -1,0 +1,65 @@
+"""Friction of the joints by the second route: written anew on purpose, so that the one checks the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rigid.decomposition.order import structure
+from rigid.forces import JointForces
+from rigid.kinematics import Motion
+from rigid.points import position_of, velocity_of
+
+ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
+
+
+def friction_of(motion: Motion, forces: JointForces) -> dict[int, Any]:
+    """Moment or force of friction on the child by the joint's number, for given forces, shape (..., positions)."""
+    mechanism, found = motion.mechanism, {}
+    names = [link.name for link in mechanism.links]
+    fastest = np.max(
+        [np.abs(velocity_of(motion, link.name, point)) for link in mechanism.links for point in link.points], 0
+    )
+    for number, joint in enumerate(structure(mechanism).joints):
+        own = mechanism.friction.get(joint.name)
+        if own is None:
+            continue
+        force, moment = forces.force[number], forces.moment[number]
+        if joint.slider is None:
+            rate = motion.angular_velocity[joint.child] - motion.angular_velocity[joint.parent]
+            press, least = own.radius * np.abs(force), np.abs(motion.angular_velocity).max(axis=0)
+        else:
+            rate, across = _slide(motion, joint.slider)
+            rate = rate if names[joint.child] == joint.slider.link else -rate
+            normal = np.abs((np.conj(across) * force).real)
+            press, least = np.maximum(normal, 2 * np.abs(moment) / own.length), fastest
+        moves = np.where(np.abs(rate) > ROUND_OFF * least, np.sign(rate), 0.0)
+        found[number] = np.broadcast_to(-own.coefficient * press * moves - own.viscosity * rate, motion.columns)
+    return found
+
+
+def _slide(motion: Motion, slider: Any) -> tuple[Any, Any]:
+    """Speed of a slider's point along its line, as seen from the line's owner [m/s], and the unit vector across."""
+    owner = motion.mechanism.index[slider.on]
+    along = motion.direction[owner] * slider.direction
+    arm = position_of(motion, slider.link, slider.point) - motion.origin[owner]
+    carried = motion.velocity[owner] + 1j * motion.angular_velocity[owner] * arm
+    return (np.conj(along) * (velocity_of(motion, slider.link, slider.point) - carried)).real, 1j * along
+
+
+def friction_loads(motion: Motion, friction: Mapping[int, Any]) -> Iterator[tuple[int, Any, Any]]:
+    """Link's number, force [N], complex, and moment about the origin of its axes [N m] of friction in the joints."""
+    mechanism = motion.mechanism
+    for number, effort in friction.items():
+        joint = structure(mechanism).joints[number]
+        if joint.slider is None:
+            yield joint.child, 0.0, effort
+            yield joint.parent, 0.0, -effort
+            continue
+        slider = joint.slider
+        place = position_of(motion, slider.link, slider.point)
+        pull = effort * motion.direction[mechanism.index[slider.on]] * slider.direction
+        for link, force in ((joint.child, pull), (joint.parent, -pull)):
+            yield link, force, (np.conj(place - motion.origin[link]) * force).imag

@@ -1,0 +1,258 @@
+"""Friction in the joints: what presses there makes an effort against the motion, which changes what presses.
+
+Joint forces are linear in the efforts of friction, so that all positions are solved at once for these few numbers.
+Derivation: docs/theory.md, "Friction".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rigid.conditioning import extents
+from rigid.decomposition.order import structure
+from rigid.forces import JointForces
+from rigid.joints import Columns, JointPlace
+from rigid.kinematics import Motion
+from rigid.mechanism import Mechanism
+from rigid.parts import Friction, Reals
+from rigid.plane import cross
+
+STILL = 1e-9  # share of the mechanism's speed below which a rate is round-off: nothing slides
+ROUNDS = 40  # of Newton's method
+EXACT = 1e-15  # change over what an effort is the sum of, at which it has converged
+SETTLED = 1e-12  # up to which it has, where round-off allows no more
+FLANKS = 4  # rounds until gears' teeth are loaded on the flanks that friction was found with
+
+Balance = Callable[[Mapping[int, Columns] | None, Mapping[int, Columns] | None], JointForces]
+"""Friction, and the flanks of gears where they are given, to joint forces in balance with the loads and these."""
+
+
+def rubbing_joints(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
+    """Numbers of the joints with friction, in the order of `Structure.joints`, and it."""
+    return _rubbing(mechanism) if mechanism.friction else ()
+
+
+@lru_cache(maxsize=64)
+def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
+    known = mechanism.friction
+    found = enumerate(structure(mechanism).joints)
+    return tuple((number, known[joint.name]) for number, joint in found if joint.name in known)
+
+
+def with_friction(motion: Motion, balance: Balance) -> JointForces:
+    """Joint forces with the friction that they cause; those without where no joint has any.
+
+    Parameters
+    ----------
+    balance
+        The forces for given friction; they are linear in it, the flanks of gears being given.
+
+    Returns
+    -------
+    nan at positions at which friction may lock the mechanism.
+    """
+    rubbing = rubbing_joints(motion.mechanism)
+    forces = balance(None, None)
+    if not rubbing:
+        return forces
+    directions = sliding_directions(motion)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for _ in range(FLANKS):
+            efforts, feedback = _efforts(motion, balance, forces, directions)
+            found = balance(efforts, None)
+            turned = [found.flank[number] != flank for number, flank in forces.flank.items()]
+            if not np.any(turned):
+                break
+            forces = balance(None, found.flank)
+        for differs in turned:  # neither flank agrees with what friction makes of it
+            feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
+    found = replace(found, feedback=feedback)
+    if np.any(found.locked):
+        found.mark(found.locked)
+    return found
+
+
+def sliding_directions(motion: Motion) -> dict[int, Reals]:
+    """Sign of the rate of every joint with friction, child from parent, by its number, shape (..., positions).
+
+    0.0 where nothing slides: below `STILL` of the speed of the mechanism's fastest point at that position.
+    """
+    fastest, spin = speeds(motion)
+    found = {}
+    for number, _ in rubbing_joints(motion.mechanism):
+        rate = sliding_rate(motion, number)
+        found[number] = direction_of(rate, spin if motion.places[number].turns else fastest)
+    return found
+
+
+def direction_of(rate: Any, scale: Any) -> Any:
+    """Sign of a rate; 0.0 where it is round-off beside the mechanism's speed."""
+    return np.where(np.abs(rate) > STILL * scale, np.sign(rate), 0.0)
+
+
+def sliding_rate(motion: Motion, number: int) -> Any:
+    """Rate of a joint, child from parent [rad/s or m/s], shape (..., positions)."""
+    return np.broadcast_to(motion.places[number].rate(motion.velocity, motion.angular_velocity), motion.columns)
+
+
+def speeds(motion: Motion) -> tuple[Reals, Reals]:
+    """Speed of the mechanism's fastest point [m/s] and its greatest angular velocity [rad/s], shape (..., positions).
+
+    The latter at least as if that point were the farthest one of the largest link.
+    """
+    sizes, omega = extents(motion.mechanism), np.abs(motion.angular_velocity)
+    fastest = np.max([np.abs(motion.velocity[at]) + omega[at] * size for at, size in enumerate(sizes)], axis=0)
+    spin, largest = omega.max(axis=0), np.max(np.broadcast_arrays(*sizes), axis=0)
+    return fastest, np.maximum(spin, fastest / np.where(largest > 0, largest, np.inf))
+
+
+def friction_power(motion: Motion, forces: JointForces) -> Any:
+    """Power that friction of the joints turns into heat [W], shape (..., positions)."""
+    parts = (-effort * sliding_rate(motion, number) for number, effort in forces.friction.items())
+    return np.zeros(motion.columns) + sum(parts, start=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Contacts:
+    """What presses at the joints with friction, linear in the efforts of friction.
+
+    Attributes
+    ----------
+    strength
+        Coulomb's effort per pressing force, with the sign against the motion, shape (joints, ..., positions).
+    given
+        Viscous efforts, of the same shape.
+    pins
+        Whether a joint is a pin, shape (joints,).
+    base, influence
+        What presses without friction, shape (joints, 2, ..., positions), and for a unit of every effort, shape
+        (joints, joints, 2, ..., positions): x and y of a pin's force; of a slider's N and 2 M / length.
+    """
+
+    strength: Any
+    given: Any
+    pins: Any
+    base: Any
+    influence: Any
+
+    def pressing(self, efforts: Any) -> Any:
+        """What presses with efforts of friction of shape (joints, ..., positions)."""
+        return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
+
+    def size(self, pressing: Any) -> Any:
+        """The pressing force of what presses, its second axis gone."""
+        return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
+                         for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
+
+    def slopes(self, pressing: Any) -> Any:
+        """Derivatives of `size`, of the shape of its argument; the greater of two at a slider, 0 at a pin's zero."""
+        found = np.zeros_like(pressing)
+        for pin, each, slope in zip(self.pins, pressing, found, strict=True):
+            if pin:
+                length = np.hypot(*each)
+                slope[...] = each / np.where(length > 0, length, 1.0)
+            else:
+                first = np.abs(each[0]) >= np.abs(each[1])
+                slope[...] = np.where([first, ~first], np.sign(each), 0.0)
+        return found
+
+    def caused(self, efforts: Any) -> Any:
+        """Efforts of friction that what presses with given ones causes."""
+        return self.given - self.strength * self.size(self.pressing(efforts))
+
+    @property
+    def feedback(self) -> Any:
+        """Spectral radius of what efforts cause by themselves, shape (..., positions): below 1 there is one answer."""
+        sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
+        rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: of effort i by effort j
+        good = np.isfinite(rows).all(axis=(-2, -1))
+        found = np.zeros(good.shape)
+        found[good] = np.abs(np.linalg.eigvals(rows[good])).max(axis=-1)
+        return found
+
+
+def _efforts(
+    motion: Motion, balance: Balance, forces: JointForces, directions: Mapping[int, Reals]
+) -> tuple[dict[int, Any], Any]:
+    """Efforts of friction by the joint's number, and its feedback, for the flanks of given forces without friction."""
+    contacts = _contacts(motion, balance, forces, directions)
+    feedback = contacts.feedback
+    efforts, off = _solved(contacts, feedback < 1.0)
+    feedback = np.where(off > SETTLED, np.maximum(feedback, 1.0), feedback)
+    return dict(zip(directions, efforts, strict=True)), feedback
+
+
+def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions: Mapping[int, Reals]) -> _Contacts:
+    rubbing, columns = rubbing_joints(motion.mechanism), motion.columns
+    places = [motion.places[number] for number, _ in rubbing]
+    pins = [place.turns for place in places]
+    strength = np.array([
+        np.broadcast_to(own.coefficient * (own.radius if pin else 1.0) * directions[number], columns)
+        for (number, own), pin in zip(rubbing, pins, strict=True)
+    ])  # fmt: skip
+    given = np.array([np.broadcast_to(-own.viscosity * sliding_rate(motion, number), columns)
+                      for number, own in rubbing])  # fmt: skip
+
+    def pressing(found: JointForces) -> Any:
+        return np.array([_pressing(place, own, *found.without_friction(number), columns)
+                         for place, (number, own) in zip(places, rubbing, strict=True)])  # fmt: skip
+
+    base = pressing(forces)
+    first = _Contacts(strength, given, pins, base, np.zeros((len(rubbing), *base.shape)))
+    influence = np.empty((len(rubbing), *base.shape))
+    for k, ((number, _), effort) in enumerate(zip(rubbing, first.caused(0.0 * given), strict=True)):
+        unit = float(np.abs(effort[np.isfinite(effort)]).max(initial=0.0)) or 1.0  # of the size that comes to act
+        influence[:, k] = (pressing(balance({number: unit}, forces.flank)) - base) / unit
+    return replace(first, influence=influence)
+
+
+def _pressing(place: JointPlace, own: Friction, force: Any, moment: Any, columns: tuple[int, ...]) -> Any:
+    """What presses at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
+    parts = (np.real(force), np.imag(force)) if place.turns else (cross(place.along, force), 2 * moment / own.length)
+    return np.array([np.broadcast_to(part, columns) for part in parts])
+
+
+def _solved(contacts: _Contacts, sought: Any) -> tuple[Any, Any]:
+    """Efforts that cause themselves, shape (joints, ..., positions), and how far they are from it as a share.
+
+    Newton's method; where it brings no progress what the efforts cause is taken, a step that never fails where they are
+    `sought`, the feedback being below 1.
+    """
+    efforts = contacts.caused(np.zeros_like(contacts.given))
+    size = _sizes(contacts, efforts)
+    caused = contacts.caused(efforts)
+    off = np.max(np.abs(caused - efforts) / size, axis=0)
+    for _ in range(ROUNDS):
+        if not np.any(sought & (off > EXACT)):
+            break
+        newton = efforts + _newton_step(contacts, efforts, caused - efforts)
+        next_caused = contacts.caused(newton)
+        better = np.max(np.abs(next_caused - newton) / size, axis=0) < off
+        efforts = np.where(better, newton, caused)
+        caused = np.where(better, next_caused, contacts.caused(caused))
+        off = np.max(np.abs(caused - efforts) / size, axis=0)
+    return efforts, off
+
+
+def _sizes(contacts: _Contacts, efforts: Any) -> Any:
+    """What efforts are the sum of, as sizes to hold differences against."""
+    influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
+    parts = contacts.size(np.abs(contacts.base) + influences)
+    return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny
+
+
+def _newton_step(contacts: _Contacts, efforts: Any, off: Any) -> Any:
+    slopes = contacts.slopes(contacts.pressing(efforts))
+    matrix = np.einsum("i...,ik...,ijk...->...ij", contacts.strength, slopes, contacts.influence)
+    matrix += np.eye(len(efforts))
+    right = np.moveaxis(off, 0, -1)
+    good = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
+    good[good] = np.linalg.slogdet(matrix[good])[0] != 0
+    step = np.full_like(right, np.nan)
+    step[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    return np.moveaxis(step, -1, 0)
