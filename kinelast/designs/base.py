@@ -18,6 +18,7 @@ from kinelast.figures.output_error import angle_figures, output_figure, point_fi
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
+from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import Output
 from kinelast.scene.motion import require_determined, scene_motion
 from kinelast.scene.parsing import parse_scene
@@ -118,6 +119,8 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
         able = inner[1] in ("force", "moment", "start", "end")
     elif top == "links":
         able = not _goes_to_an_end(table)
+    elif top == "joints":
+        able = inner[1] not in RUBBING
     else:
         able = top in ("masses", "joints", "limits", "springs", "sliders", "slots")
     return able
