@@ -42,7 +42,9 @@ def scene(tmp_path):
     def written(more=ASKED, **changes):
         text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
         text = text.replace("positions = 360", 'positions = 12\noutput = "rocker.angle"')
-        text = text.replace("accuracy", "# accuracy").replace('depth = "6 mm"', 'depth = "6 mm"     # in the plane')
+        text = text.replace('accuracy = "5 %"', 'theory = "quasi-static"').replace(
+            'depth = "6 mm"', 'depth = "6 mm"     # in the plane'
+        )
         for old, new in changes.items():
             assert old in more
             more = more.replace(old, new)
@@ -82,6 +84,17 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     text = (folder / "optimum.toml").read_text(encoding="utf-8")
     assert 'mm"     # in the plane' in text  # its comments and units stay
     assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0  # acceptable
+
+
+def test_that_vibration_is_left_out_is_said_where_it_is_asked_for(scene, tmp_path, capsys):
+    path = scene()
+    path.write_text(
+        path.read_text(encoding="utf-8").replace('theory = "quasi-static"', 'accuracy = "20 %"'), encoding="utf-8"
+    )
+    main([str(path), "--optimize", "-o", str(tmp_path / "out")])
+    assert "found without vibration" in capsys.readouterr().out
+    main([str(scene()), "--optimize", "-o", str(tmp_path / "out")])
+    assert "found without vibration" not in capsys.readouterr().out
 
 
 def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):

@@ -27,6 +27,8 @@ class Solved:
     ----------
     before, after
         Figures of the scene as it stands and of the best design, by name; nan where they are not known.
+    quasi_static
+        Whether the scene asks for no other theory, as all figures here are without vibration.
     """
 
     sought: Sought
@@ -34,6 +36,7 @@ class Solved:
     units: Mapping[str, str]
     before: Mapping[str, float]
     after: Mapping[str, float]
+    quasi_static: bool = True
 
 
 def optimum_figures(solved: Solved) -> dict[str, Any]:
@@ -130,6 +133,8 @@ def words(solved: Solved) -> list[str]:
     residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
     said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {found.designs} designs computed")
+    if not solved.quasi_static:
+        said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
     return said
 
 

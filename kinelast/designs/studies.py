@@ -165,12 +165,13 @@ def tolerance_study(tables: Tables, designs: int = DESIGNS, tell: Tell = _unhear
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """What a scene's [optimize] asks for, as a problem; its figures as it stands, and their units."""
+    """What a scene's [optimize] asks for, as a problem; its figures as it stands, their units, whether it is plain."""
 
     sought: Sought
     problem: Problem
     before: Mapping[str, float]
     units: Mapping[str, str]
+    quasi_static: bool
 
 
 def problem_of(tables: Tables) -> Posed:
@@ -193,7 +194,7 @@ def problem_of(tables: Tables) -> Posed:
     paths = [one.path for one in asked.variables]
     figures_of = _figures_of(tables, paths, [by_name.get(name, name) for name in names])
     problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
-    return Posed(asked, problem, _first(base.columns), base.units)
+    return Posed(asked, problem, _first(base.columns), base.units, scene.theory.plain)
 
 
 def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
@@ -212,7 +213,7 @@ def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
     after = problem.figures_of(best.values[None]).columns
-    return Solved(asked, best, posed.units, posed.before, _first(after))
+    return Solved(asked, best, posed.units, posed.before, _first(after), posed.quasi_static)
 
 
 def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:
