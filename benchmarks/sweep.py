@@ -133,6 +133,7 @@ def swept(count: int) -> dict[str, Any]:
         after, self = resource.getrusage(resource.RUSAGE_CHILDREN), resource.getrusage(resource.RUSAGE_SELF)
         size = sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
     assert outcome.kept == count
+    print(f"{count} designs in {taken:.1f} s at a load of {load:.1f}", flush=True)
     computed = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return {
         "designs": count,
@@ -169,14 +170,12 @@ def on_paper(seconds: float, costs: list[dict[str, Any]]) -> list[dict[str, Any]
 
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    rows = {"swept": [swept(count)]} if count else {}
     evaluation = four_bars(1_000_000)
     columns, reasons = evaluation(0, DESIGNS)
     seconds = processor_seconds(lambda: evaluation(0, DESIGNS))
     costs = chunk_costs(seconds, Ready(dict(columns), evaluation.units, list(map(str, reasons))))
-    tables = {"chunks": costs, "on paper": on_paper(seconds, costs)}
-    if count:
-        store.SMALL = 100_000
-        tables["swept"] = [swept(count)]
+    tables = {"chunks": costs, "on paper": on_paper(seconds, costs), **rows}
     notes = [f"{DESIGNS} designs a chunk; load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"]
     measuring.report("sweep", "What a sweep costs beside computing its designs", tables, notes)
 

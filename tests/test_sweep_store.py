@@ -23,7 +23,7 @@ from kinelast.folder import held
 from kinelast.request import RequestError
 
 COUNT, CHUNK = 1050, 100
-KILLS = 4  # benchmarks/sweep_faults.py does it at full size
+KILLS = 3  # benchmarks/sweep_faults.py does it at full size
 SLOW = pytest.mark.slow
 
 
@@ -56,7 +56,7 @@ def rows(folder):
 
 def test_every_design_is_there_once_with_all_digits(tmp_path, kind, monkeypatch):
     monkeypatch.setattr(store, "BLOCK", 400)
-    sweep(tmp_path, jobs=2)
+    sweep(tmp_path)
     columns, reasons = rows(tmp_path)
     number = np.arange(COUNT)
     length = 0.1 + 1e-3 * number
@@ -87,11 +87,13 @@ def test_a_large_store_is_one_table_to_every_reader_of_parquet(tmp_path, monkeyp
     assert table["design"].to_pylist() == list(range(COUNT))
 
 
-def test_the_bytes_are_the_same_for_any_number_of_processes(tmp_path, whole):
+def test_the_bytes_are_the_same_for_any_number_of_processes(tmp_path):
+    sweep(tmp_path / "whole")
     sweep(tmp_path / "two", jobs=2)
-    assert tree(tmp_path / "two") == whole
+    assert tree(tmp_path / "two") == tree(tmp_path / "whole")
 
 
+@SLOW
 def test_what_a_lost_process_was_at_is_done_again(tmp_path):
     sweep(tmp_path / "whole")
     bomb = tmp_path / "bomb"
@@ -275,7 +277,8 @@ def test_kill_9_again_and_again_changes_no_byte(tmp_path, kind):
     assert tree(place) == tree(tmp_path / "whole")
 
 
-@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=SLOW)])
+@SLOW
+@pytest.mark.parametrize("jobs", [1, 2])
 def test_an_interrupt_tells_what_is_kept_and_leaves_no_process(jobs, tmp_path):
     run = started(tmp_path / "out", "csv", 0.02, jobs)
     wait_for(lambda: kept(tmp_path / "out") >= 3)

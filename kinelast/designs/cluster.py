@@ -33,7 +33,9 @@ def cluster_answers(
     Raises
     ------
     RequestError
-        There is no scheduler at the address, or no more; its workers have other versions of what computes.
+        There is no scheduler at the address; its workers have other versions of what computes.
+    ConnectionError
+        It was there, and is no more.
     """
     try:
         from distributed import Client
@@ -101,7 +103,7 @@ def _collected(client: Any, name: str, numbers: Iterator[int]) -> Generator[tupl
             yield number, Lost(_told(error))
             continue
         except Exception as error:
-            raise RequestError(f"--scheduler: the workers can no longer be reached ({_told(error)})") from None
+            raise ConnectionError(f"--scheduler: it can no longer be reached ({_told(error)})") from None
         future.release()
         if there != here:
             raise RequestError(f"--scheduler: a worker has {there}, and here is {here}: results would differ")

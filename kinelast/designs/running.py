@@ -127,6 +127,8 @@ def run_plan(
             raise
         except BaseException as stop:
             kept = f"{manifest.count(store.done(manifest))} of {count} designs are kept; --resume goes on from there"
+            if isinstance(stop, ConnectionError):
+                raise RequestError(f"{stop}; {kept}") from stop
             if isinstance(stop, OSError):
                 why = plain(f"{stop.filename or folder}: {(stop.strerror or str(stop)).lower()}", 300)
                 raise RequestError(f"not written: {why}; {kept}") from stop

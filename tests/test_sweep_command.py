@@ -1,0 +1,92 @@
+"""A scene's sweep by the command: the same bytes however it is computed, and each of its ends told."""
+
+import os
+
+import numpy as np
+import pytest
+from sweeps import tree
+
+from kinelast import shipped_scenes
+from kinelast.command import main
+from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.manifest import read_manifest
+from kinelast.designs.plan import plan_of
+from kinelast.designs.running import run_plan
+from kinelast.designs.store import stored_chunks
+from kinelast.scene.text import file_text, toml_tables
+
+SWEEP = """
+[sweep]
+method = "sobol"
+samples = 90
+figures = ["deflection", "mass", "stress"]
+
+[sweep.vary]
+"sections.bar.depth" = {from = "3 mm", to = "15 mm"}
+"links.crank.length" = {from = "80 mm", to = "210 mm"}
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "arm.toml"
+    text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 12")
+    path.write_text(text + SWEEP)
+    return path
+
+
+def swept(scene, folder, *options):
+    return main([str(scene), "--sweep", "-o", str(folder), *options])
+
+
+@pytest.mark.slow
+def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gone_on_with(scene, tmp_path):
+    assert swept(scene, tmp_path / "one") == 0
+    assert swept(scene, tmp_path / "two", "--jobs", "2") == 0
+    whole = tree(tmp_path / "one")
+    assert {"arm/designs.csv", "arm/manifest.json"} <= set(whole)
+    assert tree(tmp_path / "two") == whole
+    assert swept(scene, tmp_path / "two", "--resume") == 0
+    assert tree(tmp_path / "two") == whole
+
+
+def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
+    assert swept(scene, tmp_path / "out") == 0
+    before = tree(tmp_path / "out")
+    scene.write_text(scene.read_text().replace("3 mm", "4 mm"))
+    assert swept(scene, tmp_path / "out", "--resume") == 2
+    assert "and two are not mixed" in capsys.readouterr().err
+    assert tree(tmp_path / "out") == before
+
+
+def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_path):
+    tables = toml_tables(file_text(scene), "")
+    evaluation = Evaluation(tables, plan_of(tables), ("deflection", "mass"))
+    found = []
+    for chunk in (90, 31):
+        run_plan(90, evaluation, tmp_path / str(chunk), {}, chunk)
+        found.append((tmp_path / str(chunk) / "designs.csv").read_bytes())
+    assert found[0] == found[1]
+    [(columns, reasons)] = stored_chunks(tmp_path / "31", read_manifest(tmp_path / "31"))
+    closes = columns["links.crank.length"] < 0.2  # Grashof: 0.1 + 0.3 < 0.25 + 0.35, with a crank of 0.2 equal
+    assert closes.any()
+    assert not closes.all()
+    assert np.array_equal(np.isfinite(columns["deflection"]), closes)
+    assert [reason == "" for reason in reasons] == closes.tolist()
+
+
+def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys):
+    def full(descriptor):
+        raise OSError(28, os.strerror(28))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("kinelast.designs.store.sync", full)
+        assert swept(scene, tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in told
+    assert swept(scene, tmp_path / "out", "--resume") == 0
+
+
+def test_a_scheduler_belongs_to_a_sweep(scene, capsys):
+    assert main([str(scene), "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    assert "--scheduler belongs to --sweep" in capsys.readouterr().err
