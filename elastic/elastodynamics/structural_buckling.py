@@ -58,7 +58,10 @@ def buckling_factor(deflection: Deflection) -> Reals:
             pressed, stiffness = pressed - own, stiffness + own
     good = np.isfinite(pressed).all(axis=(-2, -1))
     factor[~good] = np.nan
-    factor[good] = _least_factor(stiffness[good], pressed[good])
+    try:
+        factor[good] = _least_factor(stiffness[good], pressed[good])
+    except np.linalg.LinAlgError:  # far from any machine's sizes
+        factor[good] = np.nan
     return factor
 
 

@@ -38,7 +38,7 @@ class Run:
     duration: float
     turn: bool
     tolerance: float = 1e-10
-    steps: int = 2000
+    steps: int = 1000
 
 
 QUASI_STATIC, ELASTODYNAMIC = "quasi-static", "elastodynamic"

@@ -143,7 +143,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     accuracy: Share | None = None
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10
-    steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 2000
+    steps: Annotated[int, Meta(ge=1, le=1_000_000_000)] = 1000
     output: str = ""
     report_units: Literal["SI", "mm", "in"] = "SI"
 
