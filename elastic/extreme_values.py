@@ -1,8 +1,8 @@
 """Greatest values of the fields along every beam, exact.
 
 Every field is a polynomial whose derivative is another field: q_y, V, M, phi, w and q_x, N, u. The zeros of one are the
-turning points of the next and bracket its zeros, so all are found by walking up the chain from the straight line, each
-zero alone between two neighbours.
+turning points of the next and bracket its zeros, so all are found by walking up the chain from the load, each zero
+alone between two neighbours.
 """
 
 from __future__ import annotations
@@ -99,7 +99,8 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
         return {}
     bare = not deflection.compliance.strained and not deflection.compliance.sheared
     found: dict[str, Extreme] = {}
-    turning = zeros_of(coefficients(deflection, chain[0]))
+    load = coefficients(deflection, chain[0])
+    turning = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
         values = coefficients(deflection, field)
         if not bare and field in ("u", "w"):

@@ -39,17 +39,22 @@ def computed(scene: Scene, request: Request, progress: Progress = no_progress) -
     bent = deflection(course, scene.sections, joints=scene.joints)
     require_on_beams(scene, bent)
     plain = Results(scene, bent, checked(scene, bent, request, progress), left_out)
-    return _further_checked(_by_theory(plain, request, progress), request, progress)
+    return _further_checked(by_theory(plain, request, progress), request, progress)
 
 
-def _by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """The results of the theory of motion that is asked for, from those without vibration."""
+def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
+    """The results of the theory of motion that is asked for, from those without vibration.
+
+    A long run keeps these, and is told how far off they are.
+    """
     scene, theory = plain.scene, request.theory_of(plain.scene)
     if theory.plain or not scene.labels:
         return plain
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
+    if plain.whole is not None:
+        return replace(plain, answer=answer(scene, plain.shown.deflection, theory, plain.period, only_told=True))
     found = answer(scene, plain.deflection, theory, plain.period)
     return replace(plain, deflection=found.deflection, answer=found)
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinelast import tables
-from kinelast.compute import Progress, checked, computed, no_progress, require_chunk
+from kinelast.compute import Progress, by_theory, checked, computed, no_progress, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
@@ -109,8 +109,8 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
-        if request.nonlinear or request.solid or not request.theory_of(scene).plain:
-            advice = "--theory quasi-static takes any"
+        if request.nonlinear or request.solid or request.theory_of(scene).demanded:
+            advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         with complete(folder) as part:
             figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
@@ -149,7 +149,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
 
-    results = long_results(scene, instants, on_chunk, require_chunk)
+    results = by_theory(long_results(scene, instants, on_chunk, require_chunk), request, progress)
     if fields:
         fields.close()
     comparison = checked(scene, results.shown.deflection, request, progress)
@@ -169,7 +169,7 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     from kinelast.figures.summary import summary
 
     found = peaks(results)
-    if request.refine and results.answer is None:
+    if request.refine and not results.vibrates:
         found = refined_peaks(results, found)
     figures = {"kinelast": version(), **summary(results, found), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}

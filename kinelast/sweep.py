@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import re
 import time
 import traceback
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -21,6 +19,7 @@ from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
+from kinelast.designs.tally import Aim, Tally, tallied
 from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
 from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
@@ -37,7 +36,6 @@ TRIED = 200  # designs by which that is known
 PAGED = 1_000_000  # designs of which there is a page
 SLOW = 0.3  # [s] a design, of which no more are tried
 REASONS = 20  # that are counted by name
-NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
 MOST_SHOWN = 3  # numbers of the best design in the closing line
 
 Progress = Callable[[str, int, int], None]
@@ -122,7 +120,7 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
-    if not built(parse_scene(tables), task.name).theory.plain:
+    if built(parse_scene(tables), task.name).theory.demanded:
         tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
@@ -142,21 +140,13 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
         raise RequestError(f"{plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
-    found = _tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
+    found = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
     summary = _summary(task, evaluation, found, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
     if found.kept:
         put(task.folder / "designs.html", _page(tables.get("title", task.path.stem), evaluation, found))
     status = CHECK_FAILED if found.best is None else FINE
     return Outcome(status, f"{task.name}: {_closing(evaluation, found)} -> {task.folder}", DONE, figures=summary)
-
-
-@dataclass(frozen=True)
-class Aim:
-    """Which figure is to be small, or large."""
-
-    figure: str
-    largest: bool
 
 
 def _asked_of(tables: Mapping[str, Any], sweep: SweepTable, plan: Plan) -> tuple[tuple[str, ...], Aim]:
@@ -209,54 +199,6 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) 
         "figures": list(evaluation.figures or ()),
         "positions": asked.positions,
     }
-
-
-@dataclass
-class Tally:
-    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; or all."""
-
-    aim: Aim
-    designs: int = 0
-    reasons: Counter[str] = field(default_factory=Counter)
-    acceptable: int | None = None
-    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
-    best: dict[str, float] | None = None
-    kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
-
-    def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
-        """Count some more designs."""
-        self.designs += len(reasons)
-        self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
-        for name, values in columns.items():
-            known = values[np.isfinite(values)]
-            if len(known):
-                low, high = self.ranges.get(name, (np.inf, -np.inf))
-                self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
-        good = np.isfinite(columns[self.aim.figure])
-        if "acceptable" in columns:
-            good &= columns["acceptable"] == 1.0
-            self.acceptable = (self.acceptable or 0) + int(np.count_nonzero(columns["acceptable"] == 1.0))
-        if good.any():
-            size = np.where(good, columns[self.aim.figure], np.nan)
-            at = int(np.nanargmax(size) if self.aim.largest else np.nanargmin(size))
-            found = {name: float(values[at]) for name, values in columns.items()}
-            if self.best is None or self._better(found[self.aim.figure]):
-                self.best = found
-
-    def _better(self, value: float) -> bool:
-        assert self.best is not None
-        before = self.best[self.aim.figure]
-        return value > before if self.aim.largest else value < before
-
-
-def _tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
-    """What all designs come to; `keep` them too."""
-    tally = Tally(aim)
-    for columns, reasons in chunks:
-        tally.add(columns, reasons)
-        if keep:
-            tally.kept.append((columns, reasons))
-    return tally
 
 
 def _page(title: str, evaluation: Evaluation, found: Tally) -> bytes:

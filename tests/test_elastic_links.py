@@ -29,7 +29,6 @@ from elastic import (
     section_of,
     tapered,
 )
-from elastic.assessment import exceedances
 from rigid import (
     Beam,
     LineLoad,
@@ -571,15 +570,6 @@ class TestWhatIsTold:
             )
         )  # fmt: skip
         np.testing.assert_allclose(solved.forces.ground_force, -momentum, rtol=1e-9, atol=1e-9)
-
-    def test_cautions_know_of_soft_joints(self):
-        arm = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),))
-        course = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 1}, gravity=-9.81j)
-        going = motion(course, np.linspace(0, 2 * np.pi, 60, endpoint=False), 3.0)
-        soft = deflection(going, [Section(1e6, 1e4)], joints={"O": JointCompliance(0.0, 1e-2)})
-        stiff = deflection(going, [Section(1e6, 1e4)])
-        assert [exceedance.kind for exceedance in exceedances(soft, kinds=["vibration"])] == ["vibration"]
-        assert exceedances(stiff, kinds=["vibration"]) == []
 
 
 class Push:

@@ -31,7 +31,8 @@ def both(text, tmp_path, monkeypatch, *options, status=0):
     folders = []
     for name, long in (("one", 1e18), ("many", 1)):
         monkeypatch.setattr(long_runs, "LONG", long)
-        assert main([str(scene), "--quiet", "-o", str(tmp_path / name), *options]) == status
+        call = [str(scene), "--quiet", "--theory", "quasi-static", "-o", str(tmp_path / name), *options]
+        assert main(call) == status
         folders.append(tmp_path / name / "scene")
     return folders
 

@@ -72,7 +72,7 @@ def test_the_lowest_of_hundreds_of_valleys_is_found_by_evolution():
 
     best = optimum(problem(columns, [-5.0] * 3, [5.0] * 3), evolve=True)
     assert best.values == pytest.approx(lowest, abs=1e-5)
-    assert best.certificate.neighbours.tried == (256,) * 4
+    assert best.certificate.neighbours.tried == (64,) * 4
     assert best.certificate.neighbours.better == (0,) * 4
 
 

@@ -237,7 +237,6 @@ def test_maps_show_the_sign_of_every_value():
 SUBJECTS = {
     "Slender links": "beam theory leaves out",
     "Small displacements": "of its length",
-    "Quasi-static answer": "vibration",
     "Buckling": "euler's load",
     "Strength": "yield stress",
 }
@@ -256,16 +255,12 @@ def limited(stress):
         ({}, "Small displacements", None),
         ({"run": {"positions": 1, "gravity": [0, -2e3]}}, "Small displacements", "caution"),
         ({"run": {"positions": 1, "gravity": [0, -2e4]}}, "Small displacements", "poor"),
-        ({}, "Quasi-static answer", None),
-        ({"drives": [{"link": "arm", "speed": 160.0}]}, "Quasi-static answer", "caution"),
-        ({"drives": [{"link": "arm", "speed": 400.0}]}, "Quasi-static answer", "poor"),
         ({}, "Buckling", None),
         ({"run": {"positions": 1, "gravity": [-2e4, 0]}}, "Buckling", "caution"),
         ({"run": {"positions": 1, "gravity": [-6e4, 0]}}, "Buckling", "poor"),
         ({"materials": limited(4e6)}, "Strength", None),
         ({"materials": limited(2e6)}, "Strength", "caution"),
         ({"materials": limited(1e6)}, "Strength", "poor"),
-        ({"materials": limited(1e6)}, "Not judged", None),
         ({}, "Not judged", "open"),
         ({}, "Finite element check", "open"),
         ({}, "Conditioning of the positions", "good"),
@@ -273,7 +268,7 @@ def limited(stress):
 )
 def test_trust_follows_the_scene(changes, heading, level):
     """Depths of 3, 15 and 40 % of the length, whose square times 1.8 shows at the root; deflection
-    m' g l^3/(8 EI) = 1e-4 to 0.2 of the length; first frequency about 790 rad/s;
+    m' g l^3/(8 EI) = 1e-4 to 0.2 of the length;
     m' g l over Euler's load = 0.2 and 0.6; stress at the root m' g l^2/2 over b h^2/6 = 1.54 MPa."""
     found = {finding.heading: finding for finding in findings(results_of(**changes))}
     fine = found["Within the limits"].text.lower()

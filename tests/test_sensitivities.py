@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from figure_table import Table
 
+from kinelast.designs.richardson import limit
 from kinelast.designs.sensitivities import sensitivities
 
 
@@ -69,6 +70,17 @@ def test_estimates_bound_errors_whatever_the_noise():
     assert np.mean(held) > 0.98
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_few_large_steps_are_enough_for_a_polynomial(order):
+    """Five of them take out four powers of the step; what is left of more is less than the estimate."""
+    step = np.array([0.4, 0.2, 0.1, 0.05, 0.025] + [np.nan] * 13)[:, None]
+    powers = [step ** (order * k) for k in range(6)]
+    found = limit(3 + 5 * powers[1] - 2 * powers[2] + 7 * powers[3], 0 * step, order)
+    assert found.value == pytest.approx([3.0], abs=1e-13)
+    rest = limit(3 + 5 * powers[1] - 2 * powers[2] + 7 * powers[3] + powers[4] - powers[5], 0 * step, order)
+    assert 0 < abs(rest.value[0] - 3) <= rest.error[0]
+
+
 def test_logarithmic_slopes_of_powers_are_their_exponents():
     found = sensitivities(
         lambda values: Table({"f": values[:, 0] ** -2.7 * values[:, 1] ** 0.5}), np.array([6e-3, 210e9])
@@ -104,6 +116,19 @@ def test_a_kink_close_by_does_no_harm(told):
         assert 0.00066 / 2 < found.still[0, 0] < 0.00066
     else:
         assert np.isnan(found.still[0, 0])
+
+
+def test_where_round_off_picks_the_place_there_is_no_kink():
+    rng = np.random.default_rng(1)
+
+    def figures(values):  # a cycle there and back: two positions alike, one of them picked by the last digit
+        return Table({"f": np.exp(values[:, 0])}, {"f": rng.integers(0, 2, len(values))})
+
+    for _ in range(20):
+        found = sensitivities(figures, np.array([1.0]))
+        assert not found.kink[0, 0]
+        assert found.slope[0, 0] == pytest.approx(np.e, rel=1e-9)
+        assert abs(found.slope[0, 0] - np.e) <= found.error[0, 0]
 
 
 def test_at_the_end_of_a_range_there_is_one_slope():

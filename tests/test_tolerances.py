@@ -23,7 +23,7 @@ def test_a_sum_scatters_as_the_root_of_squares():
     assert linear.deviation == pytest.approx([exact], rel=1e-11)
     assert linear.share[0] == pytest.approx((factors * deviations / exact) ** 2, rel=1e-10)
     assert linear.worst == pytest.approx([3 * 0.3 + 4 * 0.1 * np.sqrt(3) + 12 * 0.03], rel=1e-11)
-    sampled = scatter(figures, tolerances, at)["sum"]
+    sampled = scatter(figures, tolerances, at, 16_384)["sum"]
     assert sampled.mean == pytest.approx(factors @ at, abs=5 * sampled.error[0])
     assert sampled.deviation == pytest.approx(exact, abs=5 * sampled.error[1])
     assert sampled.error[1] < 1e-3 * exact
@@ -31,7 +31,7 @@ def test_a_sum_scatters_as_the_root_of_squares():
 
 
 def test_one_uniform_number_has_the_quantiles_of_its_range():
-    sampled = scatter(lambda values: Table({"f": values[:, 0]}), [Tolerance(0.5)], np.array([10.0]))["f"]
+    sampled = scatter(lambda values: Table({"f": values[:, 0]}), [Tolerance(0.5)], np.array([10.0]), 16_384)["f"]
     assert [sampled.low, sampled.median, sampled.high] == pytest.approx([9.525, 10.0, 10.475], abs=3e-4)
     assert 9.5 <= sampled.least < sampled.largest <= 10.5
 
@@ -56,7 +56,8 @@ def test_a_product_of_normals_has_its_closed_form():
 
 
 def test_normal_quantiles():
-    sampled = scatter(lambda values: Table({"f": np.exp(values[:, 0])}), [Tolerance(0.9, normal=True)], np.zeros(1))
+    spread = [Tolerance(0.9, normal=True)]
+    sampled = scatter(lambda values: Table({"f": np.exp(values[:, 0])}), spread, np.zeros(1), 16_384)
     exact = np.exp(0.3 * norm.ppf([0.025, 0.5, 0.975]))
     assert [sampled["f"].low, sampled["f"].median, sampled["f"].high] == pytest.approx(exact, rel=1e-3)
 

@@ -4,7 +4,7 @@ from elastic.assessment.beam_theory import introduction_share, sections_with_she
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import Peak, over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
-from elastic.assessment.spectrum import Harmonics, harmonics, quasi_static_error
+from elastic.assessment.spectrum import Harmonics, harmonics
 from elastic.assessment.strength import safety_factor, stress_range
 from elastic.assessment.validity import LIMITS, Exceedance, Limit, exceedances
 
@@ -26,7 +26,6 @@ __all__ = [
     "path_deviation",
     "period_of",
     "point_displacements",
-    "quasi_static_error",
     "rms",
     "safety_factor",
     "sections_with_shear",

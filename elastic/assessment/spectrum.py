@@ -1,4 +1,4 @@
-"""What the cycle excites: the harmonics of the quasi-static bending, and how much of vibration that answer misses."""
+"""What the cycle excites: the harmonics of the quasi-static bending."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from rigid import Reals
 
 POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
 HELD = 0.05  # share of the strain energy's root from which a harmonic is strong
-ROUND_OFF = 1e-12  # share below which a harmonic is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,22 +75,3 @@ def _quadrature() -> tuple[Any, Any]:
     """Gauss' stations on [0, 1] and twice their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     return (nodes + 1) / 2, weights
-
-
-def quasi_static_error(found: Harmonics, omega: float) -> float:
-    """What the quasi-static answer misses of the vibration it excites, as a share of the deflection.
-
-    An undamped oscillator follows a harmonic r times as fast as itself with 1/(1 - r^2) of the quasi-static deflection:
-    the harmonics' shares times |r^2/(1 - r^2)|, as the root of the sum of squares. Infinite at resonance. An estimate:
-    as if all bending were in the lowest mode, of frequency `omega` [rad/s].
-
-    References
-    ----------
-    Den Hartog, Mechanical Vibrations, chapter 2: forced vibrations without damping.
-    """
-    square = np.square(found.omega / omega)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        missed = found.share * np.abs(square / (1 - square))
-    # what is round-off is not at resonance
-    missed = np.where(found.share < ROUND_OFF, 0.0, missed)
-    return float(np.sqrt(np.square(missed).sum()))

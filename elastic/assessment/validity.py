@@ -5,7 +5,6 @@ Limits and their sources: docs/strength.md.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,17 +13,13 @@ import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.buckling import euler_ratio
-from elastic.assessment.cycle import EVEN, Peak, over_cycle, period_of
-from elastic.assessment.spectrum import harmonics, quasi_static_error
+from elastic.assessment.cycle import Peak, over_cycle
 from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
-from elastic.solution import deflection as solve
-from elastic.vibration.frequencies import Frequencies, natural_frequencies
-from rigid import SINGULAR, Reals, motion
+from rigid import Reals
 from rigid.constants import per_row
 
-TURN = 72  # positions over a turn that the run itself does not make
-KINDS = ("slenderness", "deflection", "axial force", "yield", "vibration")
+KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 
 @dataclass(frozen=True)
@@ -49,7 +44,7 @@ class Limit:
         return figure > self.beyond
 
 
-LIMITS = {
+LIMITS = {  # the last is of an answer's whole error, `kinelast.figures.theory`
     "slenderness": Limit(0.03, 0.25),
     "deflection": Limit(0.01, 0.1),
     "axial force": Limit(0.1, 0.5),
@@ -72,8 +67,7 @@ class Exceedance:
         Number of the position; None where it is not one position's.
     figure, limit
         What it is and the limit that it is past: share of the largest deflection that beam theory leaves out;
-        deflection over length; compression over Euler's load; von Mises stress over yield stress; estimated share of
-        the deflection that vibration adds.
+        deflection over length; compression over Euler's load; von Mises stress over yield stress.
     severe
         Whether it is past the limit beyond which the answer is not to be relied on.
     message
@@ -91,8 +85,6 @@ class Exceedance:
 
 def exceedances(
     deflection: Deflection,
-    frequencies: Frequencies | None = None,
-    period: float | None = None,
     kinds: Sequence[str] = KINDS,
     found: Mapping[str, Any] | None = None,
 ) -> list[Exceedance]:
@@ -100,12 +92,8 @@ def exceedances(
 
     Parameters
     ----------
-    frequencies
-        From `natural_frequencies`, where they are known already.
-    period
-        Duration of the cycle [s], at equal steps of time; known by itself for whole turns at constant speed.
     kinds
-        What to look at; natural frequencies cost most.
+        What to look at.
     found
         From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are known already.
     """
@@ -115,11 +103,7 @@ def exceedances(
         return []
     known = found or {}
     own = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
-    return [
-        one
-        for kind in kinds
-        for one in (_LOOK[kind](deflection, own[kind]) if kind in own else _LOOK[kind](deflection, frequencies, period))
-    ]
+    return [one for kind in kinds for one in _LOOK[kind](deflection, own.get(kind))]
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:
@@ -129,7 +113,7 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
         yield Exceedance(kind, beam, position, figure, limit.beyond if severe else limit.watch, severe, message)
 
 
-def _slender(deflection: Deflection, *_: Any) -> Iterator[Exceedance]:
+def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
     """By what beam theory leaves out: shear, and of what comes in at the ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
@@ -174,64 +158,9 @@ def _share(figure: float) -> str:
     return f"{100 * figure:.2g} % of" if figure < 1 else f"{figure:.3g} times"
 
 
-def _vibration(deflection: Deflection, frequencies: Frequencies | None, period: float | None) -> Iterator[Exceedance]:
-    """By the harmonics of the load over the cycle, or the drives' speed where there is no cycle."""
-    cycle, duration = _cycle(deflection, period)
-    structure = frequencies or natural_frequencies(cycle.motion, deflection.sections, modes=1, joints=deflection.joints)
-    lowest = structure.lowest
-    if not math.isfinite(lowest):
-        return
-    if math.isnan(duration):
-        ratio = _speed(deflection) / lowest
-        missed, what = ratio**2 / abs(1 - ratio**2) if ratio != 1 else math.inf, "the motion of the drive"
-    else:
-        found = harmonics(cycle, duration)
-        strongest = int(found.strong().max(initial=0))
-        ratio, missed = found.omega[strongest] / lowest, quasi_static_error(found, lowest)
-        what = f"harmonic {strongest} of the load"
-    own = frequencies is not None or cycle is deflection
-    at = int(structure.position[int(np.nanargmin(structure.omega[0]))]) if own else None
-    off = f"about {100 * missed:.2g} % off" if missed < 1 else "off by more than itself: resonance"
-    slowest = f"the lowest natural frequency, {lowest / (2 * math.pi):.4g} Hz"
-    message = f"{what} runs at {_share(ratio)} {slowest}: the deflection, found without vibration, is {off}"
-    yield from _judged("vibration", None, at, float(missed), message)
-
-
-def _cycle(deflection: Deflection, period: float | None) -> tuple[Deflection, float]:
-    """A cycle at equal steps of time and its duration [s], nan where there is none.
-
-    Any motion of one motor at constant speed tells its own; laws of the loads may be of anything, and have none.
-    """
-    course = deflection.motion
-    duration = period_of(course) if period is None else period
-    drives, rate, acceleration = course.mechanism.drives, course.drive_rate, course.drive_acceleration
-    if math.isfinite(duration) or len(drives) != 1 or not drives[0].turns:
-        return deflection, duration
-    steady = rate.size and np.ptp(rate) <= EVEN * abs(rate[0, 0]) and rate[0, 0] and not acceleration.any()
-    if not steady or any(getattr(load, "law", None) is not None for load in course.mechanism.loads):
-        return deflection, duration
-    turn = course.drive[0, 0] + np.sign(rate[0, 0]) * np.arange(TURN) * (2 * np.pi / TURN)
-    whole = motion(course.mechanism, turn, rate[0, 0])
-    if not (whole.condition <= SINGULAR).all():
-        return deflection, duration
-    return solve(whole, deflection.sections, joints=deflection.joints), 2 * math.pi / abs(float(rate[0, 0]))
-
-
-def _speed(deflection: Deflection) -> float:
-    """Of the fastest motor, or of the quickest start or stop: greatest acceleration over greatest rate [rad/s]."""
-    course = deflection.motion
-    rates, accelerations = (
-        np.nanmax(np.abs(part), axis=-1, initial=0.0) for part in (course.drive_rate, course.drive_acceleration)
-    )
-    turned = [rate for drive, rate in zip(course.mechanism.drives, rates, strict=True) if drive.turns]
-    quick = [change / rate for rate, change in zip(rates, accelerations, strict=True) if rate]
-    return float(max([*turned, *quick], default=0.0))
-
-
-_LOOK = {
+_LOOK: Mapping[str, Callable[[Deflection, Any], Iterator[Exceedance]]] = {
     "slenderness": _slender,
     "deflection": _deflection,
     "axial force": _axial_force,
     "yield": _yield,
-    "vibration": _vibration,
 }

@@ -1,7 +1,7 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.elastodynamics.speed_map import SpeedMap, speed_map
+from elastic.elastodynamics.speed_map import SpeedMap, critical_speeds, speed_map
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
@@ -14,6 +14,7 @@ __all__ = [
     "SpeedMap",
     "TheoryError",
     "buckling_factor",
+    "critical_speeds",
     "elastodynamic",
     "large_displacement_error",
     "share_base",

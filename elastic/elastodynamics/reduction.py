@@ -23,7 +23,7 @@ from rigid import Motion
 
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
 LEAST = 3
-LOADED = 10.0  # times as closely as modes are loads' own shapes followed
+LOADED = 3.0  # times as closely as modes are loads' own shapes followed
 MASSLESS = 1e-13
 
 

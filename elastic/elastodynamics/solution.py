@@ -32,12 +32,12 @@ Start = Callable[[Propagation, "Problem", Deflection], Any]
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
-ORDER = 4  # with which the error in time falls at worst, for the next guess
+ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
-BESIDES = 0.1  # of the root of the tolerance: how little a combination may bend to count
+SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
 
 
@@ -62,6 +62,8 @@ class Elastodynamic:
         How many amplitudes were let vibrate, and in how many elements of time.
     time_error, reduction_error
         How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
+    vibration
+        In the coordinates that were let vibrate; None where nothing does.
     """
 
     deflection: Deflection
@@ -73,6 +75,7 @@ class Elastodynamic:
     elements: int
     time_error: float
     reduction_error: float
+    vibration: Vibration | None = None
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
@@ -172,6 +175,7 @@ class Vibration:
     problem: Problem
     propagation: Propagation
     history: tuple[Any, Any, Any]
+    cyclic: bool
 
     @property
     def displacements(self) -> Any:
@@ -197,15 +201,22 @@ class Vibration:
         return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
 
 
-def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping, start: Start) -> Vibration:
-    """Solve the equations of motion about the motion of a deflection at the nodes of a grid."""
+def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping, start: Start | None) -> Vibration:
+    """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
+
+    Without a `start` for the state that comes back at the grid's end.
+    """
     found = problem(kinds, bent, grid, damping)
     steps = propagation(grid, found.equations)
-    return Vibration(bent.motion, found, steps, steps.history(start(steps, found, bent)))
+    begin = start(steps, found, bent) if start else steps.periodic_start()
+    return Vibration(bent.motion, found, steps, steps.history(begin), start is None)
 
 
-def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start, cyclic: bool) -> Elastodynamic:
-    """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled."""
+def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
+    """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled.
+
+    Without a `start` it is the steady state of a cycle as long as the grid.
+    """
     plain = deflection(checked(motion), model.sections, model.joints)
     if model.cycle is None:
         none = np.zeros(0, complex)
@@ -213,14 +224,14 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
-        found, grid, time_error = _in_time(model, modes, BESIDES * np.sqrt(tolerance), grid, resolved, start)
-        times = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges)) if cyclic else motion.time
-        sampled = grid.sampler(times)
-        multipliers = found.propagation.multipliers if cyclic else np.zeros(0, complex)
+        found, grid, time_error = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
+        cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
+        sampled = grid.sampler(cycled if found.cyclic else motion.time)
+        multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
         loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
         reduction_error = _difference(model.structure, bent, sampled(found.displacements))
-        if reduction_error <= tolerance or model.cycle is None:
+        if reduction_error <= tolerance or model.cycle is None or time_error > resolved:
             break
         in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
         if in_time:
@@ -231,13 +242,13 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         before = reduction_error
     size = found.history[0].shape[1]
     answer = Elastodynamic(
-        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error
+        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error, found
     )
     return answer if answer.stable else unanswered(answer)
 
 
 def _in_time(
-    model: Model, modes: int, besides: float, grid: Grid, tolerance: float, start: Start
+    model: Model, modes: int, besides: float, grid: Grid, tolerance: float, start: Start | None
 ) -> tuple[Vibration, Grid, float]:
     """The vibration in so many modes, in elements of time as short as it takes, and what they leave unresolved."""
     assert model.cycle is not None
@@ -246,7 +257,7 @@ def _in_time(
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
-        error = found.unresolved
+        error = SAFE * found.unresolved
         # a step of the loads stays one however short its element
         error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), error, 0.0)
         if error.max() <= tolerance or len(error) > MOST_ELEMENTS:

@@ -13,7 +13,6 @@ from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
 from elastic.elastodynamics.solution import (
-    BESIDES,
     NEUTRAL,
     Model,
     MotionAt,
@@ -23,7 +22,7 @@ from elastic.elastodynamics.solution import (
     vibration,
 )
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid, Propagation
+from elastic.elastodynamics.time_elements import Grid
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
@@ -31,6 +30,7 @@ from rigid import Motion, with_rates
 ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
 TOLERANCE = 1e-3
 COARSER = 30.0
+MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 MORE_MODES = 2  # besides those near the lowest
 
 Measure = Callable[[Deflection], Any]
@@ -105,10 +105,33 @@ def speed_map(
     if model.cycle is None:
         raise ValueError("nothing vibrates: all beams and joints are rigid")
     modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
-    cases = _Cases(model, reduced_basis(model.cycle, modes, BESIDES * np.sqrt(tolerance)), period)
+    cases = _Cases(model, reduced_basis(model.cycle, modes, float(np.sqrt(tolerance))), period)
     rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
     values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
     return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
+
+
+def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
+    """Between what speeds a multiple of the cycle's frequency runs through a natural frequency.
+
+    Parameters
+    ----------
+    omega
+        Natural frequencies over the cycle [rad/s], of one mode, as `SpeedMap.omega` has them, shape (positions,).
+    multiples
+        From 1 to this.
+
+    Returns
+    -------
+    Per multiple the least and the greatest angular frequency of the cycle [rad/s].
+
+    Examples
+    --------
+    >>> critical_speeds([600.0, 900.0], 2)
+    {1: (600.0, 900.0), 2: (300.0, 450.0)}
+    """
+    least, most = float(np.min(omega)), float(np.max(omega))
+    return {n: (least / n, most / n) for n in range(1, multiples + 1)}
 
 
 class _Cases:
@@ -138,7 +161,7 @@ def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -
         motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
         motion = replace(motion, time=base.time / ratio)
         plain = deflection(motion, model.sections, model.joints)
-        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, _periodic)
+        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, None)
         unresolved = float(found.unresolved.max())
         if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
             break
@@ -157,7 +180,3 @@ def _vibrating(model: Model, found: Vibration) -> Deflection:
     loads = vibration_loads(found.problem, found.motion, found.history)
     loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
     return deflection(found.motion, model.sections, model.joints, loads)
-
-
-def _periodic(found: Propagation, *_: Any) -> Any:
-    return found.periodic_start()

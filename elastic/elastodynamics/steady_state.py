@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid, Propagation
+from elastic.elastodynamics.time_elements import Grid
 from rigid import Motion
 
 ELEMENTS = 12
@@ -56,9 +55,4 @@ def elastodynamic(
     """
     model = vibrating_model(motion_at, motion.time[0], period, sections, joints or {}, damping)
     grid = Grid(motion.time[0] + np.linspace(0.0, period, ELEMENTS + 1))
-    return settled(model, motion, grid, tolerance, _periodic, cyclic=True)
-
-
-def _periodic(found: Propagation, *_: Any) -> Any:
-    """The state that comes back after a cycle."""
-    return found.periodic_start()
+    return settled(model, motion, grid, tolerance)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from elastic.elastodynamics.second_order import second_order
 from elastic.elastodynamics.solution import Elastodynamic
 from elastic.extreme_values import extremes
 from elastic.sampling import sample
@@ -14,8 +16,9 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
+STRAIGHT = 1e-6  # of the largest stretch, below which what all beams bend is round-off
+TINY = float(np.finfo(float).tiny)
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
-LARGE = 50.0  # times the square of the greatest rotation: docs/elastodynamics.md says what it was measured on
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +32,7 @@ class TheoryError:
     peak
         Of its largest value over the positions.
     large_displacement
-        About what the elastodynamic answer leaves out of the links' large displacement: an estimate.
+        What the elastodynamic answer leaves out of the links' large displacement, see `large_displacement_error`.
     """
 
     history: Reals
@@ -40,12 +43,12 @@ class TheoryError:
 def theory_error(found: Elastodynamic) -> TheoryError:
     """What vibration changes of the quasi-static answer: the difference of the two, computed."""
     plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
-    greatest = np.abs(vibrating).max(axis=(1, 2))
-    greatest = share_base(greatest)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
-        peak = np.abs(np.abs(plain).max(axis=(1, 2)) / greatest - 1)
-    return TheoryError(history, peak, large_displacement_error(found.deflection))
+    own = np.abs(vibrating).max(axis=(1, 2))
+    stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
+    greatest = np.maximum(share_base(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
+    history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
+    peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
+    return TheoryError(history, peak, large_displacement_error(found))
 
 
 def share_base(largest: Any) -> Any:
@@ -53,10 +56,20 @@ def share_base(largest: Any) -> Any:
     return np.maximum(largest, UNBENT * largest.max(initial=0.0))
 
 
-def large_displacement_error(bent: Deflection) -> float:
-    """About what linear theory leaves out of the links' large displacement, as a share of the largest deflection."""
-    rotation = np.abs(extremes(bent, ["phi"])["phi"].value)
-    return float(LARGE * rotation[np.isfinite(rotation)].max(initial=0.0) ** 2)
+def large_displacement_error(found: Elastodynamic) -> float:
+    """What linear theory leaves out of the links' large displacement, as a share of the worst beam's deflection.
+
+    The terms of second order, solved for; and the square of the greatest rotation for those of third order, which are
+    what there is where links bend without vibrating.
+    """
+    if found.vibration is None or not found.stable:
+        return 0.0 if found.vibration is None else math.nan
+    linear, more = second_order(found.vibration, found.deflection, np.linspace(0.0, 1.0, STATIONS))
+    rotation = np.abs(extremes(found.deflection, ["phi"])["phi"].value).max(initial=0.0)
+    if not linear.size or not linear.any():
+        return float(rotation**2)
+    share = np.abs(more).max(axis=(1, 2)) / share_base(np.abs(linear).max(axis=(1, 2)))
+    return float(share.max() + rotation**2)
 
 
 def _chord(bent: Deflection) -> Any:

@@ -240,11 +240,12 @@ def _elements(steps: Any, s: int, equations: Equations) -> tuple[Any, Any]:
         part.reshape(count, s, r, r) for part in (equations.mass, equations.damping, equations.stiffness)
     )
     h = steps[:, None, None, None]
-    matrix = np.zeros((count, s, r, s, r))
-    for column in range(s):
-        matrix[:, :, :, column] = damping * (h * own.once[:, column, None, None])
-        matrix[:, :, :, column] += stiffness * (h**2 * own.twice[:, column, None, None])
-        matrix[:, column, :, column] += mass[:, column]
+    ways = np.stack((steps[:, None, None] * own.once, np.square(steps)[:, None, None] * own.twice), axis=-1)
+    both = np.stack((damping, stiffness), axis=2).reshape(count, s, 2, r * r)
+    blocks = (ways @ both).reshape(count, s, s, r, r)
+    diagonal = np.arange(s)
+    blocks[:, diagonal, diagonal] += mass
+    matrix = np.ascontiguousarray(blocks.swapaxes(2, 3))
     rate = -(stiffness * (h * own.points[:, None, None]) + damping)
     right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
     found = np.linalg.solve(matrix.reshape(count, s * r, s * r), right.reshape(count, s * r, -1))

@@ -54,7 +54,7 @@ def transient(
     start, duration = float(motion.time[0]), float(np.ptp(motion.time))
     model = vibrating_model(motion_at, start, duration, sections, joints or {}, damping)
     grid = Grid(start + np.linspace(0.0, duration, ELEMENTS + 1))
-    return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static, cyclic=False)
+    return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static)
 
 
 def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Any:

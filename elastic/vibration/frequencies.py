@@ -53,6 +53,7 @@ def natural_frequencies(
     positions: int = 24,
     joints: Mapping[str, JointCompliance] | None = None,
     settled: float = SETTLED,
+    designs: int | None = None,
 ) -> Frequencies:
     """Lowest natural frequencies of small vibrations about the moving rigid links.
 
@@ -71,6 +72,8 @@ def natural_frequencies(
         By name, the joints that give way.
     settled
         How much of a frequency the last refinement may change.
+    designs
+        Of how many designs, the first ones; all where left out.
 
     Examples
     --------
@@ -83,12 +86,12 @@ def natural_frequencies(
     >>> round(natural_frequencies(motion(held, [0.0]), [Section(1e6, 1.0)]).lowest, 4)
     3.516
     """
-    designs = designs_of(tuple(sections))
-    if designs:
-        motion = repeated(motion, np.broadcast_shapes(motion.columns, designs))
+    axis = designs_of(tuple(sections))
+    if axis:
+        motion = repeated(motion, np.broadcast_shapes(motion.columns, axis))
     count = motion.columns[-1]
     chosen = np.unique(np.linspace(0, count - 1, min(positions, count)).round().astype(int))
-    rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)
+    rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
     found = [_of_design(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
     omega = np.stack([values for values, _ in found], axis=1)
     return Frequencies(omega if len(motion.columns) > 1 else omega[:, 0], chosen, max(change for _, change in found))

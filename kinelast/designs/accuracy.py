@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
         place = position_of(nominal, output.link, output.point)
 
         def off(found: Found) -> Any:
-            return position_of(found.bent.motion, output.link, output.point) - place
+            return position_of(found.motion, output.link, output.point) - place
 
         def bent(found: Found) -> Values:
             return found.largest(off(found) + displacement_of(found.bent, output.link, output.point))
@@ -41,8 +42,8 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
         way = nominal.direction[nominal.mechanism.index[output.link]]
 
         def off(found: Found) -> Any:
-            mechanism = found.bent.motion.mechanism
-            return np.angle(found.bent.motion.direction[mechanism.index[output.link]] * np.conj(way))
+            mechanism = found.motion.mechanism
+            return np.angle(found.motion.direction[mechanism.index[output.link]] * np.conj(way))
 
         def bent(found: Found) -> Values:
             mechanism = found.scene.mechanism
@@ -65,16 +66,13 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     wanted = np.array(places)
 
     def off(found: Found) -> Any:
-        return np.broadcast_to(position_of(found.bent.motion, output.link, output.point) - wanted, found.columns)
+        return np.broadcast_to(position_of(found.motion, output.link, output.point) - wanted, found.columns)
 
     def part(found: Found, number: int, axis: str) -> Values:
         way = off(found)[..., number]
         return np.array(way.real if axis == "x" else way.imag), None
 
-    parts = [
-        Figure(name, "m", lambda found, number=number, axis=axis: part(found, number, axis))
-        for number, axis, name in _parts(len(places))
-    ]
+    parts = [Figure(name, "m", partial(part, number=number, axis=axis)) for number, axis, name in _parts(len(places))]
     return [
         Figure(FARTHEST, "m", lambda found: found.largest(off(found))),
         Figure(SQUARES, "m^2", lambda found: ((np.abs(off(found)) ** 2).sum(axis=-1), None)),

@@ -95,16 +95,19 @@ def _guessed_output(scene: Scene) -> Output | None:
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
-    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant."""
+    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant.
+
+    Friction is found for all columns in as many rounds as the slowest takes: there designs would not be their own.
+    """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
-    if scene.is_integrated or (plain and inner[-1] not in FLOATS):
+    if scene.is_integrated or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
         return False
     one_drive = len(table.drives) == 1
     if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):
         able = _follows_its_drawing(table, scene)
     elif top == "sections":
-        able = not _is_tapered(table.sections[inner[0]])
+        able = not _is_tapered(table.sections[inner[0]]) and not isinstance(inner[-1], int)
     elif top == "materials":
         shears = inner[1] in ("poisson", "G") or (inner[1] == "E" and _shears(table))
         able = not shears or not any(_is_tapered(section) for section in table.sections.values())
@@ -114,10 +117,12 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
         able = inner[0] == "gravity" or (inner[0] == "duration" and one_drive)
     elif top == "loads":
         able = inner[1] in ("force", "moment", "start", "end")
+    elif top == "links":
+        able = not _goes_to_an_end(table)
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
-        able = top in ("links", "masses", "joints", "limits", "springs", "sliders", "slots")
+        able = top in ("masses", "joints", "limits", "springs", "sliders", "slots")
     return able
 
 
@@ -129,7 +134,13 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     )
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or (len(table.drives) == 1 and not table.drives[0].repeat)
-    return closed and not table.gears and one_way
+    return closed and not table.gears and one_way and not _goes_to_an_end(table)
+
+
+def _goes_to_an_end(table: SceneTable) -> bool:
+    """Whether how far a drive goes differs with its drawn start, as its law tells where it ends."""
+    drawn = (drive for drive in table.drives if drive.start is None and drive.law is not None)
+    return any(segment.to is not None for drive in drawn for segment in drive.law or ())
 
 
 def _is_tapered(section: Any) -> bool:

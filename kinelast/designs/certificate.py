@@ -13,7 +13,7 @@ from kinelast.designs.sensitivities import sensitivities
 
 ACTIVE = 1e-4  # margin of a limit, or share of a range, within which it holds the design
 RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, in shares of the ranges
-NEIGHBOURS = 256  # a radius
+NEIGHBOURS = 64  # a radius
 GAIN = 1e-6  # of the cost: what is better by less is not
 
 

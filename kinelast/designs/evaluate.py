@@ -196,7 +196,7 @@ def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Itera
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     """Figures of designs at all positions; a row 0 before them is left out."""
     course = scene_motion_at(scene, scene_times(scene))
-    found = Found(scene, course, base.output, base.fields)
+    found = Found(scene, course, base.output, base.fields, len(rows) + 1)
     many = len(found.columns) > 1
     own = slice(1, len(rows) + 1) if many else slice(None)
     figures = {}

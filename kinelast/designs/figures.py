@@ -30,13 +30,15 @@ ALONG = {"deflection": "w", "chord": "chord", "stress": "mises", "u": "u", "phi"
 class Found:
     """Designs at their positions: a scene and its motion, columns (designs, positions) or (positions,).
 
-    `output` is what the machine is there for, where it is known; `wanted` are the fields that figures take.
+    `output` is what the machine is there for, where it is known; `wanted` are the fields that figures take; `used` is
+    how many designs count: those that follow only fill the arrays.
     """
 
     scene: Scene
     motion: Motion
     output: Output | None = None
     wanted: frozenset[str] = field(default_factory=frozenset)
+    used: int | None = None
 
     @cached_property
     def bent(self) -> Deflection:

@@ -34,15 +34,17 @@ def _lowest(found: Found) -> Any:
     key = "_lowest_frequency"
     if key not in found.__dict__:
         solved = natural_frequencies(
-            found.bent.motion, found.bent.sections, modes=1, joints=found.scene.joints, settled=SETTLED
-        )
-        found.__dict__[key] = np.broadcast_to(solved.omega[0], (*found.columns[:-1], solved.omega.shape[-1]))
+            found.motion, found.scene.sections, 1, joints=found.scene.joints, settled=SETTLED, designs=found.used
+        ).omega[0]
+        lowest = np.full((*found.columns[:-1], solved.shape[-1]), np.nan)
+        lowest[: len(solved)] = solved
+        found.__dict__[key] = lowest
     return found.__dict__[key]
 
 
 def _fastest(found: Found) -> Any:
     """Greatest speed of any drive that turns [rad/s], shape (..., 1); 0 where none does."""
-    motion = found.bent.motion
+    motion = found.motion
     rates = [rate for drive, rate in zip(motion.mechanism.drives, motion.drive_rate, strict=True) if drive.turns]
     most = [np.nanmax(np.abs(np.broadcast_to(rate, found.columns)), axis=-1, keepdims=True) for rate in rates]
     return np.max(most, axis=0) if most else np.zeros((*found.columns[:-1], 1))

@@ -65,7 +65,8 @@ def write_studies(part: Path, text: str, path: str, name: str, asked: Studies, t
         if asked.optimize:
             best = optimum_study(tables, tell)
             values = zip(best.sought.variables, best.optimum.values.tolist(), strict=True)
-            head = f"The best design by [optimize] of the scene {name}: {'' if best.optimum.feasible else 'NOT '}all limits kept."
+            kept = "all limits kept" if best.optimum.feasible else "NOT all limits kept"
+            head = f"The best design by [optimize] of the scene {name}, quasi-statically: {kept}."
             new = rewritten(text, {one.path: value for one, value in values}, head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
             write_optimum(part / "optimum.csv", best)

@@ -20,7 +20,7 @@ def output_range_figures(output: Output | None) -> list[Figure]:
 
     def ends(found: Found) -> tuple[Values, Values]:
         mechanism = found.scene.mechanism
-        way = np.broadcast_to(found.bent.motion.direction[mechanism.index[output.link]], found.columns)
+        way = np.broadcast_to(found.motion.direction[mechanism.index[output.link]], found.columns)
         known = np.where(np.isfinite(way), way, 1.0)
         turned = np.unwrap(np.angle(known), axis=-1)
         closed = found.scene.run.turn and abs(turned[..., -1:] - turned[..., :1]).max(initial=0.0) < np.pi

@@ -85,7 +85,7 @@ class Problem:
     @property
     def span(self) -> np.ndarray:
         """How far the bounds are apart, shape (variables,)."""
-        return self.high - self.low
+        return np.asarray(self.high - self.low)
 
     @property
     def by_ratio(self) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -17,9 +17,10 @@ SAMPLED = 64  # designs to a variable, of which the best are starts
 MOST_SAMPLED = 1024
 STARTS = 8
 ASUNDER = 0.1  # how far starts are apart, of the diagonal
-ITERATIONS = 200
+ITERATIONS, FURTHER = 40, 200  # of every local search, and of the best one if it has not ended then
 PRECISION = 1e-13  # of the cost, at which a local search ends
 POPULATION, GENERATIONS = 15, 400  # to a variable; at most
+OUT_OF_STEPS = 9  # as scipy says it
 LOST = 1e3  # cost, in units of the start's, of a design that has no figures
 WORSE = 1e50  # than any cost: designs that break a limit come after all others
 
@@ -42,12 +43,15 @@ class Found:
         What is to be least, there.
     violation
         Sum of the shares by which limits are not kept.
+    ended
+        Whether the search ended by itself.
     """
 
     start: np.ndarray
     end: np.ndarray
     cost: float
     violation: float
+    ended: bool
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -103,19 +107,29 @@ def evolved(problem: Problem, seed: int = 0, first: np.ndarray | None = None, te
 
 
 def local_searches(problem: Problem, starts: Sequence[np.ndarray], tell: Tell = _unheard) -> list[Found]:
-    """Where sequential quadratic programming ends from several starts at once; the best first."""
+    """Where local searches end from several starts at once, the best first; that one goes on until it ends."""
+    found = _side_by_side(problem, starts, ITERATIONS, tell)
+    if found and not found[0].ended and np.isfinite(found[0].violation):
+        further = _side_by_side(problem, [found[0].end], FURTHER, tell)[0]
+        if further.rank < found[0].rank:
+            found[0] = replace(further, start=found[0].start)
+    return found
+
+
+def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, tell: Tell) -> list[Found]:
+    """Local searches of so many iterations at most; the best first."""
     calls = [0]
 
     def answers(asked: list[np.ndarray]) -> list[Linear]:
         calls[0] += 1
-        tell("steps of local searches", calls[0], ITERATIONS)
+        tell("steps of local searches", min(calls[0], most), most)
         return linearized(problem, asked)
 
-    found = together([partial(_local_search, np.asarray(start, float), problem) for start in starts], answers)
+    found = together([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)
     return sorted(found, key=lambda each: each.rank)
 
 
-def _local_search(start: np.ndarray, problem: Problem, ask: Callable[[np.ndarray], Linear]) -> Found:
+def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[[np.ndarray], Linear]) -> Found:
     """The best design that a local search comes by from a start.
 
     Least squares first where that is what is sought, then sequential quadratic programming where there are limits.
@@ -134,36 +148,41 @@ def _local_search(start: np.ndarray, problem: Problem, ask: Callable[[np.ndarray
 
     first = at(start)
     if not np.isfinite(first.cost):
-        return Found(start, start, np.nan, np.inf)
+        return Found(start, start, np.nan, np.inf, True)
+    ended = True
     with np.errstate(all="ignore"):
         if problem.parts:
-            _least_squares(at, start)
+            ended = _least_squares(at, start, most)
         if problem.limits or not problem.parts:
-            _quadratic_programming(at, best().shares, bool(problem.limits))
-    return Found(start, best().shares, best().cost, best().violation)
+            ended = _quadratic_programming(at, best().shares, bool(problem.limits), most)
+    return Found(start, best().shares, best().cost, best().violation, ended)
 
 
-def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray) -> None:
+def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:
+    """Whether a search for the least sum of squares ends."""
     unit = float(np.linalg.norm(at(start).parts)) or 1.0
-    least_squares(
+    found = least_squares(
         lambda shares: _known(at(shares).parts / unit, LOST), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
-        jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=ITERATIONS,
-        x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15,
+        jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=most,
+        x_scale="jac", xtol=1e-12, ftol=1e-14, gtol=1e-15,
     )  # fmt: skip
+    return bool(found.status > 0)
 
 
-def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool) -> None:
+def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool, most: int) -> bool:
+    """Whether a search for the least cost within limits ends."""
     unit = abs(at(start).cost) or 1.0
     constraints = {
         "type": "ineq",
         "fun": lambda shares: _known(at(shares).margin, -LOST),
         "jac": lambda shares: _known(at(shares).margin_slope, 0.0),
     }
-    minimize(
+    found = minimize(
         lambda shares: float(_known(np.array(at(shares).cost / unit), LOST)), start, bounds=[(0.0, 1.0)] * len(start),
         jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
-        method="SLSQP", options={"maxiter": ITERATIONS, "ftol": PRECISION},
+        method="SLSQP", options={"maxiter": most, "ftol": PRECISION},
     )  # fmt: skip
+    return bool(found.status != OUT_OF_STEPS)
 
 
 def _known(values: np.ndarray, instead: float) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinelast.designs.richardson import limit, steps
+from kinelast.designs.richardson import Limit, limit, steps
 
 ROUND_OFF = 4 * np.finfo(float).eps  # relative, of a figure that is computed as well as can be
 APART = 3.0  # times their errors that the slopes to both sides differ by at a kink
@@ -50,7 +50,7 @@ class Sensitivities:
     below, above
         Derivatives to either side.
     kink
-        The slopes to both sides differ: what is largest is so in two places at once.
+        The slopes to both sides differ: what is largest is so in two places at once, or a magnitude is zero.
     still
         Largest relative change of the variable, to both sides, that was tried and leaves what is largest where it is;
         0 at a kink. Beyond it the figure may follow another link or position.
@@ -104,7 +104,7 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     move = np.diagonal(moved - at, axis1=2, axis2=3)  # as rounded, so that round-off of the step does no harm
     found_at = _Tried(values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move)
     watched = np.array([name in found.place for name in names])
-    return _gathered(names, at, found_at, watched, np.where(watched[:, None], _still(found_at, scale), np.nan))
+    return _gathered(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
 
 
 def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -145,22 +145,48 @@ def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
-def _gathered(
-    names: tuple[str, ...], at: np.ndarray, tried: _Tried, watched: np.ndarray, still: np.ndarray
-) -> Sensitivities:
-    """Derivatives from the figures of moved designs; `watched`: the places of which figures are known."""
-    served = np.where(tried.smooth, tried.value, np.nan).transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
-    own, (left, right) = tried.own[:, None], tried.move[:, :, None, :]
-    rough = ROUND_OFF * np.maximum(abs(own), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
-    both = tried.unmoved.all(axis=1)
-    middle = limit(np.where(both, served[1] - served[0], np.nan) / (right - left), 2 * rough / (right - left), order=2)
-    below, above = (limit((served[k] - own) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right)))
+@dataclass(frozen=True)
+class _Slopes:
+    """Derivatives by differences over both sides, over what is below, and over what is above; (figures, variables)."""
+
+    middle: Limit
+    below: Limit
+    above: Limit
+
+
+def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.ndarray) -> Sensitivities:
+    """Derivatives from the figures of moved designs.
+
+    Where two places are largest alike whatever the variable is, as in a cycle that runs there and back, round-off picks
+    one of them anew for every design: differences over all designs count where they are the better ones.
+    """
+    both = np.asarray(tried.unmoved.all(axis=1))
+    own = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
+    every = _slopes(tried, tried.value, np.ones(both.shape, bool))
+    below, above = _better(own.below, every.below), _better(own.above, every.above)
     gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
     kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
-    kink &= ~(both & watched[:, None])
-    slope = np.where(both & ~kink, middle.value, (below.value + above.value) / 2)
-    error = np.where(both & ~kink, middle.error, (below.error + above.error) / 2)
+    middle = _better(own.middle, every.middle)
+    one_side = np.isnan(below.value) | np.isnan(above.value)
+    slope = np.where(kink | one_side, (below.value + above.value) / 2, middle.value)
+    error = np.where(kink | one_side, (below.error + above.error) / 2, middle.error)
     for side in (below, above):  # the only one there is
         error = np.where(np.isnan(slope), side.error, error)
         slope = np.where(np.isnan(slope), side.value, slope)
     return Sensitivities(names, at, tried.own, slope, error, below.value, above.value, kink, np.where(kink, 0.0, still))
+
+
+def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
+    """Derivatives by values of moved designs, nan where they do not serve; `both`: where both sides together do."""
+    served = values.transpose(1, 2, 0, 3)  # (sides, levels, figures, variables)
+    own, (left, right) = tried.own[:, None], tried.move[:, :, None, :]
+    rough = ROUND_OFF * np.maximum(abs(own), np.where(np.isfinite(served), abs(served), 0.0).max(axis=(0, 1)))
+    across = np.where(both, served[1] - served[0], np.nan)
+    below, above = (limit((served[k] - own) / by, 2 * rough / abs(by), order=1) for k, by in enumerate((left, right)))
+    return _Slopes(limit(across / (right - left), 2 * rough / (right - left), order=2), below, above)
+
+
+def _better(one: Limit, other: Limit) -> Limit:
+    """Of two limits the one whose error is less."""
+    first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
+    return Limit(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

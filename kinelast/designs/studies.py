@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
-from kinelast.designs.asked import scattered, sought
+from kinelast.designs.asked import Sought, scattered, sought
 from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.designs.figures import Figure
 from kinelast.designs.figures import figures_of as known_figures
@@ -162,13 +163,23 @@ def tolerance_study(tables: Tables, designs: int = DESIGNS, tell: Tell = _unhear
     return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
 
 
-def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
-    """The best design that a scene's [optimize] asks for.
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """What a scene's [optimize] asks for, as a problem; its figures as it stands, and their units."""
+
+    sought: Sought
+    problem: Problem
+    before: Mapping[str, float]
+    units: Mapping[str, str]
+
+
+def problem_of(tables: Tables) -> Posed:
+    """The problem that a scene's [optimize] poses.
 
     Raises
     ------
     SceneError
-        As `sensitivity_study`; or there is nothing to optimize, or no design that was tried has the figures.
+        The tables hold a mistake, name what there is not, or ask for nothing.
     """
     table = parse_scene(tables)
     scene = scene_from_dict(tables)
@@ -176,19 +187,32 @@ def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
     base = evaluate(tables, [], np.zeros((1, 0)), _known_figures(table, scene, own))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
     asked = sought(tables, table, known)
-    paths = [one.path for one in asked.variables]
     by_name = {figure.name: figure for figure in own}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
+    paths = [one.path for one in asked.variables]
     figures_of = _figures_of(tables, paths, [by_name.get(name, name) for name in names])
     problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
+    return Posed(asked, problem, _first(base.columns), base.units)
+
+
+def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
+    """The best design that a scene's [optimize] asks for.
+
+    Raises
+    ------
+    SceneError
+        As `problem_of`; or no design that was tried has the figures.
+    """
+    posed = problem_of(tables)
+    asked, problem = posed.sought, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
     try:
         best = optimum(problem, asked.evolve, asked.seed, first, tell)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
-    after = figures_of(best.values[None]).columns
-    return Solved(asked, best, base.units, _first(base.columns), _first(after))
+    after = problem.figures_of(best.values[None]).columns
+    return Solved(asked, best, posed.units, posed.before, _first(after))
 
 
 def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:

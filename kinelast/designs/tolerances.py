@@ -64,10 +64,11 @@ class FirstOrder:
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
-    """Scatter of figures to first order, of numbers that are independent of each other."""
-    own = found.slope * np.array([each.deviation for each in tolerances])
+    """Scatter of figures to first order, of numbers that are independent; at a kink by the steeper side."""
+    slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
+    own = slope * np.array([each.deviation for each in tolerances])
     variance = (own**2).sum(axis=1)
-    worst = (abs(found.slope) * np.array([each.half for each in tolerances])).sum(axis=1)
+    worst = (slope * np.array([each.half for each in tolerances])).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return FirstOrder(np.sqrt(variance), worst, own**2 / variance[:, None])
 
@@ -170,6 +171,5 @@ def variance_shares(
     dists = [norm(0, each.deviation) if each.normal else uniform(-each.half, 2 * each.half) for each in tolerances]
     with np.errstate(invalid="ignore", divide="ignore"):
         found = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
-    return {
-        name: (np.atleast_2d(found.first_order)[k], np.atleast_2d(found.total_order)[k]) for k, name in enumerate(names)
-    }
+    alone, together = (np.reshape(each, (len(names), -1)) for each in (found.first_order, found.total_order))
+    return {name: (alone[k], together[k]) for k, name in enumerate(names)}

@@ -216,7 +216,7 @@ def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any,
         if len(same) != 1:
             raise LookupError
         at = same[0]
-    return at, at, node[at]
+    return at, at, Size.read(float(node[at])) if isinstance(node, Sizes) else node[at]
 
 
 def _unknown(table: SceneTable, path: str) -> SceneError:

@@ -17,8 +17,10 @@ from kinelast.scene.error import SceneError
 if TYPE_CHECKING:
     from fem_check.solid.comparison import SolidComparison
     from kinelast.figures.results import Results
+    from kinelast.scene.data import Scene
 
 ELEMENTS = 8  # to a beam
+POISSON = 0.3  # where a material does not tell
 FEWEST, ENOUGH = 16, 96  # positions of a cycle
 
 
@@ -78,6 +80,13 @@ def _damping(results: Results) -> Any:
     return damping_of(results.scene).settled(frequencies.lowest if frequencies else math.inf).beams
 
 
+def _poisson(scene: Scene) -> list[float]:
+    """Poisson's ratio of every beam, that of metals where its material does not tell."""
+    names = [made.material for made in scene.made_of] or [""] * len(scene.labels)
+    told = [scene.materials[name].poisson if name in scene.materials else None for name in names]
+    return [POISSON if ratio is None else ratio for ratio in told]
+
+
 def solid_check(results: Results) -> SolidComparison:
     """What beam theory leaves out of the quasi-static answer, by links as plane-stress bodies.
 
@@ -89,6 +98,6 @@ def solid_check(results: Results) -> SolidComparison:
     from fem_check.solid.comparison import compare_solid
 
     try:
-        return compare_solid(results.quasi_static)
+        return compare_solid(results.quasi_static, _poisson(results.scene))
     except ValueError as error:
         raise SceneError(results.scene.path, "links", "", f"the solid check: {error}") from None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ import numpy as np
 
 from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
 from elastic.assessment import (
-    LIMITS,
     Exceedance,
     PathDeviation,
     euler_ratio,
@@ -76,6 +75,7 @@ class Results:
         Where these are but the positions of a long run at which something is largest: what the whole comes to.
     answer
         The theory that was taken, and its errors; None where the quasi-static answer was asked for as it is.
+        Of a long run it is that of the even positions.
     nonlinear, solid
         Further checks, where they were asked for.
     """
@@ -102,7 +102,7 @@ class Results:
     @property
     def quasi_static(self) -> Deflection:
         """The deflection of links that do not vibrate."""
-        return self.answer.quasi_static if self.answer else self.deflection
+        return self.answer.quasi_static if self.answer and self.vibrates else self.deflection
 
     @cached_property
     def counts(self) -> tuple[int, int, int]:
@@ -189,15 +189,10 @@ class Results:
         """Figures that leave the range in which the theory holds."""
         if not self.mechanism.beams:
             return []
-        period = None if math.isnan(self.period) else self.period
-        if self.whole is None:
-            known = None if self.ill.any() else {**self.extremes, "euler_ratio": self.euler_ratio}
-            kinds = [kind for kind in LIMITS if kind != "vibration" or self.answer is None]
-            found = exceedances(self.counted_deflection, self.frequencies, period, kinds, known)
-            return [*found, *divided_links(self.scene, self.quasi_static, self.counted)]
-        found = exceedances(self.counted_deflection, kinds=[kind for kind in LIMITS if kind != "vibration"])
-        shown = [one for one in self.shown.exceedances if one.kind == "vibration"]
-        return [*found, *(replace(one, position=None) for one in shown)]
+        found: dict[str, Any] = {**self.extremes, "euler_ratio": self.euler_ratio}
+        known = None if self.whole is not None or self.ill.any() else found
+        own = exceedances(self.counted_deflection, found=known)
+        return [*own, *divided_links(self.scene, self.quasi_static, self.counted)]
 
     @cached_property
     def efforts(self) -> Reals:

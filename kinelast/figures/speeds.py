@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Deflection, extremes
-from elastic.elastodynamics import SpeedMap, speed_map
+from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
@@ -23,7 +23,6 @@ from rigid import ConstantSpeed, MechanismError, PinDrive
 
 FIELDS = ("w", "chord", "mises")
 KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
-HARMONICS = 6  # of the drive's speed, that are marked where they meet a natural frequency
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +66,8 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
         found = speed_map(motion_at, period, ratios, scene.sections, _largest, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
-    least, most = float(found.omega.min()), float(found.omega.max())
-    spans = {n: (least / n, most / n) for n in range(1, HARMONICS + 1)}
-    critical = {n: (low, high) for n, (low, high) in spans.items() if low <= asked[1] and high >= asked[0]}
+    spans = critical_speeds(found.omega).items()
+    critical = {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]}
     return Speeds(speed, found, _highest(scene, speed, found.values), critical)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.assessment import harmonics, quasi_static_error
+from elastic.assessment import harmonics
 from kinelast.figures.figure import at_position, figure, largest
 from kinelast.figures.peaks import Peak
 from kinelast.figures.results import STATIONS, Results
@@ -71,7 +71,7 @@ def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
 
 
 def _load(results: Results, lowest: float) -> dict[str, Any] | None:
-    """The fastest strong harmonic of the load, and the error of an answer without vibration; None of no cycle."""
+    """The fastest strong harmonic of the load; None of no cycle."""
     if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
         return None
     found = harmonics(results.deflection, results.period)
@@ -81,7 +81,6 @@ def _load(results: Results, lowest: float) -> dict[str, Any] | None:
         "harmonic": number,
         "frequency": figure(found.omega[number], "rad/s"),
         "to_lowest": figure(found.omega[number] / lowest, "1"),
-        "quasi_static_error": figure(quasi_static_error(found, lowest), "1"),
     }
 
 

@@ -10,23 +10,24 @@ from functools import partial
 import numpy as np
 
 from elastic import Deflection, extremes
-from elastic.assessment import euler_loads, harmonics, introduction_share, quasi_static_error, shear_share
+from elastic.assessment import introduction_share, shear_share
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
     elastodynamic,
-    large_displacement_error,
     theory_error,
     transient,
 )
-from elastic.vibration import natural_frequencies
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at
 from rigid import MechanismError, Motion
 
-SURE = 10.0  # times too low the cheap estimate hardly ever is: 2 of 142 mechanisms, docs/validity.md
-HOPELESS = 1e3  # share of what small displacements leave out, beyond which vibration is not looked at
+ACCURACY = 0.05  # where none is asked for
+TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
+SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: the worst beam may bend a hundredth of the largest
+BESIDES = 0.1  # of the accuracy: vibration that is not worth answering where others hold the accuracy back
+HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 EPS = float(np.finfo(float).eps)
 
 
@@ -44,11 +45,13 @@ class Answer:
         The vibrating mechanism; None where it was not computed.
     errors
         What the answer may be off by, as shares of the largest deflection from the chord of the worst beam: of
-        "vibration" (nan where it is not known), "large displacement", "beam theory", "time" and "round-off".
+        "vibration" and "large displacement" (nan where it is not known), "beam theory", "time" and "round-off".
     accuracy
         That was asked for; None where it was not.
     missed
-        What vibration changes of the quasi-static answer, as such a share; nan where that was not asked.
+        What vibration changes of the quasi-static answer, as such a share; nan where that is not known.
+    unanswered
+        Why vibration cannot be answered; nothing where it is.
     """
 
     theory: str
@@ -58,6 +61,7 @@ class Answer:
     errors: Mapping[str, float]
     accuracy: float | None = None
     missed: float = math.nan
+    unanswered: str = ""
 
     @property
     def error(self) -> float:
@@ -70,7 +74,7 @@ class Answer:
         return None if self.accuracy is None else self.error <= self.accuracy
 
 
-def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> Answer:
+def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_told: bool = False) -> Answer:
     """The answer of the theory asked for, or of the cheapest one that is accurate enough.
 
     Parameters
@@ -78,54 +82,43 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float) -> An
     plain
         The quasi-static deflection at the positions of the run.
     period
-        Duration of the cycle [s]; nan where the motion is none, and vibration starts from rest.
+        Duration of the cycle [s]; nan where the motion is none, and vibration starts from the quasi-static deflection.
+    only_told
+        The quasi-static answer is taken however far it is off.
 
     Raises
     ------
     SceneError
         Vibration is asked for by name and cannot be answered: a singular position, a block that leaves its beam.
     """
-    others = {} if theory.accuracy is None else _others(plain)
-    if theory.accuracy is not None and not math.isnan(period):
-        estimate = SURE * vibration_estimate(plain, period)
-        if estimate + math.fsum(others.values()) <= theory.accuracy:
-            errors = {"vibration": estimate, **others}
-            return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, estimate)
-    unknown = Answer(QUASI_STATIC, plain, plain, None, {"vibration": math.nan, **others}, theory.accuracy)
-    if others.get("large displacement", 0.0) > HOPELESS:
-        return unknown
+    wanted = ACCURACY if theory.accuracy is None else theory.accuracy
+    by_name = theory.name == ELASTODYNAMIC
+    if not by_name and np.nanmax(np.abs(extremes(plain, ["phi"])["phi"].value), initial=0.0) > HOPELESS:
+        return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
     try:
-        found = _vibrating(scene, plain.motion, period)
-    except SceneError:
-        if theory.name:
+        found = _vibrating(scene, plain.motion, period, TOLERANCE if by_name else max(TOLERANCE, SETTLED * wanted))
+        if not by_name and found.time_error + found.reduction_error > wanted:
+            raise SceneError(scene.path, "run", "theory", "vibration cannot be answered: it is too fine to be resolved")
+    except SceneError as error:
+        if by_name:
             raise
-        return unknown
-    missed = float(theory_error(found).history.max())
+        return _unknown(plain, theory, error.problem)
+    off = theory_error(found)
+    missed = float(off.history.max(initial=0.0))
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
-    if theory.accuracy is not None and missed + math.fsum(others.values()) <= theory.accuracy:
+    others = {"large displacement": off.large_displacement, **_others(plain)}
+    left = wanted - math.fsum(others.values())
+    enough = missed <= max(left, BESIDES * wanted) or not found.stable
+    if only_told or (enough and not by_name):
         return Answer(QUASI_STATIC, plain, plain, found, {"vibration": missed, **others}, theory.accuracy, missed)
-    errors = {**_others(found.deflection), "time": found.time_error + found.reduction_error}
+    others = {"large displacement": off.large_displacement, **_others(found.deflection)}
+    errors = {**others, "time": found.time_error + found.reduction_error}
     return Answer(ELASTODYNAMIC, found.deflection, plain, found, errors, theory.accuracy, missed)
 
 
-def vibration_estimate(plain: Deflection, period: float) -> float:
-    """About what vibration changes of a quasi-static answer, as a share.
-
-    From its harmonics and lowest frequency; and its axial forces over Euler's loads: by so much they stiffen or soften
-    the beams, which the elastodynamic answer takes into account.
-    """
-    try:
-        lowest = natural_frequencies(plain.motion, plain.sections, modes=1, positions=4, joints=plain.joints).lowest
-    except np.linalg.LinAlgError:  # far from any machine's sizes
-        return math.nan
-    vibrates = quasi_static_error(harmonics(plain, period), lowest) if math.isfinite(lowest) else 0.0
-    return vibrates + axial_share(plain)
-
-
-def axial_share(plain: Deflection) -> float:
-    """Greatest axial force of any beam, tension or compression, over Euler's load of that beam."""
-    share = np.abs(extremes(plain, ["N"])["N"].value) / euler_loads(plain)
-    return float(share[np.isfinite(share)].max(initial=0.0))
+def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:
+    errors = {"vibration": math.nan, "large displacement": math.nan, **_others(plain)}
+    return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, unanswered=why)
 
 
 def _others(bent: Deflection) -> dict[str, float]:
@@ -133,7 +126,6 @@ def _others(bent: Deflection) -> dict[str, float]:
     condition = bent.condition[np.isfinite(bent.condition)]
     beams = np.maximum(shear_share(bent), introduction_share(bent))
     return {
-        "large displacement": large_displacement_error(bent),
         "beam theory": float(beams.max(initial=0.0)),
         "round-off": EPS * float(condition.max(initial=1.0)),
     }
@@ -145,9 +137,9 @@ def damping_of(scene: Scene) -> Damping:
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 
 
-def _vibrating(scene: Scene, motion: Motion, period: float) -> Elastodynamic:
+def _vibrating(scene: Scene, motion: Motion, period: float, tolerance: float) -> Elastodynamic:
     motion_at = partial(scene_motion_at, scene)
-    given = scene.sections, scene.joints, damping_of(scene)
+    given = scene.sections, scene.joints, damping_of(scene), tolerance
     try:
         if math.isnan(period):
             return transient(motion, motion_at, *given)

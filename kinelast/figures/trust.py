@@ -29,7 +29,6 @@ HEADINGS = {
     "deflection": "Small displacements",
     "axial force": "Buckling",
     "yield": "Strength",
-    "vibration": "Quasi-static answer",
 }
 LONG, SHORT = 90.0, 1e-5  # [m], of the longest link: larger machines and smaller ones are not of slender links
 FAST = 1e5  # [rad/s], a dentist's drill runs at half of it
@@ -43,12 +42,11 @@ WITHIN = {
     "deflection": "none deflects by more than {:.0f} % of its length",
     "axial force": "none is pressed with more than {:.0f} % of Euler's load",
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
-    "vibration": "vibration would change the deflection by less than about {:.0f} %",
 }
 SHEARING = 'beams = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
 UNKNOWN = {
     "yield": "strength: no yield stress or dimensions of the sections are given",
-    "vibration": "vibration: the motion is no cycle, and no drive turns",
+    "vibration": "vibration: the quasi-static answer is what was asked for",
 }
 
 
@@ -186,23 +184,34 @@ def _theory(results: Results) -> Iterator[Finding]:
         return
     parts = ", ".join(f"{name} {percent(share)}" for name, share in answer.errors.items())
     vibrating = answer.vibrating
-    if results.vibrates and vibrating and not vibrating.stable:
+    if vibrating and not vibrating.stable:
         grown = number(vibrating.growth, 3)
         text = f"Parametric resonance: free vibrations grow by {grown} every cycle, no steady state comes about."
         yield Finding(POOR, THEORY, text)
         return
-    how = "Quasi-static: vibration changes less than is asked for."
+    damping = _damping(results)
+    how = f"Quasi-static: vibration would change the answer by {percent(answer.missed)}{damping}."
     if math.isnan(answer.missed):
-        how = "Quasi-static: vibration cannot be answered, the cycle holds positions that are singular or out of reach."
+        how = f"Quasi-static: {answer.unanswered}."
     if results.vibrates:
-        how = "Elastodynamic: the links vibrate, and feel the axial forces of the motion. Without vibration the answer"
-        how += f" would be {percent(answer.missed)} off."
-    text = f"{how} About {percent(answer.error)} off the truth: {parts}."
+        how = f"Elastodynamic: the links vibrate{damping}, and feel the axial forces of the motion. Without vibration"
+        how += f" the answer would be {percent(answer.missed)} off."
+    off = "How far off is not known" if math.isnan(answer.error) else f"About {percent(answer.error)} off the truth"
+    text = f"{how} {off}: {parts}."
     if answer.accurate is False:
         text += f" {percent(answer.accuracy or 0.0)} were asked for: --check nonlinear has an answer that comes nearer."
     limit = LIMITS["vibration"]
     level = POOR if limit.far_passed(answer.error) else CAUTION if limit.passed(answer.error) else GOOD
-    yield Finding(CAUTION if level == GOOD and answer.accurate is False else level, THEORY, text)
+    if level == GOOD and answer.accurate is False:
+        level = CAUTION
+    yield Finding(OPEN if level == GOOD and math.isnan(answer.error) else level, THEORY, text)
+
+
+def _damping(results: Results) -> str:
+    """What was assumed of it, where materials do not tell."""
+    told = results.scene.theory
+    assumed = not told.damping or any(math.isnan(beta) for beta in told.damping)
+    return f" at {percent(told.damping_ratio)} of critical damping" if assumed else ""
 
 
 def _check(results: Results) -> list[Finding]:
@@ -277,16 +286,11 @@ def _judged(results: Results) -> set[str]:
     stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
     slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
     bends = [np.isfinite(section.EI) for section in sections]
-    cyclic = not math.isnan(results.period) and bool(results.counted.all())
-    frequencies = results.frequencies
-    known = frequencies is not None and math.isfinite(frequencies.lowest)
-    moving = bool(np.nan_to_num(results.motion.drive_rate).any())
     kinds = {
         "slenderness": any(slender),
         "deflection": True,
         "axial force": any(bends),
         "yield": any(stressed),
-        "vibration": results.answer is None and known and (cyclic or moving),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}
 

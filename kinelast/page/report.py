@@ -18,7 +18,7 @@ from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
-           "curves", "speeds", "maps", "answer", "figures", "main")  # fmt: skip
+           "curves", "speeds", "sizing", "maps", "answer", "figures", "main")  # fmt: skip
 
 
 def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:

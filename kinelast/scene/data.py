@@ -51,9 +51,9 @@ class Theory:
     Attributes
     ----------
     name
-        "quasi-static" or "elastodynamic"; None where `accuracy` chooses, and quasi-static where there is none either.
+        "quasi-static" or "elastodynamic"; None where the accuracy chooses.
     accuracy
-        How far the answer may be off, as a share.
+        How far the answer may be off, as a share; None where nothing is asked for, which is 5 %.
     damping_ratio
         Of the lowest natural frequency, for beams without a beta of their own.
     damping
@@ -68,16 +68,25 @@ class Theory:
     @property
     def plain(self) -> bool:
         """Whether the quasi-static answer is what is asked for, however far it is off."""
-        return self.name == QUASI_STATIC or (self.name is None and self.accuracy is None)
+        return self.name == QUASI_STATIC
+
+    @property
+    def demanded(self) -> bool:
+        """Whether vibration is asked for, by name or by an accuracy."""
+        return self.name == ELASTODYNAMIC or self.accuracy is not None
 
 
 @dataclass(frozen=True)
 class Material:
-    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa] or None."""
+    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+
+    The last two are None where they are not known.
+    """
 
     E: float
     density: float
     yield_stress: float | None
+    poisson: float | None = None
 
 
 @dataclass(frozen=True)

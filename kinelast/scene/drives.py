@@ -177,7 +177,7 @@ def _segments(where: str, table: DriveTable, unit: str, start: float) -> Segment
             assert piece.to is not None
             rise = _coordinate(where, f"{key}.to", piece.to, unit) - level
         segments.append(Segment(piece.curve, float(piece.duration), rise))
-        level += rise
+        level = level + rise  # which may be an array: the start stays
     try:
         return SegmentedLaw(start, tuple(segments))
     except LawError as error:

@@ -71,5 +71,5 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
     if table.viscosity is not None and table.viscosity.unit not in ("", Damping.units[not slides]):
         example = '"5 N s/m"' if slides else '"0.1 N m s/rad"'
         raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
-    sizes = float(table.friction or 0.0), float(table.radius or 0.0), float(table.length or inf)
-    return Friction(*sizes, float(table.viscosity or 0.0))
+    sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
+    return Friction(*sizes, real(table.viscosity or 0.0))

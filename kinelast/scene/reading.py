@@ -23,7 +23,7 @@ from kinelast.scene.many import real, require, some
 from kinelast.scene.mechanism import SceneMechanism, build_mechanism
 from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.sections import making
+from kinelast.scene.sections import making, poisson_of
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
@@ -103,7 +103,7 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
         labels=tuple(_label(body, k) for body, k in beams),
         joints=build_joints(table, mechanism),
-        materials={material: _material(stuff) for material, stuff in table.materials.items()},
+        materials={material: _material(stuff, material) for material, stuff in table.materials.items()},
         laws=parts.laws,
         run=run,
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
@@ -126,9 +126,9 @@ def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:
     return Theory(run.theory, accuracy, run.damping_ratio or Theory.damping_ratio, beta)
 
 
-def _material(stuff: MaterialTable) -> Material:
+def _material(stuff: MaterialTable, name: str) -> Material:
     limit = None if stuff.yield_stress is None else real(stuff.yield_stress)
-    return Material(real(stuff.E), real(stuff.density), limit)
+    return Material(real(stuff.E), real(stuff.density), limit, poisson_of(stuff, name))
 
 
 def _loads(table: SceneTable, parts: SceneMechanism, duration: float) -> tuple[Load | LineLoad, ...]:

@@ -73,7 +73,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
     stuff = _named(scene.materials, table, "material", material)
-    poisson = _poisson(stuff, material)
+    poisson = poisson_of(stuff, material)
     if shear and poisson is None:
         raise fault(f"materials.{material}", "poisson", 'the key is missing: beams = "timoshenko" asks for it')
     made, mass_taper = _made(shape, section, stuff, poisson, shear)
@@ -136,7 +136,7 @@ def require_smaller(name: str, inner: Any, outer: Any) -> None:
     require(inner < outer, f"sections.{name}", "inner", problem)
 
 
-def _poisson(stuff: MaterialTable, name: str) -> Any:
+def poisson_of(stuff: MaterialTable, name: str) -> Any:
     """Poisson's ratio, as given or by G; None where neither is known."""
     if stuff.G is None:
         return None if stuff.poisson is None else real(stuff.poisson)

@@ -45,8 +45,7 @@ function vibrationSection() {
       { name: "highest [Hz]", of: (each) => hertz(each.highest) }, where("at", (each) => each.highest),
     ], "Natural frequencies"),
     h("p", {}, speed.value ? `The drive turns at ${number(speed.value / (2 * Math.PI), 3)} Hz, ${number(ratio.value, 2)} of the lowest. ` : "",
-      load?.harmonic ? `Its load is felt up to harmonic ${load.harmonic}, ${number(load.frequency.value / (2 * Math.PI), 3)} Hz, ${number(load.to_lowest.value, 2)} of the lowest. ` : "",
-      load ? `Without vibration the deflection is estimated to be ${number(100 * (load.quasi_static_error.value ?? NaN), 2)} % off.` : ""));
+      load?.harmonic ? `Its load is felt up to harmonic ${load.harmonic}, ${number(load.frequency.value / (2 * Math.PI), 3)} Hz, ${number(load.to_lowest.value, 2)} of the lowest. ` : ""));
 }
 
 function errorsSection() {

@@ -35,6 +35,7 @@ async function start() {
   beamSection();
   curvesSection();
   speedsSection();
+  studiesSections();
   mapsSection();
   kinematicsSection();
   extremesSection();

@@ -1,0 +1,91 @@
+"""How fast vibration converges: in the stages of an element of time, in elements, in inner polynomials; and the check.
+
+The steel four-bar at 60 rad/s, 42 us. Elastodynamic: the largest difference of the ends' displacements, of their
+largest, from those with the most stages, elements or polynomials, at twelve instants at which elements end. The
+nonlinear check: from rest, generalised-alpha, against a quarter of its smallest step.
+
+    python benchmarks/convergence.py
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import measuring
+import numpy as np
+from nonlinear import cases
+
+from elastic import deflection
+from elastic.elastodynamics import Damping
+from elastic.elastodynamics.elastic_structure import elastic_structure
+from elastic.elastodynamics.equations_of_motion import kinematics
+from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.solution import vibration
+from elastic.elastodynamics.time_elements import Grid
+from fem_check.nonlinear import nonlinear_transient
+from rigid import motion
+
+SPEED, BETA = 60.0, 42e-6
+BAR = cases()[1]
+SECTIONS = [BAR.section] * 3
+PERIOD = 2 * math.pi / SPEED
+TIMES = np.arange(1, 13) * (PERIOD / 12)
+
+
+def vibrating(elements: int, stages: int, inner: int) -> Any:
+    """Displacements of all beams across their rigid places, in all coordinates, shape (times, places)."""
+    grid = Grid(np.linspace(0.0, PERIOD, elements + 1), stages)
+    course = motion(BAR.mechanism, SPEED * grid.nodes, SPEED, 0.0, grid.nodes)
+    structure = elastic_structure(BAR.mechanism, SECTIONS, {}, inner)
+    values, vectors = np.linalg.eigh(structure.stiffness)
+    basis = vectors / np.sqrt(values)
+    kinds = kinematics(structure, course, basis, chosen_points(BAR.mechanism))
+    found = vibration(kinds, deflection(course, SECTIONS), grid, Damping(np.full(3, BETA), BETA), None)
+    x = grid.sampler(TIMES - 1e-12 * PERIOD)(found.history[0])
+    amounts = basis @ x[..., None]
+    ends = [np.real(move) for move, _ in structure.nodes.values()]
+    return (np.array(ends) @ amounts)[..., 0]
+
+
+def marched(steps: int) -> Any:
+    """Deflections of the nonlinear check through a turn, shape (beams, times, stations)."""
+    found = nonlinear_transient(
+        BAR.mechanism, SECTIONS, [BAR.law], np.append(0.0, TIMES), PERIOD / steps, 4, None, BETA
+    )
+    return found.w
+
+
+def errors(answer: Callable[[int], Any], sizes: Any, best: int) -> Any:
+    """Of the largest value."""
+    exact = answer(best)
+    return [float(np.abs(answer(size) - exact).max() / np.abs(exact).max()) for size in sizes]
+
+
+def main() -> None:
+    stages, inner = range(2, 13), range(0, 9, 2)
+    elements, steps = (36, 60, 84, 120, 180, 240), (480, 960, 1920, 3840)
+    found = {
+        "stages, 36 elements": (stages, errors(lambda size: vibrating(36, size, 2), stages, 16)),
+        "elements of 4 stages": (elements, errors(lambda size: vibrating(size, 4, 2), elements, 960)),
+        "inner polynomials": (inner, errors(lambda size: vibrating(36, 8, size), inner, 12)),
+        "steps of the nonlinear check": (steps, errors(marched, steps, 15360)),
+    }
+    for name, (sizes, values) in found.items():
+        print(name, dict(zip(sizes, (float(f"{value:.2g}") for value in values), strict=True)))
+    with measuring.figure("convergence", 4, (13.0, 3.4)) as axes:
+        for axis, (name, (sizes, values)) in zip(axes, found.items(), strict=True):
+            axis.plot(list(sizes), values, "o-", ms=4)
+            straight = name.startswith(("elements", "steps"))
+            axis.set(yscale="log", xscale="log" if straight else "linear", xlabel=name)
+            if straight:
+                order = 7 if name.startswith("elements") else 2
+                line = values[0] * (sizes[0] / np.array(list(sizes), float)) ** order
+                axis.plot(list(sizes), line, "--", color="0.5", label=f"order {order}")
+                axis.legend()
+        axes[0].set_ylabel("error, of the largest")
+
+
+if __name__ == "__main__":
+    main()

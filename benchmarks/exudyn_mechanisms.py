@@ -1,0 +1,364 @@
+"""Four mechanisms at three speeds each beside exudyn: the nonlinear check and the elastodynamic answer.
+
+A four-bar with point masses, a slider-crank, and Stephenson's and Watt's six-bars with bent ternary links, from rigid
+links that move at full speed through the first turn (transient), and after as many turns as free vibrations take to
+die out (steady state). exudyn has geometrically exact beams of the second order, here 24 and 48 to a beam and
+extrapolated, in steps of one length by the generalised-alpha method; they share nothing with this project. Figures are
+the greatest difference over the course of the middle's deflection from the chord, as a share of its greatest, for the
+beam for which it is worst.
+
+    python benchmarks/exudyn_mechanisms.py
+    python benchmarks/exudyn_mechanisms.py record    (writes what tests/test_against_exudyn.py compares with)
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import measuring
+import numpy as np
+from nonlinear import section_of
+from random_mechanisms import apex
+
+from elastic import Deflection, Section, sample
+from elastic.elastodynamics import elastodynamic, theory_error, transient
+from elastic.vibration import natural_frequencies
+from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
+from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
+
+RATIOS = 0.04, 0.08, 0.14  # speed over lowest natural frequency
+DAMPING = 0.03  # ratio at that frequency
+STEPS, INSTANTS = 2400, 96  # a turn
+ELEMENTS = 24, 48  # of exudyn
+DIED_OUT = 1e-5
+RECORDED, RECORDED_TURNS = 0.08, 9
+STEEL, ALUMINIUM = (210e9, 7850.0), (70e9, 2700.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mechanism without weight whose crank turns; its sections, and the slider's line is along x."""
+
+    name: str
+    mechanism: Mechanism
+    sections: tuple[Section, ...]
+
+
+class Parts:
+    """Links of one material, and their sections."""
+
+    def __init__(self, material: tuple[float, float], depth: float, width: float) -> None:
+        self.young, self.density = material
+        self.depth, self.width = depth, width
+        self.links: list[Link] = []
+        self.sections: list[Section] = []
+
+    def add(self, name: str, points: dict[str, complex], masses: dict[str, float] | None = None, thick: float = 1.0):
+        """A bar of two points; or of three, bent at the last."""
+        names = list(points)
+        pairs = [(names[0], names[1])] if len(names) == 2 else [(names[0], names[2]), (names[2], names[1])]
+        mass = self.density * self.depth * thick * self.width
+        beams = tuple(Beam(start, end, mass) for start, end in pairs)
+        lumps = tuple(Lump(at, value) for at, value in (masses or {}).items())
+        self.links.append(Link(name, points, beams, lumps))
+        self.sections += [section_of(self.depth * thick, self.width, self.young)] * len(pairs)
+
+
+def cases() -> tuple[Case, ...]:
+    """All four, drawn with the crank along x."""
+    return four_bar(), slider_crank(), stephenson(), watt()
+
+
+def four_bar() -> Case:
+    parts, A, D = Parts(ALUMINIUM, 0.012, 0.02), 0.15, 0.5
+    B = apex(A, D, 0.45, 0.4)
+    parts.add("crank", {"O": 0, "A": 0.15}, thick=1.5)
+    parts.add("coupler", {"A": 0, "B": 0.45}, {"B": 0.1})
+    parts.add("rocker", {"D": 0, "B": 0.4})
+    ground = Link("ground", {"O": 0, "D": D})
+    drawing = {"O": 0, "A": A, "B": B, "D": D}
+    mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
+    return Case("four-bar with a mass", mechanism, tuple(parts.sections))
+
+
+def slider_crank() -> Case:
+    parts, offset = Parts(STEEL, 0.01, 0.015), 0.03
+    B = 0.1 + math.sqrt(0.35**2 - offset**2) + 1j * offset
+    parts.add("crank", {"O": 0, "A": 0.1}, thick=1.5)
+    parts.add("rod", {"A": 0, "B": 0.35})
+    links = Link("ground", {"O": 0}), *parts.links, Link("block", {"B": 0}, lumps=(Lump("B", 0.2),))
+    guide = Slider("guide", "block", "ground", "B", origin=1j * offset, direction=1.0)
+    drawing = {"O": 0, "A": 0.1, "B": B}
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), drawing, (guide,))
+    return Case("slider-crank", mechanism, tuple(parts.sections))
+
+
+def stephenson() -> Case:
+    parts, D, own = Parts(STEEL, 0.008, 0.02), 0.4, 0.2 + 0.1j
+    A, G = 0.1, 0.55 + 0.4j
+    B = apex(A, D, 0.38, 0.3)
+    P = A + (B - A) / 0.38 * own
+    parts.add("crank", {"O": 0, "A": 0.1}, thick=1.5)
+    parts.add("coupler", {"A": 0, "B": 0.38, "P": own})
+    parts.add("rocker", {"D": 0, "B": 0.3})
+    parts.add("rod", {"P": 0, "Q": 0.35})
+    parts.add("swing", {"G": 0, "Q": 0.3})
+    drawing = {"O": 0, "A": A, "B": B, "D": D, "P": P, "G": G, "Q": apex(P, G, 0.35, 0.3)}
+    ground = Link("ground", {"O": 0, "D": D, "G": G})
+    mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
+    return Case("Stephenson six-bar", mechanism, tuple(parts.sections))
+
+
+def watt() -> Case:
+    parts, D, own = Parts(ALUMINIUM, 0.01, 0.02), 0.35, 0.15 + 0.08j
+    A, G = 0.09, 0.75 + 0.1j
+    B = apex(A, D, 0.34, 0.26)
+    P = D + (B - D) / 0.26 * own
+    parts.add("crank", {"O": 0, "A": 0.09}, thick=1.5)
+    parts.add("coupler", {"A": 0, "B": 0.34})
+    parts.add("rocker", {"D": 0, "B": 0.26, "P": own})
+    parts.add("rod", {"P": 0, "Q": 0.35})
+    parts.add("swing", {"G": 0, "Q": 0.28})
+    drawing = {"O": 0, "A": A, "B": B, "D": D, "P": P, "G": G, "Q": apex(P, G, 0.35, 0.28)}
+    ground = Link("ground", {"O": 0, "D": D, "G": G})
+    mechanism = Mechanism((ground, *parts.links), (PinDrive("crank", "O"),), drawing)
+    return Case("Watt six-bar", mechanism, tuple(parts.sections))
+
+
+def of_exudyn(case: Case, speed: float, beta: float, turns: int, elements: int) -> Any:
+    """Deflection of all beams' middles from the chord, shape (beams, turns, instants)."""
+    import exudyn as exu
+
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    sensors = assemble(case, mbs, speed, beta, elements)
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = turns * STEPS
+    settings.timeIntegration.endTime = turns * 2 * math.pi / speed
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.8
+    settings.timeIntegration.newton.relativeTolerance = 1e-7
+    settings.timeIntegration.newton.absoluteTolerance = 1e-9
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = 2 * math.pi / speed / INSTANTS
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.timeIntegration.verboseMode = 0
+    mbs.SolveDynamic(settings)
+    chords = []
+    for row in sensors:
+        tables = (mbs.GetSensorStoredData(sensor) for sensor in row)
+        first, middle, last = (table[: turns * INSTANTS, 1] + 1j * table[: turns * INSTANTS, 2] for table in tables)
+        axis = (last - first) / abs(last - first)
+        chords.append((np.conj(axis) * (middle - (first + last) / 2)).imag)
+    return np.reshape(chords, (len(sensors), turns, INSTANTS))
+
+
+def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> list[Any]:
+    """Everything in exudyn: beams, pins, corners, masses, guide and drive; sensors of every beam's ends and middle."""
+    import exudyn as exu
+    import exudyn.itemInterface
+
+    items, mechanism = exudyn.itemInterface, case.mechanism
+    still = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
+
+    def held(node: int, coordinate: int, to: int, **more: Any) -> None:
+        own = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[to, own], **more))
+
+    ground = mbs.AddObject(items.ObjectGround())
+    pins = {
+        name: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=_xyz(z)))
+        for name, z in mechanism.links[0].points.items()
+    }  # fmt: skip
+    begun = motion(mechanism, [0.0], [speed])
+    rows, at_point = [], {}
+    for number, (at, beam) in enumerate(mechanism.beams):
+        nodes = add_beam(case, mbs, number, begun, beta, elements)
+        rows.append(nodes)
+        for name, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
+            marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
+            if name in pins:
+                mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[pins[name], marker]))
+            pins.setdefault(name, marker)
+            if (at, name) in at_point:
+                turned = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=at_point[at, name], coordinate=2))
+                held(node, 2, turned)
+            at_point[at, name] = node
+    for at, link in enumerate(mechanism.links):
+        for lump in link.lumps:
+            node = next(
+                node
+                for (owner, name), node in at_point.items()
+                if name == lump.point and (owner == at or not link.beams)
+            )
+            mbs.AddObject(items.ObjectRigidBody2D(nodeNumber=node, mass=float(lump.mass), inertia=0.0))
+            if not link.beams:  # the block, along x
+                held(node, 1, still)
+    held(rows[0][0], 2, still, offsetUserFunction=lambda mbs, t, item, offset: speed * t)
+    kind = exu.OutputVariableType.Position
+
+    def sensor(node: int) -> Any:
+        return mbs.AddSensor(items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
+
+    sensors = [[sensor(nodes[k]) for k in (0, elements // 2, elements)] for nodes in rows]
+    mbs.Assemble()
+    return sensors
+
+
+def _xyz(place: Any) -> list[float]:
+    return [complex(place).real, complex(place).imag, 0.0]
+
+
+def add_beam(case: Case, mbs: Any, number: int, begun: Any, beta: float, elements: int) -> list[Any]:
+    """Nodes of a beam, at the places and velocities of its rigid link, and the elements between them."""
+    import exudyn.itemInterface
+
+    items = exudyn.itemInterface
+    at, beam = case.mechanism.beams[number]
+    start, end = (complex(case.mechanism.links[at].points[name]) for name in (beam.start, beam.end))
+    z, e, speed = (complex(value[at, 0]) for value in (begun.origin, begun.direction, begun.velocity))
+    omega, own, nodes = float(begun.angular_velocity[at, 0]), case.sections[number], []
+    for xi in np.linspace(0, 1, elements + 1):
+        arm = e * (start + xi * (end - start))
+        place, moving, angle = z + arm, speed + 1j * omega * arm, float(np.angle(e * (end - start)))
+        node = items.NodeRigidBody2D(
+            referenceCoordinates=[place.real, place.imag, angle], initialVelocities=[moving.real, moving.imag, omega]
+        )
+        nodes.append(mbs.AddNode(node))
+    mass = float(beam.mass_per_length)
+    for pair in pairwise(nodes):
+        element = items.ObjectBeamGeometricallyExact2D(
+            nodeNumbers=list(pair),
+            length=abs(end - start) / elements,
+            massPerLength=mass,
+            crossSectionInertia=mass * float(own.inertia) / float(own.area),
+            bendingStiffness=own.EI,
+            axialStiffness=own.EA,
+            shearStiffness=own.kGA,
+            bendingDamping=beta * own.EI,
+            axialDamping=beta * own.EA,
+            shearDamping=beta * own.kGA,
+            includeReferenceRotations=False,
+        )
+        mbs.AddObject(element)
+    return nodes
+
+
+def apart(one: Any, other: Any) -> float:
+    """Greatest difference of two courses of the worst beam, of the other's greatest."""
+    return float((np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1)).max())
+
+
+def middles(bent: Deflection) -> Any:
+    """Deflection of the beams' middles from the chord, shape (beams, instants)."""
+    return sample(bent, "chord", [0.5])[..., 0]
+
+
+def speed_of(case: Case, ratio: float) -> tuple[float, float]:
+    """Speed [rad/s] and beta [s]."""
+    turn = np.linspace(0, 2 * math.pi, 72, endpoint=False)
+    lowest = natural_frequencies(motion(case.mechanism, turn, 1.0), case.sections, modes=1, positions=24).lowest
+    return ratio * lowest, 2 * DAMPING / lowest
+
+
+def row(case: Case, ratio: float) -> dict[str, Any]:
+    """What is apart, in percent."""
+    speed, beta = speed_of(case, ratio)
+    period, law = 2 * math.pi / speed, ConstantSpeed(0.0, speed)
+    times = np.arange(INSTANTS) * (period / INSTANTS)
+
+    def motion_at(t: Any) -> Any:
+        return motion(case.mechanism, speed * np.asarray(t), speed, 0.0, t)
+
+    steady = elastodynamic(motion_at(times), motion_at, period, case.sections, damping=beta)
+    first = transient(motion_at(times), motion_at, case.sections, damping=beta, undeformed=True)
+    turns = 2 + math.ceil(math.log(DIED_OUT) / math.log(steady.growth))
+    start = time.process_time()
+    coarse, fine = (of_exudyn(case, speed, beta, turns, count) for count in ELEMENTS)
+    taken = time.process_time() - start
+    best = fine + (fine - coarse) / 3
+    given = case.mechanism, case.sections, [law]
+    periodic = nonlinear_steady_state(*given, period, INSTANTS, 8, damping=beta)
+    marched = nonlinear_transient(*given, times, period / STEPS, 16, None, beta)
+    settled = apart(best[:, -2], best[:, -1])
+    percent = {
+        "steady: exudyn's meshes": apart(coarse[:, -1], fine[:, -1]),
+        "steady: nonlinear": apart(periodic.chord[:, :, 4], best[:, -1]),
+        "steady: elastodynamic": apart(middles(steady.deflection), best[:, -1]),
+        "steady: estimated": theory_error(steady).large_displacement,
+        "steady: quasi-static": apart(middles(steady.quasi_static), best[:, -1]),
+        "transient: nonlinear": apart(marched.chord[:, :, 8], best[:, 0]),
+        "transient: elastodynamic": apart(middles(first.deflection), best[:, 0]),
+        "transient: estimated": theory_error(first).large_displacement,
+        "last two turns": settled,
+    }
+    told = {"mechanism": case.name, "rad/s": speed, "speed / lowest": ratio}
+    return {**told, **{name: 100 * value for name, value in percent.items()}, "exudyn's turns": turns, "s": taken}
+
+
+def record() -> None:
+    """The steady state of two of them by exudyn, with what they are, in tests/data."""
+    told = []
+    for case in (slider_crank(), watt()):
+        speed, beta = (float(f"{value:.5g}") for value in speed_of(case, RECORDED))
+        coarse, fine = (of_exudyn(case, speed, beta, RECORDED_TURNS, count)[:, -1] for count in ELEMENTS)
+        told.append({**_as_data(case), "speed": speed, "beta": beta, "chord": (fine + (fine - coarse) / 3).tolist()})
+    import exudyn
+
+    source = (
+        f"exudyn {exudyn.__version__}, by benchmarks/exudyn_mechanisms.py: {ELEMENTS} elements a beam, extrapolated"
+    )
+    target = measuring.RESULTS.parent.parent / "tests" / "data" / "exudyn_mechanisms.json"
+    target.write_text(json.dumps({"source": source, "mechanisms": told}) + "\n", encoding="utf-8")
+
+
+def _as_data(case: Case) -> dict[str, Any]:
+    """What a mechanism is made of, as JSON holds it."""
+    links = [
+        {
+            "name": link.name,
+            "points": {name: [complex(z).real, complex(z).imag] for name, z in link.points.items()},
+            "beams": [[beam.start, beam.end, beam.mass_per_length] for beam in link.beams],
+            "masses": [[lump.point, lump.mass] for lump in link.lumps],
+        }
+        for link in case.mechanism.links
+    ]
+    return {
+        "name": case.name,
+        "links": links,
+        "drawing": {name: [complex(z).real, complex(z).imag] for name, z in case.mechanism.drawing.items()},
+        "sliders": [[one.link, one.point, complex(one.origin).imag] for one in case.mechanism.sliders],
+        "sections": [[own.EA, own.EI, own.kGA, own.area, own.inertia] for own in case.sections],
+    }
+
+
+def main() -> None:
+    if sys.argv[1:] == ["record"]:
+        record()
+        return
+    rows: list[dict[str, Any]] = []
+    for case in cases():
+        for ratio in RATIOS:
+            rows.append(row(case, ratio))
+            print(measuring.as_text(rows[-1:]), flush=True)
+            written(rows)
+
+
+def written(rows: Sequence[dict[str, Any]]) -> None:
+    """All of them."""
+    import csv
+
+    with (measuring.RESULTS / "exudyn_mechanisms.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows([{k: f"{v:.4g}" if isinstance(v, float) else v for k, v in each.items()} for each in rows])
+
+
+if __name__ == "__main__":
+    main()

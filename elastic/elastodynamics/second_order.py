@@ -1,0 +1,89 @@
+"""What large displacement changes: the terms of second order that the linear equations leave out, solved for.
+
+In the ground's axes masses do not change, and pins hand displacements on as they are. What is quadratic is how much a
+piece of a beam that is turned by s gets longer, du/dx + s^2/2. The linear equations have the force of the rigid motion
+times s^2/2. What is left are two loads: the force that vibration adds, across what is turned; and the inertia of how
+much nearer to each other the ends of turned pieces are. Derivation: docs/elastodynamics.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.equations_of_motion import felt_forces, mass_rows, masses
+from elastic.elastodynamics.solution import Vibration
+from elastic.elastodynamics.strains import rigidities, strain_rows
+from elastic.elastodynamics.time_elements import interpolation, propagation
+from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.solution import Deflection, deflection
+from rigid.loads import beam_directions
+
+
+def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[Any, Any]:
+    """Deflection from the chord of linear vibration at the points of its grid, and what the second order adds to it.
+
+    Rigid links' own turns are left out but for the forces on them.
+
+    Parameters
+    ----------
+    plain
+        Any deflection of the same sections and joints.
+    stations
+        Along the beams, shape (stations,).
+
+    Returns
+    -------
+    Both of shape (beams, points, stations) [m].
+    """
+    problem, x = found.problem, found.history[0]
+    at_start = problem.grid.sampler(problem.grid.edges[:1])
+
+    def at_nodes(values: Any) -> Any:
+        return np.concatenate((at_start(values), values))
+
+    loads = resampled(vibration_loads(problem, found.motion, found.history), at_nodes)
+    bent = deflection(found.motion, plain.sections, plain.joints, loads)
+    load = _across(found, bent, at_nodes(x)) + _nearer(found, at_nodes(x))
+    steps = propagation(problem.grid, replace(problem.equations, load=load))
+    start = steps.periodic_start() if found.cyclic else np.zeros(2 * x.shape[1])
+    return _chord(found, x, stations), _chord(found, steps.history(start)[0], stations)
+
+
+def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
+    """Of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
+    kinds, problem = found.problem.kinematics, found.problem
+    moved = kinds.unit @ x[..., None]
+    whole = felt_forces(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
+    return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
+
+
+def _nearer(found: Vibration, x: Any) -> Any:
+    """Of the inertia of what turned pieces of beams are shorter along their rigid places, shape (points, r)."""
+    problem, kinds, motion = found.problem, found.problem.kinematics, found.motion
+    structure = kinds.structure
+    slope = (kinds.unit @ x[..., None]).slope
+    stretch = -np.square(slope).reshape(len(x), -1) / 2
+    size = structure.weights.size
+    rows = strain_rows(structure, np.eye(len(structure.stiffness)))[:size]
+    scale = 1.0 / np.sqrt(np.diagonal(structure.stiffness))
+    given = (stretch * rigidities(structure)[:size]) @ rows * scale
+    shorter = np.linalg.solve(structure.stiffness * scale[:, None] * scale, given.T).T * scale
+    carried = carriage(structure, motion)
+    own = own_basis(structure, carried, shorter[..., None])
+    moved = unit_displacements(structure, motion, carried, own, kinds.chosen)
+    acceleration = problem.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
+    heavy = np.conj(kinds.rows[1:]) * masses(structure)[:, None]
+    return -(heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
+
+
+def _chord(found: Vibration, x: Any, stations: Any) -> Any:
+    """Deflection from the chord of given amplitudes at a grid's points, shape (beams, points, stations)."""
+    along = (found.problem.kinematics.unit.beams[1:] @ x[:, None, :, None])[..., 0]
+    w = (np.conj(beam_directions(found.motion)).T[1:, :, None] * along).imag
+    nodes = found.problem.kinematics.structure.xi
+    start, end = (w @ interpolation(nodes, np.array([place])).T for place in (0.0, 1.0))
+    return np.moveaxis(w @ interpolation(nodes, stations).T - start * (1 - stations) - end * stations, 1, 0)

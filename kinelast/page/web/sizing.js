@@ -1,0 +1,41 @@
+// What was asked of the designs around the scene: sensitivities, ranges under tolerances, the best design and why.
+function studiesSections() {
+  if (summary.sensitivities) sensitivitiesSection(summary.sensitivities);
+  if (summary.tolerances) tolerancesSection(summary.tolerances);
+  if (summary.optimum) optimumSection(summary.optimum);
+}
+
+// Bars with a choice of the figure they are of: rows {name, size, words}.
+function chosenBars(id, figures, rowsOf) {
+  const bars = h("div", { class: "shares" }), pick = h("select", { id, onchange: () => draw() }, figures.map(({ name }, k) => h("option", { value: k }, name)));
+  function draw() {
+    const rows = rowsOf(figures[pick.value]).sort((a, b) => Math.abs(b.size) - Math.abs(a.size)).slice(0, 20), most = Math.max(...rows.map(({ size }) => Math.abs(size)), 1e-300);
+    bars.replaceChildren(h("ul", {}, rows.map(({ name, size, words }) => h("li", {}, h("span", {}, name), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(size)) / most}%`, class: size < 0 ? "less" : "" })), h("span", {}, words)))));
+  }
+  draw();
+  return [h("div", { class: "bar" }, h("label", { for: id }, "Figure"), pick), bars];
+}
+
+function sensitivitiesSection({ numbers, figures }) {
+  const rowsOf = ({ slopes }) => slopes.map((each, k) => ({ name: numbers[k].path, size: each.percent ?? 0, words: `${number(each.percent, 3)} %${each.kink ? " (kink)" : ""}` })).filter(({ size }) => Math.abs(size) > 5e-4);
+  section("sensitivities", "Sensitivities", "What a figure depends on", soft("By how many per cent the quasi-static figure grows where a number of the file grows by 1 %, the others held; orange: it falls. At a kink the largest value is in two places at once, and the slopes to both sides differ. Derivatives and the estimates of their errors are in sensitivities.csv."), chosenBars("sensitivity-of", figures, rowsOf));
+}
+
+function tolerancesSection({ designs, numbers, figures }) {
+  const known = figures.filter(({ value, sampled }) => value !== null && sampled.low !== null), scattered = numbers.map(({ path, plus_minus, unit, distribution }) => `${path} ± ${quantity(plus_minus, unit)}${distribution === "normal" ? " (normal)" : ""}`);
+  const columns = [
+    { name: "figure", text: ({ name }) => name },
+    ...[["as it stands", ({ value }) => value], ["2.5 %", ({ sampled }) => sampled.low], ["median", ({ sampled }) => sampled.median], ["97.5 %", ({ sampled }) => sampled.high], ["largest", ({ sampled }) => sampled.largest]].map(([name, of]) => ({ name, of, words: (each) => quantity(of(each), each.unit) })),
+    { name: "± to first order", means: "three standard deviations, by the slopes of the design as it stands", of: ({ first_order: first }) => (first.deviation === null ? null : 3 * first.deviation), words: ({ first_order: first, unit }) => (first.deviation === null ? number(null) : quantity(3 * first.deviation, unit)) },
+  ];
+  const shares = ({ shares: all }) => all.map((each) => ({ name: each.path, size: each.together ?? each.first_order ?? 0, words: `${number(100 * (each.together ?? each.first_order), 3)} %` })).filter(({ size }) => size > 0.001);
+  const output = known.some(({ name }) => name === "geometric_error") ? soft("geometric_error is how far the output of rigid links is from where the nominal ones have it, output_error what the deflection adds, whole_error both together: largest over the cycle.") : null;
+  section("tolerances", "Tolerances", "Ranges under the tolerances", soft(`Quasi-static figures of ${designs} designs with ${scattered.join(", ")}.`), output, table(known, columns, "Figures under tolerances"), h("h3", {}, "Where the scatter comes from"), chosenBars("tolerance-of", known, shares), soft("All values are in tolerances.csv."));
+}
+
+function optimumSection({ words, variables, limits }) {
+  const bound = ({ bound: size, kind, unit }) => `${kind === "most" ? "≤" : "≥"} ${quantity(size, unit)}`;
+  const changed = table(variables, [{ name: "number", text: ({ path }) => path }, ...[["before", "before"], ["best", "value"], ["lower bound", "low"], ["upper bound", "high"]].map(([name, key]) => ({ name, of: (row) => row[key], words: (row) => quantity(row[key], row.unit) })), { name: "at bound", text: ({ at_bound: end }) => end ?? "" }], "Numbers of the best design");
+  const kept = limits.length ? table(limits, [{ name: "limit", text: (row) => `${row.figure} ${bound(row)}` }, { name: "before", of: ({ before }) => before, words: ({ before, unit }) => quantity(before, unit) }, { name: "best", of: ({ value: found }) => found, words: ({ value: found, unit }) => quantity(found, unit) }, { name: "holds", text: ({ active }) => (active ? "yes" : "") }, { name: "1 % more room", means: "per cent that the goal is better by", of: ({ multiplier }) => multiplier, words: ({ multiplier }) => `${number(multiplier, 3)} %` }], "Limits") : null;
+  section("optimum", "Optimum", "The best design, quasi-statically", h("ul", {}, words.map((each) => h("li", {}, each))), changed, kept, soft("It is a scene of its own: optimum.toml. This report is on the scene as it stands."));
+}

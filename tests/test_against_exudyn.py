@@ -1,0 +1,72 @@
+"""Claim: links vibrate as exudyn's geometrically exact beams do: the nonlinear check, the linear answer and its error.
+
+tests/data/exudyn_mechanisms.json, written by benchmarks/exudyn_mechanisms.py: deflection of every beam's middle from
+the chord over a turn of the steady state, by a code that shares nothing with this one.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elastic import Section, sample
+from elastic.elastodynamics import elastodynamic, theory_error
+from fem_check.nonlinear import nonlinear_steady_state
+from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
+
+DATA = Path(__file__).parent / "data" / "exudyn_mechanisms.json"
+GIVEN = json.loads(DATA.read_text(encoding="utf-8"))["mechanisms"]
+
+
+def mechanism_of(given):
+    links = tuple(
+        Link(
+            link["name"],
+            {name: complex(*place) for name, place in link["points"].items()},
+            tuple(Beam(*beam) for beam in link["beams"]),
+            tuple(Lump(*mass) for mass in link["masses"]),
+        )
+        for link in given["links"]
+    )
+    sliders = tuple(
+        Slider("guide", link, "ground", at, origin=1j * y, direction=1.0) for link, at, y in given["sliders"]
+    )
+    drawing = {name: complex(*place) for name, place in given["drawing"].items()}
+    return Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders)
+
+
+def apart(one, other):
+    """Greatest difference of the worst beam, of its greatest."""
+    return float((np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1)).max())
+
+
+@pytest.fixture(scope="module", params=GIVEN, ids=[given["name"] for given in GIVEN])
+def case(request):
+    given = request.param
+    sections = [Section(EA, EI, kGA, area=A, inertia=inertia) for EA, EI, kGA, A, inertia in given["sections"]]
+    return mechanism_of(given), sections, given["speed"], given["beta"], np.array(given["chord"])
+
+
+def test_the_nonlinear_check(case):
+    mechanism, sections, speed, beta, expected = case
+    law, count = ConstantSpeed(0.0, speed), expected.shape[1]
+    found = nonlinear_steady_state(mechanism, sections, [law], 2 * math.pi / speed, count, 8, damping=beta)
+    assert apart(found.chord[:, :, 4], expected) < 3e-4
+
+
+def test_the_elastodynamic_answer_and_how_far_off_it_is(case):
+    mechanism, sections, speed, beta, expected = case
+    period, count = 2 * math.pi / speed, expected.shape[1]
+
+    def motion_at(t):
+        return motion(mechanism, speed * np.asarray(t), speed, 0.0, t)
+
+    found = elastodynamic(motion_at(np.arange(count) * (period / count)), motion_at, period, sections, damping=beta)
+    vibrating, plain = (sample(bent, "chord", [0.5])[..., 0] for bent in (found.deflection, found.quasi_static))
+    assert apart(vibrating, expected) < 5e-4
+    assert apart(plain, expected) == pytest.approx(theory_error(found).history.max(), rel=0.05)
+    assert apart(plain, expected) > 0.01

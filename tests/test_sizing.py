@@ -1,0 +1,325 @@
+"""Claim: sensitivities, tolerances and optima of scenes are those of closed forms and of another road in 50 digits."""
+
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from exact import exact
+from scipy.optimize import brentq
+
+from elastic import deflection, extremes
+from kinelast import read_scene, scene_motion, shipped_scenes
+from kinelast.designs import evaluate, with_value
+from kinelast.designs.accuracy import accuracy_figures
+from kinelast.designs.optimum_files import words
+from kinelast.designs.search import local_searches
+from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
+from kinelast.scene.parsing import parse_toml
+from kinelast.scene.reading import scene_from_dict
+
+L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
+ARM = """
+[materials.aluminium]
+E = "70 GPa"
+poisson = 0.33
+density = 2700
+
+[sections.bar]
+shape = "rectangle"
+depth = "20 mm"
+width = "10 mm"
+
+[points]
+O = [0, 0]
+A = [0.3, 0]
+
+[links.ground]
+points = ["O"]
+
+[links.arm]
+points = ["O", "A"]
+section = "bar"
+material = "aluminium"
+masses = { A = 0.2 }
+
+[[drives]]
+link = "arm"
+law = [{ curve = "cycloidal", duration = 1, by = 1 }]
+
+[run]
+positions = 5
+"""
+GREATEST = 2 * np.pi  # [rad/s^2] of the cycloidal law, at a quarter of its second
+SLOW_ARM = ARM.replace('law = [{ curve = "cycloidal", duration = 1, by = 1 }]', "speed = 1e-3").replace(
+    "positions = 5", "positions = 1"
+)
+FORCE = """
+[[loads]]
+link = "arm"
+point = "A"
+force = [0, 50]
+axes = "turning"
+"""
+
+
+def steel_four_bar(positions, more=""):
+    text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
+    return parse_toml(text.replace("positions = 360", f"positions = {positions}") + more)
+
+
+def tip_deflection(depth):
+    """Of the arm of `ARM` at its greatest acceleration: handbook formulas of a cantilever."""
+    line = DENSITY * WIDTH * depth
+    return GREATEST * (TIP * L**4 / 3 + 11 * line * L**5 / 120) / (E * WIDTH * depth**3 / 12)
+
+
+class TestSensitivities:
+    def test_a_turning_arm(self):
+        found, variables, _ = sensitivity_study(parse_toml(ARM), ["sections.bar.depth", "links.arm.masses.A"])
+        row = found.figures.index("deflection")
+        with mpmath.workdps(50):
+
+            def deflection_of(depth, mass):
+                line = mpmath.mpf(DENSITY) * mpmath.mpf(WIDTH) * depth
+                load = mass * mpmath.mpf(L) ** 4 / 3 + 11 * line * mpmath.mpf(L) ** 5 / 120
+                return 2 * mpmath.pi * load / (mpmath.mpf(E) * mpmath.mpf(WIDTH) * depth**3 / 12)
+
+            at = tuple(mpmath.mpf(one.base) for one in variables)
+            exact_slopes = [float(mpmath.diff(deflection_of, at, order)) for order in ((1, 0), (0, 1))]
+        assert found.slope[row] == pytest.approx(exact_slopes, rel=1e-9)
+        assert (abs(found.slope[row] - exact_slopes) < found.error[row] + 1e-13 * np.abs(exact_slopes)).all()
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("path", ["links.crank.length", "links.coupler.length"])
+    def test_a_four_bar_against_50_digits(self, path):
+        """At the place of the greatest deflection: to first order it makes no difference that the place moves."""
+        tables = steel_four_bar(12)
+        tables["sensitivities"] = {"figures": ["deflection.coupler"], "numbers": [path]}
+        found, (one,), _ = sensitivity_study(tables)
+        scene = scene_from_dict(tables)
+        course = scene_motion(scene)
+        peak = extremes(deflection(course, scene.sections), ["w"])["w"]
+        at = int(abs(peak.value[1]).argmax())
+        xi, sign = mpmath.mpf(float(peak.xi[1, at])), np.sign(peak.value[1, at])
+
+        def coupler_deflection(value):
+            own = scene_from_dict(with_value(tables, path, value))
+            rates = course.drive[:, at], course.drive_rate[:, at], course.drive_acceleration[:, at]
+            return exact(own.mechanism, own.sections, *rates).at("w", 1, xi) * sign
+
+        with mpmath.workdps(50):
+            steps = [one.base * 2.0**-k for k in (9, 10, 11)]
+            central = [
+                (coupler_deflection(one.base + step) - coupler_deflection(one.base - step))
+                / (mpmath.mpf(one.base + step) - mpmath.mpf(one.base - step))
+                for step in steps
+            ]
+            once = [(4 * b - a) / 3 for a, b in pairwise(central)]
+            slope = float((16 * once[1] - once[0]) / 15)
+        assert found.slope[0, 0] == pytest.approx(slope, rel=1e-8)
+        assert found.error[0, 0] < 1e-8 * abs(slope)
+
+    def test_where_two_links_are_worst_at_once_that_is_told(self):
+        """Two rockers alike, one more slender by a hair's breadth either way."""
+        tables = steel_four_bar(24)
+        tables["sections"]["other"] = dict(tables["sections"]["bar"])
+        tables["links"]["rocker"]["section"] = "other"
+        both = evaluate(tables, [], np.zeros((1, 0)), ["stress.crank", "stress.rocker"]).columns
+        assert both["stress.crank"][0] > both["stress.rocker"][0]
+        ratio = np.linspace(0.1, 1.0, 2)
+
+        def apart(depth):
+            found = evaluate(tables, ["sections.other.depth"], [[depth]], ["stress.crank", "stress.rocker"]).columns
+            return float(found["stress.crank"][0] - found["stress.rocker"][0])
+
+        equal = brentq(apart, *(ratio * 6e-3), xtol=1e-17)
+        tables = with_value(tables, "sections.other.depth", equal)
+        tables["sensitivities"] = {"figures": ["stress", "mass"], "numbers": ["sections.other.depth"]}
+        found, *_ = sensitivity_study(tables)
+        assert found.kink.tolist() == [[True], [False]]
+        assert abs(found.below[0, 0] - found.above[0, 0]) > 0.1 * abs(found.slope[0, 0])
+
+
+class TestTolerances:
+    def test_lengths_of_a_four_bar_off_by_hand_and_by_samples(self):
+        """The rocker's angle at one position: what closes the loop, projected on the coupler, does not turn it."""
+        more = """
+[tolerances]
+"links.crank.length" = { plus_minus = "0.1 mm", distribution = "normal" }
+"links.coupler.length" = "0.05 mm"
+"links.rocker.length" = { plus_minus = "0.2 mm", distribution = "normal" }
+"points.D.x" = "0.1 mm"
+"""
+        tables = steel_four_bar(1, more)
+        tables["run"]["output"] = "rocker.angle"
+        found = tolerance_study(tables)
+        course = scene_motion(scene_from_dict(tables))
+        crank, coupler, rocker = (float(np.angle(course.direction[k, 0])) for k in (1, 2, 3))
+        turns = np.array([np.cos(crank - coupler), 1.0, -np.cos(rocker - coupler), -np.cos(coupler)])
+        slopes = turns / (-0.25 * np.sin(rocker - coupler))
+        deviations = np.array([1e-4 / 3, 5e-5 / np.sqrt(3), 2e-4 / 3, 1e-4 / np.sqrt(3)])
+        by_hand = float(np.sqrt(((slopes * deviations) ** 2).sum()))
+        sampled = found.sampled["geometric_error"]
+        assert np.hypot(sampled.mean, sampled.deviation) == pytest.approx(by_hand, rel=5e-3)
+        first = found.first.deviation[found.nominal.figures.index("geometric_error")]
+        assert first == pytest.approx(by_hand, rel=1e-6)  # by the slopes to one side: it is zero as drawn
+        elastic, whole = found.sampled["output_error"], found.sampled["whole_error"]
+        assert elastic.mean > 0
+        assert whole.mean == pytest.approx(elastic.mean, rel=0.05)  # geometry is off to both sides
+
+    def test_a_point_off_by_geometry_and_by_deflection(self):
+        """The tip of an arm that is too long: the one along it, the other across."""
+        tables = parse_toml(ARM + 'output = "A"\n')
+        scene = scene_from_dict(tables)
+        figures = accuracy_figures(scene_motion(scene), scene.output)
+        found = evaluate(tables, ["points.A.x"], [[L], [L + 1e-4]], [*figures, "output_error"]).columns
+        assert found["geometric_error"] == pytest.approx([0.0, 1e-4], rel=1e-9, abs=1e-16)
+        assert found["output_error"][0] == pytest.approx(tip_deflection(20e-3), rel=1e-4)  # and a little stretch
+        assert found["whole_error"] == pytest.approx(
+            np.hypot(found["geometric_error"], found["output_error"]), rel=1e-2
+        )
+
+    @pytest.mark.parametrize("how", ["by", "to"])
+    def test_a_law_from_a_drawn_start_that_scatters(self, how):
+        """An arm that ends where it is told to goes less far from a later start."""
+        tables = parse_toml(ARM.replace("by = 1", f"{how} = 1"))
+        found = evaluate(tables, ["points.A.y"], [[0.0], [0.1]], ["deflection"]).columns["deflection"]
+        start = np.arctan2(0.1, L)
+        share = (1 - start if how == "to" else 1) * (np.hypot(L, 0.1) / L) ** 4  # the tip's mass alone, nearly
+        assert found[1] / found[0] == pytest.approx(share, rel=0.05)
+        alone = evaluate(with_value(tables, "points.A.y", 0.1), [], np.zeros((1, 0)), ["deflection"]).columns
+        assert found[1] == pytest.approx(alone["deflection"][0], rel=1e-12)
+
+    def test_the_arm_as_its_formula_scatters(self):
+        more = '[tolerances]\n"sections.bar.depth" = { plus_minus = "3 %", distribution = "normal" }\n'
+        found = tolerance_study(parse_toml(ARM + more))
+        sampled = found.sampled["deflection"]
+        quantiles = tip_deflection(20e-3 * (1 + 0.01 * np.array([1.959964, 0, -1.959964])))
+        assert [sampled.low, sampled.median, sampled.high] == pytest.approx(quantiles, rel=1e-3)
+        assert found.shares["deflection"][1] == pytest.approx([1.0], abs=0.05)
+
+
+class TestOptimum:
+    def test_the_lightest_arm_that_bends_no_more_than_allowed(self):
+        more = """
+[limits]
+deflection = "20 um"
+[optimize]
+minimize = "mass"
+[optimize.variables]
+"sections.bar.depth" = ["5 mm", "60 mm"]
+"""
+        solved = optimum_study(parse_toml(ARM + more))
+        depth = brentq(lambda depth: tip_deflection(depth) - 20e-6, 5e-3, 60e-3, xtol=1e-16)
+        assert solved.optimum.values == pytest.approx([depth], rel=1e-6)
+        assert solved.after["deflection.arm"] <= 20e-6
+        mass = DENSITY * WIDTH * L * depth
+        step = 1e-5  # per cent of the mass to one of the limit, by the formula
+        wider = brentq(lambda depth: tip_deflection(depth) - 20e-6 * (1 + step), 5e-3, 60e-3, xtol=1e-16)
+        price = (depth - wider) / depth / step * mass / (mass + TIP)
+        assert solved.optimum.certificate.multiplier == pytest.approx([price], rel=1e-4)
+        assert solved.optimum.certificate.residual < 1e-6
+        assert "all limits kept" in words(solved)[0]
+
+    def test_a_stepped_arm_of_equal_stress(self):
+        """Under a force at its tip every piece is as deep as its own root needs it: 6 F s / (b h^2) = sigma."""
+        pieces = [f'[sections.s{k}]\nshape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"' for k in (1, 2, 3)]
+        head = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace(
+            'points = ["O", "A"]', 'points = ["O", "P", "Q", "A"]'
+        )
+        beams = 'beams = [{from="O",to="P",section="s1"},{from="P",to="Q",section="s2"},{from="Q",to="A",section="s3"}]'
+        head = head.replace('section = "bar"\n', beams + "\n").replace(
+            "A = [0.3, 0]", "P=[0.1,0]\nQ=[0.2,0]\nA=[0.3,0]"
+        )
+        variables = "\n".join(f'"sections.s{k}.depth" = ["2 mm", "40 mm"]' for k in (1, 2, 3))
+        asked = (
+            f'[optimize]\nminimize = "mass"\n[optimize.limits]\nstress = "60 MPa"\n[optimize.variables]\n{variables}\n'
+        )
+        solved = optimum_study(parse_toml("\n".join([head, *pieces, FORCE, asked])))
+        exact_depths = [np.sqrt(6 * 50 * arm / (WIDTH * 60e6)) for arm in (0.3, 0.2, 0.1)]
+        assert solved.optimum.values == pytest.approx(exact_depths, rel=1e-5)
+        # each stress frees the half of its piece's mass
+        assert solved.optimum.certificate.multiplier == pytest.approx(
+            0.5 * np.array(exact_depths) / sum(exact_depths), rel=1e-3
+        )
+        assert solved.optimum.certificate.residual < 1e-5
+
+    @pytest.mark.slow
+    def test_a_tapered_arm_of_equal_stress(self):
+        """Linear taper under a force at its tip: three times as deep at the root, stressed most halfway."""
+        text = SLOW_ARM.replace("masses = { A = 0.2 }", "").replace('depth = "20 mm"', 'depth = ["24 mm", "12 mm"]')
+        asked = """
+[optimize]
+minimize = "mass"
+[optimize.limits]
+stress = "60 MPa"
+[optimize.variables]
+"sections.bar.depth[1]" = ["5 mm", "40 mm"]
+"sections.bar.depth[2]" = ["2 mm", "40 mm"]
+"""
+        problem = problem_of(parse_toml(text + FORCE + asked)).problem
+        (found,) = local_searches(problem, [np.array([0.5, 0.5])])  # one: designs of a taper are computed one by one
+        tip = np.sqrt(6 * 50 / (4 * WIDTH * 60e6) * L / 2)
+        assert found.violation == 0
+        assert problem.values(found.end) == pytest.approx([3 * tip, tip], rel=2e-3)
+        assert found.cost == pytest.approx(DENSITY * WIDTH * L * 2 * tip, rel=1e-5)
+
+    @pytest.mark.slow
+    def test_a_wing_s_lengths_are_those_of_its_three_equations(self):
+        """As docs/sources.md solves them for the printed 21, 39 and 59 mm."""
+        tables = parse_toml(shipped_scenes()["wing_sizing"].read_text(encoding="utf-8"))
+        tables["run"]["positions"] = 90
+        solved = optimum_study(tables)
+        assert solved.optimum.values == pytest.approx([21.12e-3, 38.48e-3, 58.61e-3], abs=0.01e-3)
+        assert (solved.optimum.certificate.multiplier > 0.1).all()
+
+    @pytest.mark.slow
+    def test_five_points_by_a_four_bar(self):
+        """A sum of squares of 7.41575e-7 in its unit of length, see test_optimum."""
+        solved = optimum_study(parse_toml(shipped_scenes()["five_points"].read_text(encoding="utf-8")))
+        assert solved.after["path_squares"] == pytest.approx(7.415751307e-9, rel=1e-6)
+        lengths = [0.36697, 0.19978, 0.39963, 0.27049, 0.16720, 0.16801]
+        assert solved.optimum.values == pytest.approx(lengths, abs=1e-5)
+
+    @pytest.mark.slow
+    def test_a_frequency_kept_from_the_drive(self):
+        tables = parse_toml(
+            ARM
+            + """
+[optimize]
+minimize = "mass"
+[optimize.limits]
+frequency = { least = "300 rad/s" }
+[optimize.variables]
+"sections.bar.depth" = ["5 mm", "60 mm"]
+"""
+        )
+        solved = optimum_study(tables)
+        found = solved.optimum.values[0]
+
+        def lowest(depth):  # a cantilever with a mass at its tip: 1 + cos cosh + mu k (cos sinh - sin cosh) = 0
+            line = DENSITY * WIDTH * depth
+            mu = TIP / (line * L)
+
+            def rest(k):
+                return 1 + np.cos(k) * np.cosh(k) + mu * k * (np.cos(k) * np.sinh(k) - np.sin(k) * np.cosh(k))
+
+            k = brentq(rest, 0.2, 1.9)
+            return (k / L) ** 2 * np.sqrt(E * WIDTH * depth**3 / 12 / line)
+
+        assert lowest(found) == pytest.approx(300.0, rel=1e-4)
+
+
+def test_the_distance_of_a_frequency_from_multiples_of_the_speed():
+    tables = parse_toml(ARM.replace('law = [{ curve = "cycloidal", duration = 1, by = 1 }]', "speed = 120"))
+    found = evaluate(tables, [], np.zeros((1, 0)), ["frequency", "frequency_ratio", "resonance_distance"]).columns
+    ratio = found["frequency"][0] / 120
+    assert found["frequency_ratio"][0] == pytest.approx(ratio, rel=1e-12)
+    assert found["resonance_distance"][0] == pytest.approx(min(abs(1 - n / ratio) for n in range(1, 7)), rel=1e-12)
+    assert 1 < ratio < 6
+
+
+def test_shipped_optima_are_asked_for_by_shipped_scenes():
+    assert {"wing_sizing", "five_points", "lightest_arm"} <= shipped_scenes().keys()
+    assert read_scene(shipped_scenes()["lightest_arm"]).limits

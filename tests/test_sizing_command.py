@@ -1,0 +1,223 @@
+"""Claim: the command writes sensitivities, tolerances and optima whole, and says in one message what is wrong."""
+
+import csv
+import io
+import json
+import xml.etree.ElementTree as ET
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import browser
+import pytest
+
+from kinelast import read_scene, scene_motion, shipped_scenes
+from kinelast.command import main
+from kinelast.designs.bars import Bars, bars_svg
+from kinelast.designs.rewritten import rewritten
+from kinelast.designs.together import together
+from kinelast.scene.error import SceneError
+
+ASKED = """
+[tolerances]
+"sections.bar.depth" = "0.05 mm"                # rolled
+"links.crank.length" = { plus_minus = "0.1 mm", distribution = "normal" }
+
+[sensitivities]
+figures = ["deflection", "mass", "safety"]
+numbers = ["sections.bar.depth", "links.crank.length", "drives.crank.speed"]
+
+[optimize]
+minimize = "mass"
+
+[optimize.variables]
+"sections.bar.depth" = ["3 mm", "15 mm"]
+
+[limits]
+deflection = "1 mm"
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def written(more=ASKED, **changes):
+        text = shipped_scenes()["steel_four_bar"].read_text(encoding="utf-8")
+        text = text.replace("positions = 360", 'positions = 12\noutput = "rocker.angle"')
+        text = text.replace("accuracy", "# accuracy").replace('depth = "6 mm"', 'depth = "6 mm"     # in the plane')
+        for old, new in changes.items():
+            assert old in more
+            more = more.replace(old, new)
+        path = tmp_path / "four.toml"
+        path.write_text(text + more, encoding="utf-8")
+        return path
+
+    return written
+
+
+def test_all_studies_of_a_scene(scene, tmp_path, capsys):
+    options = ["--sensitivities", "--tolerances", "--samples", "256", "--optimize", "-o", str(tmp_path / "out")]
+    assert main([str(scene()), *options]) == 1  # as it stands, it bends more than allowed
+    folder = tmp_path / "out" / "four"
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    depth, crank, speed = summary["sensitivities"]["figures"][0]["slopes"]
+    assert speed["percent"] == pytest.approx(2.0, abs=1e-9)
+    assert summary["sensitivities"]["figures"][1]["slopes"][0]["percent"] == pytest.approx(1.0, abs=1e-9)
+    assert "1 % more drives.crank.speed: +2 % deflection" in summary["sensitivities"]["figures"][0]["words"]
+    assert depth["error"] < 1e-8 * abs(depth["slope"])
+    assert crank["kink"] is False
+    ranges = {each["name"]: each for each in summary["tolerances"]["figures"]}
+    assert summary["tolerances"]["designs"] == 256
+    assert ranges["mass"]["sampled"]["deviation"] == pytest.approx(ranges["mass"]["first_order"]["deviation"], rel=0.01)
+    assert {"geometric_error", "output_error", "whole_error"} <= ranges.keys()
+    best = summary["optimum"]
+    assert best["feasible"]
+    assert best["limits"][0]["value"] <= 1e-3 * (1 + 1e-12)
+    assert any(row["active"] for row in best["limits"])
+    for name in ("sensitivities.csv", "tolerances.csv", "optimum.csv"):
+        rows = list(csv.reader((folder / name).read_text(encoding="utf-8").splitlines()))
+        assert len(rows) > 1
+        assert {len(row) for row in rows} == {len(rows[0])}
+    for name in ("sensitivities.svg", "tolerances.svg"):
+        assert ET.fromstring((folder / name).read_text(encoding="utf-8")).tag.endswith("svg")
+    assert "held by deflection" in capsys.readouterr().out
+    text = (folder / "optimum.toml").read_text(encoding="utf-8")
+    assert 'mm"     # in the plane' in text  # its comments and units stay
+    assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0  # acceptable
+
+
+def test_an_optimum_is_written_the_same_way_twice(scene, tmp_path):
+    first, second = (tmp_path / name for name in ("first", "second"))
+    for out in (first, second):
+        main([str(scene()), "--optimize", "--quiet", "-o", str(out)])
+    one, other = ((out / "four" / "optimum.toml").read_bytes() for out in (first, second))
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    ("option", "old", "new", "said"),
+    [
+        ("--optimize", ASKED, "", "[optimize]: the table is missing: say what to minimize"),
+        ("--tolerances", ASKED, "", "[tolerances]: the table is missing"),
+        ("--optimize", '"sections.bar.depth" = ["3', '"sections.bar.dept" = ["3', 'did you mean "sections.bar.depth"?'),
+        ("--optimize", '["3 mm", "15 mm"]', '["15 mm", "3 mm"]', "expected two bounds, the lower one first"),
+        ("--optimize", '["3 mm", "15 mm"]', '["3 kg", "15 mm"]', 'got "3 kg"'),
+        ("--optimize", 'minimize = "mass"', 'minimize = "mas"', 'there is no figure "mas"; did you mean "mass"?'),
+        ("--optimize", 'minimize = "mass"', 'minimize = "mass"\nmaximize = "mass"', "expected one figure"),
+        ("--optimize", "[limits]", '[optimize.limits]\nsafety = "2 mm"\n[limits]', 'expected a number, got "2 mm"'),
+        ("--optimize", "[limits]", "[optimize.limits]\nsafety = {}\n[limits]", "expected a bound"),
+        ("--optimize", "[limits]", '[optimize.path]\npoint="B"\nplaces=[[0,0]]\n[limits]', "each of the 12 positions"),
+        ("--tolerances", '"0.05 mm"', '"0 mm"', "greater than zero"),
+        ("--tolerances", '"0.05 mm"', '"5 N"', 'got "5 N"'),
+        ("--tolerances", '"0.05 mm"', '"x %"', 'expected a share, as in "2 %"'),
+        ("--tolerances", '"0.05 mm"', "{ plus = 1 }", 'there is no such key; there is "plus_minus"'),
+        ("--sensitivities", '"deflection", ', '"bending", ', 'there is no figure "bending"'),
+        ("--sensitivities", '"drives.crank.speed"', '"drives.crank"', "drives.crank"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said(option, old, new, said, scene, tmp_path, capsys):
+    assert main([str(scene(**{old: new})), option, "-o", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert "four.toml" in told
+    assert not (tmp_path / "out" / "four").exists()
+
+
+def test_samples_belong_to_tolerances(capsys):
+    assert main(["steel_four_bar", "--samples", "64"]) == 2
+    assert "--samples belongs to --tolerances" in capsys.readouterr().err
+
+
+class TestRewritten:
+    def test_units_comments_and_order_stay(self):
+        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
+        new = rewritten(text, {"sections.root.depth": 0.0412345678, "links.arm.masses.R": 2.5}, "the best")
+        old = text.splitlines()
+        changed = [(a, b) for a, b in zip(old, new.splitlines(), strict=True) if a != b]
+        assert changed == [
+            (old[0], "# the best"),
+            ('depth = "45 mm"', 'depth = "41.2345678 mm"'),
+            ('masses = { R = "2 kg" }', 'masses = { R = "2.5 kg" }'),
+        ]
+
+    def test_one_end_of_a_taper(self):
+        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
+        new = rewritten(text, {"sections.root.depth[2]": 0.02})
+        assert 'depth = ["45 mm", "20 mm"]' in new
+
+    def test_there_is_no_such_number(self):
+        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
+        with pytest.raises(SceneError, match="no such number"):
+            rewritten(text, {"sections.root.height": 0.02})
+
+
+class TestTogether:
+    def test_questions_are_answered_in_one_call_for_all_that_still_run(self):
+        asked = []
+
+        def answers(questions):
+            asked.append(list(questions))
+            return [2 * question for question in questions]
+
+        def job(start, times):
+            def run(ask):
+                value = start
+                for _ in range(times):
+                    value = ask(value)
+                return value
+
+            return run
+
+        assert together([job(1, 3), job(10, 1), job(5, 2)], answers) == [8, 20, 20]
+        assert asked == [[1, 10, 5], [2, 10], [4]]
+
+    def test_what_a_job_or_the_answers_raise_ends_all(self):
+        def fails(ask):
+            ask(1)
+            raise ValueError("a job")
+
+        def asks(ask):
+            while True:
+                ask(1)
+
+        def broken(questions):
+            raise KeyError("the answers")
+
+        with pytest.raises(ValueError, match="a job"):
+            together([fails, lambda ask: ask(2)], lambda questions: questions)
+        with pytest.raises(KeyError, match="the answers"):
+            together([asks, asks], broken)
+
+    def test_nothing_to_do(self):
+        assert together([], lambda questions: questions) == []
+
+
+def test_bars_are_as_long_as_what_they_show():
+    svg = ET.fromstring(bars_svg([Bars("a & b", (("x", 2.0, "2 %"), ("y", -1.0, "-1 %")))]))
+    lengths = [float(each.get("width")) for each in svg if each.tag.endswith("rect")]
+    assert lengths[0] == pytest.approx(2 * lengths[1])
+
+
+def test_the_wing_to_be_sized_reaches_all_positions():
+    assert (scene_motion(read_scene(shipped_scenes()["wing_sizing"])).condition < 10).all()
+
+
+def test_the_example_of_the_page_prints_what_it_says():
+    page = (Path(__file__).parents[1] / "docs" / "sizing.md").read_text(encoding="utf-8")
+    code = page.split("```python\n")[1].split("```")[0]
+    printed = io.StringIO()
+    with redirect_stdout(printed):
+        exec(code, {})
+    assert printed.getvalue().strip() == code.rsplit("  # ", 1)[1].strip()
+
+
+def test_the_page_shows_all_three(scene, tmp_path, driver):
+    main([str(scene()), "--sensitivities", "--tolerances", "--samples", "64", "--optimize", "--quiet",
+          "-o", str(tmp_path / "out")])  # fmt: skip
+    page = browser.Page(driver, tmp_path / "out" / "four" / "report.html")
+    assert not page.logs()
+    shown = {name: page.run(f"return document.getElementById('{name}').innerText")
+             for name in ("sensitivities", "tolerances", "optimum")}  # fmt: skip
+    assert "drives.crank.speed\n2 %" in shown["sensitivities"]
+    assert "64 designs with sections.bar.depth ± 50 µm, links.crank.length ± 100 µm (normal)" in shown["tolerances"]
+    assert "geometric_error" in shown["tolerances"]
+    assert "held by deflection" in shown["optimum"]
+    assert "sections.bar.depth\t6 mm" in shown["optimum"]
