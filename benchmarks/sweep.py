@@ -6,6 +6,7 @@ greatest value of every field over the links and the cycle exactly. The rest tak
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import resource
 import sys
@@ -130,6 +131,8 @@ def swept(count: int) -> dict[str, Any]:
         start = time.perf_counter()
         outcome = run_plan(count, evaluation, Path(folder) / "sweep", identity(evaluation), evaluation.chunk, jobs=JOBS)
         taken = time.perf_counter() - start
+        for process in multiprocessing.active_children():
+            process.join()  # which counts what it took
         after, self = resource.getrusage(resource.RUSAGE_CHILDREN), resource.getrusage(resource.RUSAGE_SELF)
         size = sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
     assert outcome.kept == count
