@@ -139,7 +139,7 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     if manifest.failed:
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
-        raise RequestError(f"{plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
+        return Outcome(BUG, f"{task.name}: {plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
     found = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
     summary = _summary(task, evaluation, found, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")

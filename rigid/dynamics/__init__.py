@@ -17,12 +17,5 @@ from rigid.dynamics.force_laws import (
     sum_of_laws,
     table_curve,
 )
-from rigid.dynamics.forward_dynamics import (
-    INTERRUPTED,
-    Effort,
-    ForwardError,
-    IntegratedMotion,
-    MotionLaw,
-    forward,
-    motion_during,
-)
+from rigid.dynamics.forward_dynamics import INTERRUPTED, forward
+from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw, motion_during

@@ -6,7 +6,7 @@ Derivation: docs/dynamics.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,17 +14,15 @@ import numpy as np
 
 from rigid.analysis.turning_points import aligned_joint
 from rigid.decomposition.order import structure
-from rigid.dynamics.effort import equation_of_motion, unit_motions
+from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw
 from rigid.dynamics.leading import Lead, Stretch, led_otherwise, unwound
+from rigid.dynamics.system import EnoughError, System
 from rigid.dynamics.tracking import Tracker
 from rigid.joint_places import joint_place
-from rigid.joints import Joint
-from rigid.kinematics import Motion, motion, with_rates
-from rigid.loads import given_loads
+from rigid.kinematics import motion
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.parts import Law, MechanismError, PinDrive, Reals
-from rigid.plane import dot
+from rigid.parts import MechanismError, PinDrive, Reals
 from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
@@ -32,63 +30,6 @@ LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"  # kind of the error where a user ended the integration
 FADING = 50.0  # of that rate, from which another joint is looked for that leads them better
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
-
-MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
-"""Times [s] to coordinate, rate and acceleration of a drive, as the laws of motion in `rigid`."""
-
-
-class ForwardError(MechanismError):
-    """A motion that cannot be continued; `time` [s] is the last at which it could.
-
-    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
-    """
-
-    course: IntegratedMotion | None = None
-
-    def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
-        super().__init__(message, **culprits)
-        self.time = time
-
-
-class _EnoughError(Exception):
-    """The bound on evaluations is reached."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """A drive given as effort: a moment [N m] or force [N] along its coordinate, or a law that returns it; 0 is free.
-
-    A law may look at the motion's time, drives, rates, places and velocities, not at accelerations.
-    """
-
-    law: Law | float = 0.0
-
-    def __call__(self, motion: Motion) -> Any:
-        """The effort, shape (..., positions)."""
-        return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
-
-
-@dataclass(frozen=True, eq=False)
-class IntegratedMotion:
-    """An integrated motion; `motion_during` gives it at any times.
-
-    Attributes
-    ----------
-    drives
-        Per drive its `Effort` or motion law.
-    time
-        The integrator's steps [s], shape (steps,).
-    stretches
-        One after the other, each led by the same joints.
-    evaluations
-        Of the equation of motion.
-    """
-
-    mechanism: Mechanism
-    drives: tuple[Effort | MotionLaw, ...]
-    time: Reals
-    stretches: tuple[Stretch, ...]
-    evaluations: int
 
 
 def forward(
@@ -150,7 +91,7 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     own = {number: float(start[number]) for number in free}
-    system = _System(Lead(mechanism, mechanism), Tracker(mechanism, start), drives, free, evaluations, own)
+    system = System(Lead(mechanism, mechanism), Tracker(mechanism, start), drives, free, evaluations, own)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
@@ -176,7 +117,7 @@ _Step = tuple[float, Any, Any, Any, Any]
 """Time, the interpolation that ends there, and there the origins and directions of the links and their angles."""
 
 
-def _integrated(system: _System, begin: Reals, run: _Run) -> IntegratedMotion:
+def _integrated(system: System, begin: Reals, run: _Run) -> IntegratedMotion:
     """Stretches from time 0 to the duration."""
     stretches: list[Stretch] = []
     while True:
@@ -205,9 +146,7 @@ def _integrated(system: _System, begin: Reals, run: _Run) -> IntegratedMotion:
         raise ended
 
 
-def _stepped(
-    system: _System, begin: Reals, run: _Run, steps: list[_Step]
-) -> ForwardError | tuple[_System, Reals] | None:
+def _stepped(system: System, begin: Reals, run: _Run, steps: list[_Step]) -> ForwardError | tuple[System, Reals] | None:
     """Take steps to the end, and append them; what stops it before, or the system and state with which to go on."""
     from scipy.integrate import DOP853
 
@@ -220,7 +159,7 @@ def _stepped(
     while solver.status == "running":
         try:
             solver.step()
-        except _EnoughError:
+        except EnoughError:
             why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
@@ -243,7 +182,7 @@ def _stepped(
     return None
 
 
-def _led_otherwise(system: _System, steps: list[_Step], solver: Any) -> tuple[_System, Reals] | None:
+def _led_otherwise(system: System, steps: list[_Step], solver: Any) -> tuple[System, Reals] | None:
     """The same motion from the last step on, led by another joint; None where there is none that leads it better."""
     time, piece, origin, direction, angle = steps[-1]
     if piece is None:
@@ -268,11 +207,11 @@ def _led_otherwise(system: _System, steps: list[_Step], solver: Any) -> tuple[_S
     if next_one.steepness > FADING:
         return None
     own = system.own_coordinates(angle)
-    found = _System(other, next_one, system.drives, system.free, system.most, own, system.evaluations)
+    found = System(other, next_one, system.drives, system.free, system.most, own, system.evaluations)
     return found, np.concatenate([drive[system.free], rate[system.free]])
 
 
-def _stretch(system: _System, steps: Sequence[_Step]) -> Stretch:
+def _stretch(system: System, steps: Sequence[_Step]) -> Stretch:
     """What steps from a start make."""
     from scipy.integrate import OdeSolution
 
@@ -286,168 +225,6 @@ def _stretch(system: _System, steps: Sequence[_Step]) -> Stretch:
         OdeSolution(times, pieces[1:]),
         {number: np.array([course[number] for course in courses]) for number in system.lead.own},
     )
-
-
-def motion_during(course: IntegratedMotion, time: Any) -> Motion:
-    """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
-    time = np.atleast_1d(np.asarray(time, float))
-    if time.min() < 0 or time.max() > course.time[-1]:
-        raise ForwardError(f"asked at {time.min():g} to {time.max():g} s, integrated from 0 to {course.time[-1]:g} s")
-    if len(course.stretches) == 1:
-        return _moving(course.stretches[0], course.drives, time)
-    which = np.searchsorted([stretch.time[-1] for stretch in course.stretches[:-1]], time)
-    drive, rate, rate2 = (np.zeros((len(course.drives), len(time))) for _ in range(3))
-    places = np.zeros((2, len(course.mechanism.links), len(time)), complex)
-    for number, stretch in enumerate(course.stretches):
-        own = which == number
-        if own.any():
-            part = _moving(stretch, course.drives, time[own])
-            seen = stretch.lead.seen(part, _near(stretch, time[own]))
-            drive[:, own], rate[:, own], rate2[:, own] = seen.drive, seen.drive_rate, part.drive_acceleration
-            for led, value in stretch.lead.accelerations(part).items():
-                rate2[led, own] = value
-            places[:, :, own] = part.origin, part.direction
-    return motion(course.mechanism, drive, rate, rate2, time, Posture(course.mechanism, *places))
-
-
-def _nearest(stretch: Stretch, time: Reals) -> Any:
-    """Numbers of the steps next to some times."""
-    step = np.clip(np.searchsorted(stretch.time, time), 1, len(stretch.time) - 1)
-    step -= time - stretch.time[step - 1] < stretch.time[step] - time
-    return step
-
-
-def _near(stretch: Stretch, time: Reals) -> dict[int, Any]:
-    """Coordinates of the drives that others lead at the steps next to some times."""
-    return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
-
-
-def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """The motion of what is led in a stretch, at times in it."""
-    free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
-    state, variant = stretch.state(time), stretch.lead.variant
-    drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
-    for number, law in enumerate(drives):
-        if isinstance(law, Effort):
-            drive[number], rate[number] = state[free.index(number)], state[len(free) + free.index(number)]
-        else:
-            drive[number], rate[number], rate2[number] = law(time)
-    step = _nearest(stretch, time)
-    near = Posture(variant, stretch.origin[:, step], stretch.direction[:, step])
-    coasting = motion(variant, drive, rate, 0.0, time, near)
-    equation = equation_of_motion(coasting)
-    balance = equation.force - equation.bias - np.einsum("jk...,k...->j...", equation.inertia, rate2)
-    seen = stretch.lead.seen(coasting, _near(stretch, time))
-    units = unit_motions(coasting) if stretch.lead.own else []
-    if units:  # the variant has no loads of its own
-        for at, pull, couple in given_loads(seen):
-            balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
-    unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
-    for number in free:
-        effort = _effort_of(drives[number], seen)
-        if number in stretch.lead.own:
-            balance += [effort * rates[number] for rates in unit_rates]
-        else:
-            balance[number] += effort
-    inertia = np.moveaxis(equation.inertia[np.ix_(free, free)], -1, 0)
-    rate2[free] = np.linalg.solve(inertia, balance[free].T[..., None])[..., 0].T
-    return with_rates(coasting, rate, rate2)
-
-
-def _effort_of(drive: Effort | MotionLaw, motion: Motion) -> Any:
-    assert isinstance(drive, Effort)
-    return drive(motion)
-
-
-class _System:
-    """Right-hand side of the equation of motion; its only memory is where the links were last."""
-
-    def __init__(
-        self,
-        lead: Lead,
-        tracker: Tracker,
-        drives: tuple[Effort | MotionLaw, ...],
-        free: list[int],
-        most: float,
-        own: Mapping[int, float],
-        done: int = 0,
-    ) -> None:
-        self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
-        self.evaluations, self.most = done, most
-        self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
-        turned = self.own_coordinates(tracker.angle, offset=False)
-        self._offset = {number: own[number] - value for number, value in turned.items()}
-        tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
-
-    def own_coordinates(self, angle: Any, offset: bool = True) -> dict[int, float]:
-        """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
-        found = {}
-        for number in self.free:
-            joint = self._own_joint(number)
-            value = float(joint.sense * (angle[joint.child] - angle[joint.parent])[0]) if joint.turns else 0.0
-            found[number] = value + (self._offset[number] if offset and joint.turns else 0.0)
-        return found
-
-    def _own_joint(self, number: int) -> Joint:
-        return next(joint for joint in structure(self.lead.mechanism).joints if joint.drive == number)
-
-    @property
-    def own_drive(self) -> Reals:
-        """Coordinates of the mechanism's own drives where it is now."""
-        drive = self.tracker.drive.copy()
-        near = self.own_coordinates(self.tracker.angle)
-        for number, joint in self.lead.own.items():
-            drive[number] = unwound(self.tracker, joint, near[number])[0]
-        return drive
-
-    def effort(self, seen: Motion) -> Reals:
-        """What the efforts do along the joints that lead; 0 where a drive follows a law."""
-        found = np.zeros(len(self.drives))
-        rates = self.lead.rates(self.tracker, *self.tracker.unit_twists) if self.lead.own else {}
-        for number in self.free:
-            effort = float(np.ravel(_effort_of(self.drives[number], seen))[0])
-            if number in rates:
-                found += effort * rates[number]
-            else:
-                found[number] += effort
-        return found
-
-    def __call__(self, time: float, state: Any) -> Any:
-        """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
-        half = len(self.free)
-        drive, rate, rate2 = self.laws(time, state)
-        self.evaluations += 1
-        if self.evaluations > self.most:
-            raise _EnoughError
-        reached = self.tracker.go(drive)
-        if reached and not self.tracker.narrow:
-            inertia, balance, coasting = self.tracker.equation(time, rate)
-            balance += self.effort(coasting)
-        else:
-            beside = self.tracker.equation_beside(time, rate, drive, self.effort)
-            if beside is not None:
-                inertia, balance = beside
-            elif reached:
-                inertia, balance, coasting = self.tracker.equation(time, rate)
-                balance += self.effort(coasting)
-            else:
-                return np.full(2 * half, np.nan)
-        balance = balance - inertia @ rate2
-        try:
-            found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
-        except np.linalg.LinAlgError:
-            found = np.full(half, np.nan)
-        return np.concatenate([rate[self.free], found])
-
-    def laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
-        """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
-        drive, rate, rate2 = np.zeros((3, len(self.drives)))
-        half = len(self.free)
-        drive[self.free], rate[self.free] = state[:half], state[half:]
-        for number, law in enumerate(self.drives):
-            if not isinstance(law, Effort):
-                drive[number], rate[number], rate2[number] = (float(np.ravel(value)[0]) for value in law([time]))
-        return drive, rate, rate2
 
 
 def _aligned(tracker: Tracker) -> str:

@@ -1,0 +1,143 @@
+"""An integrated motion: what led it, stretch after stretch, and the motion at any times in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.dynamics.effort import equation_of_motion, unit_motions
+from rigid.dynamics.leading import Stretch
+from rigid.kinematics import Motion, motion, with_rates
+from rigid.loads import given_loads
+from rigid.mechanism import Mechanism
+from rigid.parts import Law, MechanismError, Reals
+from rigid.plane import dot
+from rigid.postures import Posture
+
+MotionLaw = Callable[[Any], tuple[Any, Any, Any]]
+"""Times [s] to coordinate, rate and acceleration of a drive, as the laws of motion in `rigid`."""
+
+
+class ForwardError(MechanismError):
+    """A motion that cannot be continued; `time` [s] is the last at which it could.
+
+    `course` is the motion up to there, None where it cannot even begin. The rest as of `MechanismError`.
+    """
+
+    course: IntegratedMotion | None = None
+
+    def __init__(self, message: str, time: float = 0.0, **culprits: Any) -> None:
+        super().__init__(message, **culprits)
+        self.time = time
+
+
+@dataclass(frozen=True)
+class Effort:
+    """A drive given as effort: a moment [N m] or force [N] along its coordinate, or a law that returns it; 0 is free.
+
+    A law may look at the motion's time, drives, rates, places and velocities, not at accelerations.
+    """
+
+    law: Law | float = 0.0
+
+    def __call__(self, motion: Motion) -> Any:
+        """The effort, shape (..., positions)."""
+        return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
+
+
+@dataclass(frozen=True, eq=False)
+class IntegratedMotion:
+    """An integrated motion; `motion_during` gives it at any times.
+
+    Attributes
+    ----------
+    drives
+        Per drive its `Effort` or motion law.
+    time
+        The integrator's steps [s], shape (steps,).
+    stretches
+        One after the other, each led by the same joints.
+    evaluations
+        Of the equation of motion.
+    """
+
+    mechanism: Mechanism
+    drives: tuple[Effort | MotionLaw, ...]
+    time: Reals
+    stretches: tuple[Stretch, ...]
+    evaluations: int
+
+
+def motion_during(course: IntegratedMotion, time: Any) -> Motion:
+    """An integrated motion at given times [s] within its duration, shape (positions,), as any other motion."""
+    time = np.atleast_1d(np.asarray(time, float))
+    if time.min() < 0 or time.max() > course.time[-1]:
+        raise ForwardError(f"asked at {time.min():g} to {time.max():g} s, integrated from 0 to {course.time[-1]:g} s")
+    if len(course.stretches) == 1:
+        return _moving(course.stretches[0], course.drives, time)
+    which = np.searchsorted([stretch.time[-1] for stretch in course.stretches[:-1]], time)
+    drive, rate, rate2 = (np.zeros((len(course.drives), len(time))) for _ in range(3))
+    places = np.zeros((2, len(course.mechanism.links), len(time)), complex)
+    for number, stretch in enumerate(course.stretches):
+        own = which == number
+        if own.any():
+            part = _moving(stretch, course.drives, time[own])
+            seen = stretch.lead.seen(part, _near(stretch, time[own]))
+            drive[:, own], rate[:, own], rate2[:, own] = seen.drive, seen.drive_rate, part.drive_acceleration
+            for led, value in stretch.lead.accelerations(part).items():
+                rate2[led, own] = value
+            places[:, :, own] = part.origin, part.direction
+    return motion(course.mechanism, drive, rate, rate2, time, Posture(course.mechanism, *places))
+
+
+def _nearest(stretch: Stretch, time: Reals) -> Any:
+    """Numbers of the steps next to some times."""
+    step = np.clip(np.searchsorted(stretch.time, time), 1, len(stretch.time) - 1)
+    step -= time - stretch.time[step - 1] < stretch.time[step] - time
+    return step
+
+
+def _near(stretch: Stretch, time: Reals) -> dict[int, Any]:
+    """Coordinates of the drives that others lead at the steps next to some times."""
+    return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
+
+
+def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
+    """The motion of what is led in a stretch, at times in it."""
+    free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
+    state, variant = stretch.state(time), stretch.lead.variant
+    drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
+    for number, law in enumerate(drives):
+        if isinstance(law, Effort):
+            drive[number], rate[number] = state[free.index(number)], state[len(free) + free.index(number)]
+        else:
+            drive[number], rate[number], rate2[number] = law(time)
+    step = _nearest(stretch, time)
+    near = Posture(variant, stretch.origin[:, step], stretch.direction[:, step])
+    coasting = motion(variant, drive, rate, 0.0, time, near)
+    equation = equation_of_motion(coasting)
+    balance = equation.force - equation.bias - np.einsum("jk...,k...->j...", equation.inertia, rate2)
+    seen = stretch.lead.seen(coasting, _near(stretch, time))
+    units = unit_motions(coasting) if stretch.lead.own else []
+    if units:  # the variant has no loads of its own
+        for at, pull, couple in given_loads(seen):
+            balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
+    unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
+    for number in free:
+        effort = effort_of(drives[number], seen)
+        if number in stretch.lead.own:
+            balance += [effort * rates[number] for rates in unit_rates]
+        else:
+            balance[number] += effort
+    inertia = np.moveaxis(equation.inertia[np.ix_(free, free)], -1, 0)
+    rate2[free] = np.linalg.solve(inertia, balance[free].T[..., None])[..., 0].T
+    return with_rates(coasting, rate, rate2)
+
+
+def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Any:
+    """The effort of a drive that is given as one, shape (..., positions)."""
+    assert isinstance(drive, Effort)
+    return drive(motion)

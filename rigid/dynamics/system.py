@@ -1,0 +1,111 @@
+"""The equation of motion of the joints that lead, as an integrator asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rigid.decomposition.order import structure
+from rigid.dynamics.integrated_motion import Effort, MotionLaw, effort_of
+from rigid.dynamics.leading import Lead, unwound
+from rigid.dynamics.tracking import Tracker
+from rigid.joints import Joint
+from rigid.kinematics import Motion
+from rigid.parts import Reals
+
+
+class EnoughError(Exception):
+    """The bound on evaluations is reached."""
+
+
+class System:
+    """Right-hand side of the equation of motion; its only memory is where the links were last."""
+
+    def __init__(
+        self,
+        lead: Lead,
+        tracker: Tracker,
+        drives: tuple[Effort | MotionLaw, ...],
+        free: list[int],
+        most: float,
+        own: Mapping[int, float],
+        done: int = 0,
+    ) -> None:
+        self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
+        self.evaluations, self.most = done, most
+        self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
+        turned = self.own_coordinates(tracker.angle, offset=False)
+        self._offset = {number: own[number] - value for number, value in turned.items()}
+        tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
+
+    def own_coordinates(self, angle: Any, offset: bool = True) -> dict[int, float]:
+        """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
+        found = {}
+        for number in self.free:
+            joint = self._own_joint(number)
+            value = float(joint.sense * (angle[joint.child] - angle[joint.parent])[0]) if joint.turns else 0.0
+            found[number] = value + (self._offset[number] if offset and joint.turns else 0.0)
+        return found
+
+    def _own_joint(self, number: int) -> Joint:
+        return next(joint for joint in structure(self.lead.mechanism).joints if joint.drive == number)
+
+    @property
+    def own_drive(self) -> Reals:
+        """Coordinates of the mechanism's own drives where it is now."""
+        drive = self.tracker.drive.copy()
+        near = self.own_coordinates(self.tracker.angle)
+        for number, joint in self.lead.own.items():
+            drive[number] = unwound(self.tracker, joint, near[number])[0]
+        return drive
+
+    def effort(self, seen: Motion) -> Reals:
+        """What the efforts do along the joints that lead; 0 where a drive follows a law."""
+        found = np.zeros(len(self.drives))
+        rates = self.lead.rates(self.tracker, *self.tracker.unit_twists) if self.lead.own else {}
+        for number in self.free:
+            effort = float(np.ravel(effort_of(self.drives[number], seen))[0])
+            if number in rates:
+                found += effort * rates[number]
+            else:
+                found[number] += effort
+        return found
+
+    def __call__(self, time: float, state: Any) -> Any:
+        """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
+        half = len(self.free)
+        drive, rate, rate2 = self.laws(time, state)
+        self.evaluations += 1
+        if self.evaluations > self.most:
+            raise EnoughError
+        reached = self.tracker.go(drive)
+        if reached and not self.tracker.narrow:
+            inertia, balance, coasting = self.tracker.equation(time, rate)
+            balance += self.effort(coasting)
+        else:
+            beside = self.tracker.equation_beside(time, rate, drive, self.effort)
+            if beside is not None:
+                inertia, balance = beside
+            elif reached:
+                inertia, balance, coasting = self.tracker.equation(time, rate)
+                balance += self.effort(coasting)
+            else:
+                return np.full(2 * half, np.nan)
+        balance = balance - inertia @ rate2
+        try:
+            found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
+        except np.linalg.LinAlgError:
+            found = np.full(half, np.nan)
+        return np.concatenate([rate[self.free], found])
+
+    def laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
+        """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
+        drive, rate, rate2 = np.zeros((3, len(self.drives)))
+        half = len(self.free)
+        drive[self.free], rate[self.free] = state[:half], state[half:]
+        for number, law in enumerate(self.drives):
+            if not isinstance(law, Effort):
+                drive[number], rate[number], rate2[number] = (float(np.ravel(value)[0]) for value in law([time]))
+        return drive, rate, rate2
