@@ -1,5 +1,6 @@
 """Random tests draw the same cases on every machine, and as long as they take; one browser serves all pages."""
 
+import one_thread  # noqa: F401 - before numpy
 import pytest
 from browser import started
 from hypothesis import settings
