@@ -1,4 +1,4 @@
-"""One thread a process, as the command has it; imported before numpy, which otherwise takes all cores for small matrices.
+"""One thread a process, as the command has it; imported before numpy, which otherwise gives small matrices all cores.
 
 Tests run side by side: the whole suite takes 1.7 times as long without.
 """
