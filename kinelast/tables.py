@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import Results, drive_words, joint_words
+from kinelast.figures.results import Results, joint_words
 from kinelast.figures.trust import verdict
 from kinelast.folder import held
 from kinelast.numbers import REPORT_UNITS
@@ -28,7 +28,7 @@ def position_columns(results: Results) -> dict[str, Reals]:
     """The columns of positions.csv, each of shape (positions,), under names that carry their unit."""
     motion, deflection = results.motion, results.deflection
     columns: dict[str, Any] = {"time [s]": motion.time}
-    for (name, coordinate, unit, _), values in zip(drive_words(results.mechanism), motion.drive, strict=True):
+    for (name, coordinate, unit, _), values in zip(results.drive_words, motion.drive, strict=True):
         columns[f"{name}.{coordinate} [{unit}]"] = values
     for beam, label in enumerate(results.scene.labels):
         for field, extreme in results.extremes.items():
@@ -42,7 +42,7 @@ def position_columns(results: Results) -> dict[str, Reals]:
         _add_vector(columns, f"{joint}.F{{}}_on_{link} [N]", force)
         if np.ndim(moment):
             columns[f"{joint}.M_on_{link} [N m]"] = moment
-    for (name, *_, unit), values in zip(drive_words(results.mechanism), results.efforts, strict=True):
+    for (name, *_, unit), values in zip(results.drive_words, results.efforts, strict=True):
         columns[f"{name}.effort [{unit}]"] = values
     _add_vector(columns, "ground.F{} [N]", forces.ground_force)
     columns["ground.M [N m]"] = forces.ground_moment
@@ -84,8 +84,7 @@ def _lines(table: Reals) -> bytes:
     if np.isinf(table).any():  # for which JSON has no word
         rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
         return ("\n".join(rows) + "\n").encode()
-    encode = msgspec.json.Encoder().encode
-    lines = b"\n".join([encode(row)[1:-1] for row in table.tolist()])
+    lines = msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n")
     return (lines.replace(b"null", b"") if np.isnan(table).any() else lines) + b"\n"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.results import Results, drive_words
+from kinelast.figures.results import Results
 
 
 def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def coordinates(results: Results, values: Any) -> dict[str, Any]:
     """Coordinates of the drives by name."""
     return {
         name: figure(value, unit)
-        for (name, _, unit, _), value in zip(drive_words(results.mechanism), values, strict=True)
+        for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)
     }
 
 

@@ -137,6 +137,11 @@ class Results:
         return self.scene.mechanism
 
     @cached_property
+    def drive_words(self) -> list[tuple[str, str, str, str]]:
+        """As of `drive_words`: every figure with a place in the cycle asks for them."""
+        return drive_words(self.mechanism)
+
+    @cached_property
     def extremes(self) -> dict[str, Extreme]:
         """Value of largest magnitude along every beam, per field and stress, shape (beams, positions)."""
         return extremes_of(self.deflection, EXTREME_FIELDS)

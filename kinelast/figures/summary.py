@@ -17,7 +17,7 @@ from kinelast.figures.friction import friction_figures
 from kinelast.figures.inputs import input_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.peaks import Peak
-from kinelast.figures.results import Results, drive_words, joint_words
+from kinelast.figures.results import Results, joint_words
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
@@ -72,7 +72,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         ],
         "drives": {
             name: {"coordinate": coordinate, "effort": largest(results, effort, unit)}
-            for (name, coordinate, _, unit), effort in zip(drive_words(scene.mechanism), results.efforts, strict=True)
+            for (name, coordinate, _, unit), effort in zip(results.drive_words, results.efforts, strict=True)
         },
         "friction": friction_figures(results),
         "shaking": {
