@@ -10,7 +10,6 @@ import hashlib
 import json
 import os
 import re
-import secrets
 import shutil
 import time
 from collections.abc import Iterator, Mapping
@@ -186,7 +185,7 @@ def held(folder: Path, patience: float | None = None) -> Iterator[str]:
         Another run holds it, or it cannot be made.
     """
     fresh: list[Path] = []
-    hidden = HIDDEN + secrets.token_hex(8)
+    hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
     try:
         try:

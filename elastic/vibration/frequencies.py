@@ -90,7 +90,7 @@ def natural_frequencies(
     if axis:
         motion = repeated(motion, np.broadcast_shapes(motion.columns, axis))
     count = motion.columns[-1]
-    chosen = np.unique(np.linspace(0, count - 1, min(positions, count)).round().astype(int))
+    chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
     found = [_of_design(motion, sections, modes, chosen, joints or {}, row, settled) for row in rows]
     omega = np.stack([values for values, _ in found], axis=1)

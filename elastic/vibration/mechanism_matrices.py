@@ -94,7 +94,7 @@ class VibratingStructure:
         within, found = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
-        for rank in np.unique(ranks):
+        for rank in sorted(set(ranks.tolist())):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
             both = [_reduced(whole[chosen], free, at_ends, within) for whole in (self.stiffness, self.mass)]

@@ -27,13 +27,13 @@ def divided_links(scene: Scene, plain: Deflection, counted: Any) -> list[Exceeda
         Which positions count, bool, shape (positions,).
     """
     owners = np.array([at for at, _ in scene.mechanism.beams], int)
-    divided = [at for at in np.unique(owners) if np.count_nonzero(owners == at) > 1]
-    if not divided or not counted.any():
+    divided = np.flatnonzero(np.bincount(owners) > 1)
+    if not divided.size or not counted.any():
         return []
     from elastic.elastodynamics import buckling_factor
 
     pressed = np.where(counted, -least_axial_force(plain), -np.inf)
-    positions = np.unique([pressed[owners == at].max(axis=0).argmax() for at in divided])
+    positions = np.array(sorted({int(pressed[owners == at].max(axis=0).argmax()) for at in divided}))
     course = scene_motion_at(scene, plain.motion.time[positions])
     factor = buckling_factor(deflection(course, plain.sections, plain.joints))
     known = np.where(np.isfinite(factor), factor, np.inf)

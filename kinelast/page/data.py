@@ -74,7 +74,7 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
         return np.arange(count)
     times = [peak.time for peaks in found.values() for peak in peaks if peak.time == peak.time and not peak.refined]
     at = np.searchsorted(results.motion.time, times)
-    return np.unique(np.concatenate([np.arange(0, count, step), np.clip(at, 0, count - 1)]))
+    return np.array(sorted({*range(0, count, step), *np.clip(at, 0, count - 1).tolist()}))
 
 
 def numbers_of(results: Results, kept: Any) -> Numbers:
