@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic.sampling import displacement_of, sample
+from elastic.derived import coefficients
+from elastic.sampling import displacement_of
 from elastic.solution import Deflection
 from rigid import Reals, velocity_of
 
@@ -58,8 +59,9 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
     name = point or next(iter(mechanism.links[at].points))
     for number, (owner, beam) in enumerate(mechanism.beams):
         if owner == at and name in (beam.start, beam.end):
-            turned: Reals = sample(deflection, "phi", [float(name == beam.end)])[number, ..., 0]
-            return turned
+            turned, pieces = coefficients(deflection, "phi"), deflection.division.of_beam(number)
+            at_end: Reals = turned[0, pieces[0]] if name == beam.start else turned[:, pieces[-1]].sum(0)
+            return at_end
     axes: Reals = deflection.angle[at]
     return axes
 

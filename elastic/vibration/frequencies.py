@@ -18,7 +18,7 @@ from rigid.kinematics import repeated
 
 SETTLED = 1e-3  # share of a frequency that the last refinement may change
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials of every beam, one after the other
-BUILT = (5, 12)  # with how many of them matrices are made, of which the coarser ones are parts
+BUILT = (5, 7, 12)  # with how many of them matrices are made, of which the coarser ones are parts
 
 
 @dataclass(frozen=True, eq=False)
