@@ -6,11 +6,13 @@ Nothing heavy is imported before it is needed: `--help` answers at once.
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -229,10 +231,23 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
     return status
 
 
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without looking for garbage: imports leave none, and looking through all that they make takes a while."""
+    looks = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if looks:
+            gc.enable()
+
+
 def _request(options: argparse.Namespace) -> Request | str:
     """What is asked of every scene, or what is wrong with that."""
-    from kinelast.request import Request, RequestError
-    from kinelast.run import require_pictures
+    with _uncollected():
+        from kinelast.request import Request, RequestError
+        from kinelast.run import require_pictures
 
     unknown = _unknown_diagram(options.animate)
     if unknown:

@@ -18,10 +18,7 @@ def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
 
 def coordinates(results: Results, values: Any) -> dict[str, Any]:
     """Coordinates of the drives by name."""
-    return {
-        name: figure(value, unit)
-        for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)
-    }
+    return {name: figure(value, unit) for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)}
 
 
 def at_position(results: Results, position: int) -> dict[str, Any]:
