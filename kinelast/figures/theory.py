@@ -22,6 +22,7 @@ from elastic.elastodynamics import (
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at
+from kinelast.threads import one_thread
 from rigid import MechanismError, Motion
 
 ACCURACY = 0.05  # where none is asked for
@@ -76,6 +77,7 @@ class Answer:
         return None if self.accuracy is None else self.error <= self.accuracy
 
 
+@one_thread()
 def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_told: bool = False) -> Answer:
     """The answer of the theory asked for, or of the cheapest one that is accurate enough.
 
