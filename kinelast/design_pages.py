@@ -67,7 +67,7 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
 
 def design_text(text: str, number: int, values: Mapping[str, float], file: str) -> str:
     """The text of the scene of one design, from that of the swept scene and the name of its file."""
-    return rewritten(text, values, f"Design {number} of the sweep of {file}.")
+    return rewritten(text, values, f"Design {number} of the sweep of {file}.", f"design {number}")
 
 
 def write_pages(
