@@ -52,9 +52,9 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
 
     Examples
     --------
-    >>> columns = {"mass": np.arange(9.0), "deflection": -np.arange(9.0)}
+    >>> columns = {"mass": np.arange(8.0), "deflection": -np.arange(8.0)}
     >>> paged_designs(columns, ("mass", "deflection"), 3, 4)
-    [3, 0, 4, 8]
+    [3, 0, 4, 7]
     """
     values = [np.asarray(columns[name], float) * (-1 if is_greater(name) else 1) for name in pair]
     first = [] if best is None else [best]
@@ -131,6 +131,8 @@ def _folders(task: Task, texts: Mapping[int, str], asked: Pages, progress: Progr
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
                 outcome = try_scene(Task(path, folder, f"page of design {number}"), request)
+                if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
+                    raise KeyboardInterrupt
                 if (folder / "report.html").is_file():
                     pages.append(number)
                 if outcome.status >= BAD_INPUT:

@@ -40,7 +40,7 @@ function chosenSection() {
     holder.replaceChildren(
       h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", quasi-static as all figures here") : ""),
       reason ? h("p", { class: "verdict poor" }, reason) : "",
-      address ? "" : commandsOf(designOf(k)),
+      address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
       h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
       h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
       h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, ["figure", "here", ...(beside === null ? [] : ["the best"]), "unit"].map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
