@@ -107,7 +107,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
         rotation: Columns = ZERO  # its imaginary part is the coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
-        if hinge.turns and np.ndim(rotation):
+        if hinge.turns and rotation.ndim:
             rotation.real[...] = 0.0
         elif hinge.turns:
             rotation = imaginary(rotation.imag)
