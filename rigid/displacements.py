@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from rigid.closure import Closure, reach_from
 from rigid.gears import gear_input, rack_arm
 from rigid.joints import Columns, Joint, JointPlace

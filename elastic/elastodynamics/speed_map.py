@@ -191,7 +191,7 @@ def _passed(base: Motion, ratio: Any) -> Motion:
     """The same cycle at another speed, or at several of shape (speeds, 1)."""
     if np.ndim(ratio):
         columns = np.broadcast_shapes(np.shape(ratio), base.columns)
-        wide = {
+        wide: dict[str, Any] = {
             name: np.broadcast_to(getattr(base, name)[:, None], (len(base.drive), *columns))
             for name in ("drive", "drive_rate", "drive_acceleration")
         }

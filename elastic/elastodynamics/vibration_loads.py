@@ -185,7 +185,7 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
 
 
 def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
-    """Loads of one mechanism at several speeds, of columns (positions,) each, as those of columns (speeds, positions)."""
+    """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
     first = found[0]
     count = first.q.shape[-1]
 
