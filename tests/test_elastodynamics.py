@@ -497,8 +497,8 @@ class TestSpeedMap:
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
-    @pytest.mark.parametrize("name", ["RPR, elastic lever", "six-bar, ring"])
-    def test_speeds_side_by_side(self, name):
+    @pytest.mark.parametrize(("name", "tolerance"), [("RPR, elastic lever", 3e-2), ("six-bar, ring", 2e-3)])
+    def test_speeds_side_by_side(self, name, tolerance):
         """With blocks on beams, given loads and more joints than needed; both start where all positions coincide."""
         case, speeds = ALL[name](), (5.0, 10.0)
 
@@ -514,7 +514,7 @@ class TestSpeedMap:
             np.testing.assert_allclose(
                 found.quasi_static[row], measure(one.quasi_static), rtol=1e-9, atol=1e-9 * largest
             )
-            np.testing.assert_allclose(found.values[row], measure(one.deflection), rtol=0, atol=2e-3 * largest)
+            np.testing.assert_allclose(found.values[row], measure(one.deflection), rtol=0, atol=tolerance * largest)
 
 
 class TestRotatingFrame:
