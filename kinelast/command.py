@@ -206,7 +206,8 @@ def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> 
     """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
     from kinelast.sweep import Asked, try_design, try_sweep
 
-    asked = Asked(options.positions, options.jobs or _cores(), options.resume, options.most, options.scheduler)
+    jobs = options.jobs or _cores()
+    asked = Asked(options.positions, jobs, options.resume, options.most, options.scheduler, options.pages)
 
     def tell(sentence: str) -> None:
         if not options.quiet:

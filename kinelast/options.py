@@ -15,6 +15,7 @@ MOST_STATIONS = 10_001
 MOST_ELEMENTS = 4096
 MOST_SPEEDS = 10_000
 MOST_DESIGNS = 10_000_000
+DESIGN_PAGES = 20
 MOST_SAMPLES = 1_000_000
 UNITS = ("SI", "mm", "in")
 MOST_PIXELS = 7680
@@ -146,6 +147,13 @@ def _parser() -> argparse.ArgumentParser:
         default=MOST_DESIGNS,
         metavar="N",
         help="designs that a sweep may have [%(default)s]",
+    )
+    add(
+        "--pages",
+        type=_at_least(0),
+        default=DESIGN_PAGES,
+        metavar="N",
+        help="designs of a sweep with a report of their own: the best, and those on its front [%(default)s]",
     )
     add(
         "--scheduler",

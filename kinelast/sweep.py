@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.design_pages import Pages, design_text, write_pages
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.manifest import Manifest
 from kinelast.designs.plan import Plan, Rows, plan_of
-from kinelast.designs.rewritten import rewritten
 from kinelast.designs.running import run_plan
 from kinelast.designs.store import NUMBER, put, stored_chunks
 from kinelast.designs.tally import Aim, Tally, tallied
@@ -51,6 +51,7 @@ class Asked:
     resume: bool = False
     most: int = 10_000_000
     scheduler: str | None = None
+    pages: int = 20
 
 
 def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
@@ -94,7 +95,7 @@ def _design(task: Task, number: int) -> Outcome:
         if number >= plan.count:
             raise RequestError(f"--design: there is no design {number}, the last one of the sweep is {plan.count - 1}")
         values = dict(zip(plan.paths, plan.values(number, number + 1)[0].tolist(), strict=True))
-        new = rewritten(text, values, f"Design {number} of the sweep of {task.path.name}.").encode()
+        new = design_text(text, number, values, task.path.name).encode()
     target = task.folder.with_name(f"{task.folder.name}_design_{number}.toml")
     if target.exists() and target.read_bytes() != new:
         raise RequestError(f"{target} is there already: move it, or choose another -o")
@@ -106,7 +107,8 @@ def _design(task: Task, number: int) -> Outcome:
 def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     content = file_bytes(task.path)
     path = str(task.path)
-    tables = toml_tables(decoded(content, path), path)
+    text = decoded(content, path)
+    tables = toml_tables(text, path)
     if asked.positions is not None:
         tables["run"] = {**tables.get("run", {}), "positions": asked.positions}
     with of_file(path):
@@ -143,10 +145,14 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     found = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
     summary = _summary(task, evaluation, found, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
+    status, line = CHECK_FAILED if found.best is None else FINE, f"{task.name}: {_closing(evaluation, found)}"
+    failed, why = FINE, ""
     if found.kept:
-        put(task.folder / "designs.html", _page(tables.get("title", task.path.stem), evaluation, found))
-    status = CHECK_FAILED if found.best is None else FINE
-    return Outcome(status, f"{task.name}: {_closing(evaluation, found)} -> {task.folder}", DONE, figures=summary)
+        title = tables.get("title", task.path.stem)
+        pages = Pages(asked.pages, asked.positions, asked.resume)
+        failed, why = write_pages(task, title, text, evaluation, found, pages, progress)
+    told = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
+    return Outcome(max(status, failed), told, DONE, figures=summary)
 
 
 def _asked_of(tables: Mapping[str, Any], sweep: SweepTable, plan: Plan) -> tuple[tuple[str, ...], Aim]:
@@ -199,17 +205,6 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) 
         "figures": list(evaluation.figures or ()),
         "positions": asked.positions,
     }
-
-
-def _page(title: str, evaluation: Evaluation, found: Tally) -> bytes:
-    """The page of all designs."""
-    from kinelast.page.designs import designs_page
-
-    names, figures = list(evaluation.units), list(evaluation.figures or ())
-    columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in names}
-    reasons = [reason for _, part in found.kept for reason in part]
-    best = None if found.best is None else int(found.best[NUMBER])
-    return designs_page(title, columns, evaluation.units, reasons, list(evaluation.plan.paths), figures, best)
 
 
 def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifest) -> dict[str, Any]:

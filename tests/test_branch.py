@@ -10,6 +10,8 @@ from mechanisms import bar, drawn_bar, linkage, parallelogram
 from elastic import Section, deflection
 from rigid import Beam, Link, Mechanism, PinDrive, Slider, motion
 from rigid.dynamics import Effort, ForwardError, forward, motion_during
+from rigid.positions.branch import Branch
+from rigid.positions.enclosure import Certificate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import branch_certainty
@@ -201,3 +203,31 @@ class TestForwardDynamics:
         assert caught.value.kind == "interrupted"
         assert caught.value.course.time[-1] == told[-1]
         assert 0 < told[0] < told[1] < told[2] < 1.5
+
+
+class FirstTimeOnlyError(Exception):
+    pass
+
+
+def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
+    """Twenty times halved they would be a million for one."""
+    monkeypatch.setattr("rigid.positions.branch.MOST", 200)
+    monkeypatch.setattr(
+        Certificate, "box", property(lambda own: np.full((len(own.group.free), len(own.step.row)), np.nan))
+    )
+    refine, between, halved = Branch.refine, Branch._between, []
+
+    def once(*given):
+        refine(*given)
+        raise FirstTimeOnlyError
+
+    def counted(branch, low, high, number):
+        halved.append(len(low["place"]))
+        assert halved[-1] <= max(200, halved[0])
+        return between(branch, low, high, number)
+
+    monkeypatch.setattr(Branch, "refine", once)
+    monkeypatch.setattr(Branch, "_between", counted)
+    with pytest.raises(FirstTimeOnlyError):
+        motion(parallelogram(), [np.pi / 2, np.pi / 2 + 0.1])
+    assert halved

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -67,3 +68,35 @@ def test_of_third_parties_rigid_and_elastic_bring_numpy_alone():
     """Whatever an installation has: no package beyond the standard library, numpy and what a bare start has."""
     more = imported("import elastic") - imported("pass") - set(sys.stdlib_module_names)
     assert {name for name in more if not name.startswith("_")} == {"numpy", "rigid", "elastic"}
+
+
+THREADS = """
+import numpy as np
+from threadpoolctl import threadpool_info
+import kinelast
+import kinelast.figures.theory as theory
+def told(when):
+    print(when, *(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"))
+solved = theory.elastodynamic
+def watched(*given):
+    told("within")
+    return solved(*given)
+theory.elastodynamic = watched
+told("before")
+kinelast.deflection(kinelast.load("steel_four_bar"))
+told("after")
+"""
+
+
+def test_vibration_keeps_to_one_thread_though_numpy_was_there_first():
+    """Where numpy has been loaded the environment has no say; and what the caller has set comes back."""
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    environment |= {"OPENBLAS_NUM_THREADS": "2", "MKL_NUM_THREADS": "2"}
+    run = subprocess.run(
+        [sys.executable, "-c", THREADS], capture_output=True, text=True, check=True, timeout=60, env=environment
+    )
+    found = {when: set(counts) for when, *counts in map(str.split, run.stdout.splitlines())}
+    if "2" not in found["before"]:
+        pytest.skip("the linear algebra of this machine has no threads to spare")
+    assert found["within"] == {"1"}
+    assert found["before"] <= found["after"]

@@ -36,7 +36,7 @@ def scene(tmp_path):
 
 
 def swept(scene, folder, *options):
-    return main([str(scene), "--sweep", "-o", str(folder), *options])
+    return main([str(scene), "--sweep", "-o", str(folder), "--pages", "2", *options])
 
 
 @pytest.mark.slow

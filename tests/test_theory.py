@@ -12,18 +12,20 @@ import pytest
 from scene_texts import FOUR_BAR, edited
 
 from elastic import deflection, sample
+from elastic.elastodynamics import buckling_factor
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.command import main
 from kinelast.compute import computed
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
-from kinelast.figures.trust import findings
+from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.request import Request
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.scene.error import SceneError
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
+RIGIDITIES = 'shape = "rigidities"\nEA = "12.6 MN"\nEI = "37.8 N m^2"\nmass_per_length = "0.471 kg/m"'
 RAISED = """
 [materials.steel]
 E = "210 GPa"
@@ -107,6 +109,56 @@ def test_the_cheapest_theory_that_is_near_enough():
     assert slow.accurate
     assert rough.accurate
     assert fast.missed > 0.05
+
+
+def test_round_off_where_nothing_bends_is_no_reason_to_let_links_vibrate():
+    """Simeon's rod is straight at the start: no digit of zero is known. Vibration is 3.6 %, all the rest 0.4 %."""
+    scene = read_scene(shipped_scenes()["simeon_slider_crank"])
+    found = computed(scene, Request(accuracy=0.05)).answer
+    assert found.quasi_static.condition.max() > 1e15
+    assert found.theory == QUASI_STATIC
+    assert found.missed < found.error < 0.05
+    assert found.errors["round-off"] < 1e-9
+
+
+def test_links_that_turn_by_radians_are_not_let_vibrate():
+    """A bar of a millionth of the rigidity: the small rotations of linear theory come to more than a turn."""
+    soft = edited(FOUR_BAR, ("210 GPa", "2.1 MPa"))
+    found = computed(scene_from_text(soft), Request()).answer
+    assert found.theory == QUASI_STATIC
+    assert "turn by so much" in found.unanswered
+    assert math.isnan(found.error)
+
+
+def test_modes_that_cannot_be_found_leave_the_error_unknown(monkeypatch):
+    def none(*_, **__):
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    monkeypatch.setattr("elastic.elastodynamics.solution.cycle_of", none)
+    results = computed(scene_at(FAST), Request())
+    assert "cannot be answered: Eigenvalues" in results.answer.unanswered
+    assert math.isnan(results.answer.error)
+    with pytest.raises(SceneError, match="cannot be answered"):
+        computed(scene_at(FAST), Request(theory=ELASTODYNAMIC))
+
+
+@pytest.mark.parametrize(
+    ("edits", "told"),
+    [
+        ((), "strength: the yield stress of the materials is not given"),
+        (
+            (
+                ('shape = "rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', RIGIDITIES),
+                *[('material = "steel"', "")] * 3,
+            ),
+            "strength: the yield stress of the materials and the dimensions of the sections are not given",
+        ),
+    ],
+)
+def test_what_strength_lacks_is_named(edits, told):
+    results = computed(scene_from_text(edited(FOUR_BAR, *edits)), Request(theory=QUASI_STATIC))
+    (text,) = (finding.text for finding in findings(results) if finding.heading == "Not judged")
+    assert text.startswith(told[0].upper() + told[1:] + ";")
 
 
 def test_vibration_is_asked_for_by_name():
@@ -297,6 +349,23 @@ def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
     assert [one.severe for one in found] == ([] if level is None else [level])
     if found:
         assert found[0].figure == pytest.approx(force / (np.pi**2 * 2 / 0.4**2), rel=0.03)
+
+
+def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
+    """Neither as no danger nor as one."""
+
+    def none(*_):
+        raise np.linalg.LinAlgError("Matrix is not positive definite")
+
+    monkeypatch.setattr("elastic.elastodynamics.structural_buckling._least_factor", none)
+    text = PRESSED.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
+    results = computed(scene_from_text(text), Request())
+    assert np.isnan(buckling_factor(results.quasi_static)).all()
+    (told,) = (finding for finding in findings(results) if finding.heading == "Not judged")
+    assert told.level == "open"
+    assert "the load at which the mechanism buckles, its links taken whole, cannot be found" in told.text
+    assert "Euler's load" not in " ".join(finding.text for finding in findings(results) if finding.level == "good")
+    assert [one["figure"] for one in exceedance_figures(results)] == [None]
 
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ import numpy as np
 from elastic.vibration import natural_frequencies
 from kinelast.designs.figures import Figure, Found, Values
 from kinelast.scene.data import Scene
+from kinelast.threads import one_thread
 
 HARMONICS = 6  # of the fastest drive, that are looked at
 SETTLED = 1e-5  # so that derivatives are those of the frequency, not of its refinement
@@ -29,6 +30,7 @@ def frequency_figures(scene: Scene) -> list[Figure]:
     ]
 
 
+@one_thread()
 def _lowest(found: Found) -> Any:
     """Lowest natural frequency at some positions [rad/s], shape (..., positions)."""
     key = "_lowest_frequency"

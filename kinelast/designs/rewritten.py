@@ -17,7 +17,7 @@ DIGITS = 12
 SCHEMA = "#:schema"  # whose place is told from the file's own
 
 
-def rewritten(text: str, values: Mapping[str, float], head: str = "") -> str:
+def rewritten(text: str, values: Mapping[str, float], head: str = "", which: str = "") -> str:
     """A scene's text with other values, in SI units, for numbers named by their paths.
 
     A number keeps the unit that it has in the file.
@@ -26,6 +26,8 @@ def rewritten(text: str, values: Mapping[str, float], head: str = "") -> str:
     ----------
     head
         A comment for the first line.
+    which
+        What is added to the title, where there is one, to tell the scene from others of that title.
 
     Raises
     ------
@@ -36,6 +38,8 @@ def rewritten(text: str, values: Mapping[str, float], head: str = "") -> str:
     table = parse_scene(document.unwrap())
     for path, value in values.items():
         _put(document, place_of(table, path), value)
+    if which and "title" in document:
+        document["title"] = f"{table.title}, {which}"
     lines = tomlkit.dumps(document).splitlines(keepends=True)
     kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
     return "".join([f"# {head}\n" if head else "", *kept])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,8 @@ KIND = "axial force"
 def divided_links(scene: Scene, plain: Deflection, counted: Any) -> list[Exceedance]:
     """What the mechanism as a whole is pressed with, past its limit; nothing where all links are one beam.
 
-    Looked at where the beams of each of its links are pressed most.
+    Looked at where the beams of each of its links are pressed most. Where the load at which it buckles cannot be found,
+    that is told by a figure of nan.
 
     Parameters
     ----------
@@ -36,12 +38,18 @@ def divided_links(scene: Scene, plain: Deflection, counted: Any) -> list[Exceeda
     positions = np.unique([pressed[owners == at].max(axis=0).argmax() for at in divided])
     course = scene_motion_at(scene, plain.motion.time[positions])
     factor = buckling_factor(deflection(course, plain.sections, plain.joints))
-    known = np.where(np.isfinite(factor), factor, np.inf)
+    unknown = [_unknown(int(positions[number])) for number in np.flatnonzero(np.isnan(factor))[:1]]
+    known = np.where(np.isnan(factor), np.inf, factor)
     worst = int(known.argmin())
     share, limit = 1.0 / float(known[worst]), LIMITS[KIND]
     if not limit.passed(share):
-        return []
+        return unknown
     words = f"the mechanism is pressed with {share:.2g} times the load at which it buckles, its links taken whole"
     beyond = limit.far_passed(share)
     bound = limit.beyond if beyond else limit.watch
-    return [Exceedance(KIND, None, int(positions[worst]), share, bound, beyond, words)]
+    return [Exceedance(KIND, None, int(positions[worst]), share, bound, beyond, words), *unknown]
+
+
+def _unknown(position: int) -> Exceedance:
+    words = "buckling: the load at which the mechanism buckles, its links taken whole, cannot be found"
+    return Exceedance(KIND, None, position, math.nan, LIMITS[KIND].watch, False, words)

@@ -25,6 +25,7 @@ from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.divided_links import divided_links
 from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.reading import Scene
+from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals, drive_efforts
 
 if TYPE_CHECKING:
@@ -163,6 +164,7 @@ class Results:
         return {point: deviation.displacement for point, deviation in self.deviations.items()}
 
     @cached_property
+    @one_thread()
     def frequencies(self) -> Frequencies | None:
         """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:

@@ -19,6 +19,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from kinelast.scene.motion import scene_motion_at
+from kinelast.threads import one_thread
 from rigid import ConstantSpeed, MechanismError, PinDrive
 
 FIELDS = ("w", "chord", "mises")
@@ -48,6 +49,7 @@ class Speeds:
     critical: Mapping[int, tuple[float, float]]
 
 
+@one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     """The answer at speeds from one to another.
 

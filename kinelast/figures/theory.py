@@ -9,18 +9,20 @@ from functools import partial
 
 import numpy as np
 
-from elastic import Deflection, extremes
+from elastic import Deflection, extremes, sample
 from elastic.assessment import introduction_share, shear_share
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
     elastodynamic,
+    share_base,
     theory_error,
     transient,
 )
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion_at
+from kinelast.threads import one_thread
 from rigid import MechanismError, Motion
 
 ACCURACY = 0.05  # where none is asked for
@@ -28,7 +30,8 @@ TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: the worst beam may bend a hundredth of the largest
 BESIDES = 0.1  # of the accuracy: vibration that is not worth answering where others hold the accuracy back
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
-EPS = float(np.finfo(float).eps)
+EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
+STATIONS = 21  # along a beam, at which deflections are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,7 @@ class Answer:
         return None if self.accuracy is None else self.error <= self.accuracy
 
 
+@one_thread()
 def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_told: bool = False) -> Answer:
     """The answer of the theory asked for, or of the cheapest one that is accurate enough.
 
@@ -123,12 +127,20 @@ def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:
 
 def _others(bent: Deflection) -> dict[str, float]:
     """What either theory leaves out."""
-    condition = bent.condition[np.isfinite(bent.condition)]
     beams = np.maximum(shear_share(bent), introduction_share(bent))
     return {
         "beam theory": float(beams.max(initial=0.0)),
-        "round-off": EPS * float(condition.max(initial=1.0)),
+        "round-off": _round_off(bent),
     }
+
+
+def _round_off(bent: Deflection) -> float:
+    """A position's digits lost, times its share of the largest deflection; where all are, what stands there is lost."""
+    chord = np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
+    known = np.isfinite(bent.condition) & np.isfinite(chord).all(axis=0)
+    chord, condition = chord[:, known], bent.condition[known]
+    share = (chord / np.maximum(share_base(chord.max(axis=1, initial=0.0)), TINY)[:, None]).max(axis=0, initial=0.0)
+    return max(EPS, float((np.minimum(EPS * condition, 1.0) * share).max(initial=0.0)))
 
 
 def damping_of(scene: Scene) -> Damping:

@@ -45,7 +45,7 @@ WITHIN = {
 }
 SHEARING = 'beams = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
 UNKNOWN = {
-    "yield": "strength: no yield stress or dimensions of the sections are given",
+    "yield": "strength: {} not given",
     "vibration": "vibration: the quasi-static answer is what was asked for",
 }
 
@@ -237,7 +237,7 @@ def _check(results: Results) -> list[Finding]:
 def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [one for one in results.exceedances if one.kind == kind]
+        own = [one for one in results.exceedances if one.kind == kind and not math.isnan(one.figure)]
         if not own:
             continue
         worst = max(own, key=lambda one: one.figure)
@@ -275,8 +275,22 @@ def _within(results: Results) -> Iterator[Finding]:
         yield Finding(GOOD, "Within the limits", _sentence("; ".join(fine)) + ".")
     told = {"vibration"} if results.answer else set()
     unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | told]
+    unknown = [words.format(_lacking(results)) for words in unknown]
+    unknown += [one.message for one in results.exceedances if math.isnan(one.figure)]
     if unknown:
         yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
+
+
+def _lacking(results: Results) -> str:
+    """What no beam has that a safety factor asks for, and a verb."""
+    stress, depth = "the yield stress of the materials", "the dimensions of the sections"
+    yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
+    stressed = np.isfinite(results.extremes["mises"].value).any()
+    if yields and stressed:
+        return f"{stress} and {depth} of the same beam are"
+    if yields:
+        return f"{depth} are"
+    return f"{stress} is" if stressed else f"{stress} and {depth} are"
 
 
 def _judged(results: Results) -> set[str]:

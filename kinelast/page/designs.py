@@ -29,6 +29,8 @@ def designs_page(
     best: int | None = None,
     sensitivities: Mapping[str, Mapping[str, float]] | None = None,
     pages: Mapping[int, str] | None = None,
+    scene: str | None = None,
+    options: str = "",
 ) -> bytes:
     """The page of many designs, UTF-8: it needs nothing but itself and asks for nothing.
 
@@ -50,6 +52,9 @@ def designs_page(
         Per figure, by how many per cent it grows where a number grows by 1 %.
     pages
         Addresses of the pages of single designs, beside this one, by their numbers.
+    scene, options
+        What the command calls the scene, and the options by which a design's single run has the figures of this page:
+        designs without a page are told the commands that make it.
 
     Raises
     ------
@@ -78,15 +83,34 @@ def designs_page(
         "units": {name: units.get(name, "1") for name in values},
         "numbers": list(numbers),
         "figures": list(figures),
+        "axes": first_axes(numbers, figures),
         "greater": [name for name in figures if is_greater(name)],
         "reasons": list(words),
         "failed": sum(map(bool, reasons)),
         "best": best,
         "sensitivities": {figure: dict(row) for figure, row in (sensitivities or {}).items()},
         "pages": {str(design): address for design, address in (pages or {}).items()},
+        "scene": scene,
+        "options": options,
     }
     parts = {"title": text_of(title), "designs": as_data(data), "numbers": b64encode(packed), **shared_parts(SCRIPTS)}
     return filled("designs.html", parts)
+
+
+def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
+    """Which two columns a page shows at first, across and up: one number against a figure, or what a figure costs.
+
+    Examples
+    --------
+    >>> first_axes(["depth", "width"], ["deflection", "stress", "mass"])
+    ['mass', 'deflection']
+    >>> first_axes(["depth"], ["deflection"])
+    ['depth', 'deflection']
+    """
+    lead, *others = (*figures, *numbers)
+    if not figures or len(numbers) == 1:
+        return [numbers[0], lead]
+    return ["mass" if "mass" in figures and lead != "mass" else [*others, lead][0], lead]
 
 
 def is_greater(figure: str) -> bool:

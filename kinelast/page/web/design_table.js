@@ -38,14 +38,23 @@ function chosenSection() {
     const rows = data.figures.map((name) => h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "figure" }, valueWords(name, k, 6)), beside === null ? null : h("td", { class: "figure" }, valueWords(name, beside, 6)), h("td", {}, unitOf(name))));
     const lines = data.numbers.map((name) => `${name} = ${numberText(name, k)}`);
     holder.replaceChildren(
-      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page")) : ""),
+      h("p", {}, h("b", {}, `Design ${designOf(k)}`), k === bestPlace ? ", the best" : "", address ? h("span", {}, ": ", h("a", { href: address }, "its page"), ", quasi-static as all figures here") : ""),
       reason ? h("p", { class: "verdict poor" }, reason) : "",
+      address || !data.figures.some((name) => isFinite(columnOf(name)[k])) ? "" : commandsOf(designOf(k)),
       h("h3", {}, "Its numbers in the scene"), h("pre", { tabindex: 0, id: "lines" }, lines.join("\n")),
       h("button", { type: "button", onclick: () => navigator.clipboard?.writeText(lines.join("\n")) }, "Copy"),
       h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Its figures" }, h("table", {}, h("caption", {}, "Its figures"), h("thead", {}, h("tr", {}, ["figure", "here", ...(beside === null ? [] : ["the best"]), "unit"].map((words, n) => h("th", { scope: "col", class: n && words !== "unit" ? "figure" : null }, words)))), h("tbody", {}, rows))));
   }
   listeners.choice.push(draw);
   draw();
+}
+
+// What makes the page of a design that has none here.
+function commandsOf(design) {
+  if (!data.scene) return "";
+  const quoted = (word) => (/^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`), file = `${data.scene.replace(/\.toml$/, "")}_design_${design}.toml`;
+  const lines = [`deflection-report ${quoted(data.scene)} --design ${design} -o .`, `deflection-report ${quoted(file)} ${data.options}`.trim()];
+  return h("div", {}, h("h3", {}, "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
 }
 
 // As a scene's file has it: in SI units, all digits.

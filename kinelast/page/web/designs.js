@@ -17,10 +17,7 @@ function aboutDesigns() {
   $("about").textContent = `${words.join("")}.`;
 }
 
-// At first: one number against a figure, or a figure against what it costs.
-const [lead, price] = [data.figures[0], data.figures.includes("mass") && data.figures[0] !== "mass" ? "mass" : data.figures[1]];
-state.y = lead ?? axes[0];
-state.x = (data.numbers.length > 1 ? price : data.numbers[0]) ?? data.numbers[0] ?? axes[0];
+[state.x, state.y] = data.axes;
 theme();
 aboutDesigns();
 const scatter = scatterSection();

@@ -1,0 +1,145 @@
+"""The page of a sweep, and pages of single designs that it leads to: the best and those on the front."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.rewritten import rewritten
+from kinelast.designs.store import NUMBER, put
+from kinelast.designs.tally import Tally
+from kinelast.folder import complete, finished, sizes, version, write_json
+from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
+from kinelast.page.designs import designs_page, first_axes, front, is_greater
+from kinelast.request import Request, RequestError
+from kinelast.run import try_scene
+from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.error import plain
+from kinelast.scene.shipped import shipped_scenes
+
+FOLDER = "designs"  # in that of the scene
+"""Each of its folders bears the number of its design."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Pages:
+    """How many designs have pages of their own, at how many positions; whether to keep those that are there."""
+
+    most: int
+    positions: int | None
+    resume: bool
+
+
+def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
+    """Numbers of the designs that have pages of their own: the best first, then the front, evenly thinned.
+
+    Parameters
+    ----------
+    columns
+        By name the values of all designs, shape (designs,), nan where unknown.
+    pair
+        Names of the two columns whose front it is.
+    most
+        How many designs, at most.
+
+    Examples
+    --------
+    >>> columns = {"mass": np.arange(8.0), "deflection": -np.arange(8.0)}
+    >>> paged_designs(columns, ("mass", "deflection"), 3, 4)
+    [3, 0, 4, 7]
+    """
+    values = [np.asarray(columns[name], float) * (-1 if is_greater(name) else 1) for name in pair]
+    first = [] if best is None else [best]
+    others = [number for number in front(*values).tolist() if number != best]
+    room = max(0, most - len(first))
+    if len(others) > room:
+        others = [others[at] for at in np.linspace(0, len(others) - 1, room).round().astype(int)]
+    return [*first, *others][:most]
+
+
+def design_text(text: str, number: int, values: Mapping[str, float], file: str) -> str:
+    """The text of the scene of one design, from that of the swept scene and the name of its file."""
+    return rewritten(text, values, f"Design {number} of the sweep of {file}.", f"design {number}")
+
+
+def write_pages(
+    task: Task, title: str, text: str, evaluation: Evaluation, found: Tally, asked: Pages, progress: Progress
+) -> tuple[int, str]:
+    """Write the page of all designs of a sweep, and the folders of single ones that it leads to.
+
+    The page stands there before the folders do, so that it is not lost with them.
+
+    Parameters
+    ----------
+    task
+        The scene that is swept; the folder of its sweep.
+    title, text
+        Of the scene, and of its file.
+    found
+        The designs, all of them kept.
+
+    Returns
+    -------
+    Exit status, and lines on the pages that failed; the sweep is whole all the same.
+    """
+    paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
+    columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in evaluation.units}
+    reasons = [reason for _, part in found.kept for reason in part]
+    best = None if found.best is None else int(found.best[NUMBER])
+    page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)
+    scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
+    options = f"--theory {QUASI_STATIC}" + (f" --positions {asked.positions}" if asked.positions else "")
+    put(task.folder / "designs.html", page(scene=scene, options=options))
+    if not asked.most:
+        return FINE, ""
+    texts = {}
+    for number in paged_designs(columns, first_axes(paths, figures), best, asked.most):
+        values = {path: float(columns[path][number]) for path in paths}
+        texts[number] = design_text(text, number, values, task.path.name)
+    numbers, status, why = _folders(task, texts, asked, progress)
+    pages = {number: f"{FOLDER}/{number}/report.html" for number in numbers}
+    put(task.folder / "designs.html", page(pages=pages, scene=scene, options=options))
+    return status, why
+
+
+def _folders(task: Task, texts: Mapping[int, str], asked: Pages, progress: Progress) -> tuple[list[int], int, str]:
+    """Make the folders of single designs, all at once or, where something stands in the way, none.
+
+    Numbers of those that have a page; status and words of those that failed. Their figures are quasi-static, as those
+    of the sweep are, and of the same positions.
+    """
+    request, target = Request(theory=QUASI_STATIC, positions=asked.positions), task.folder / FOLDER
+    hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
+    made = {"sha256": hashes, "positions": asked.positions}
+    if asked.resume and (before := finished(target, made)):
+        return before["pages"], FINE, ""
+    pages: list[int] = []
+    failed: list[str] = []
+    status = FINE
+    try:
+        with complete(target) as part:
+            for done, (number, each) in enumerate(texts.items()):
+                progress(f"{task.name}: pages of designs", done, len(texts))
+                path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
+                path.write_text(each, encoding="utf-8", newline="")
+                outcome = try_scene(Task(path, folder, f"page of design {number}"), request)
+                if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
+                    raise KeyboardInterrupt
+                if (folder / "report.html").is_file():
+                    pages.append(number)
+                if outcome.status >= BAD_INPUT:
+                    failed.append(outcome.line)
+                    status = max(status, outcome.status if outcome.status == BUG else FINE)
+            lasting = {"kinelast": version(), "made_from": made, "pages": pages, "failed": failed}
+            write_json(part / "summary.json", {**lasting, "files": sizes(part)})
+    except (RequestError, OSError) as error:
+        return [], FINE, plain(f"no pages of single designs: {error}", MESSAGE)
+    return pages, status, "\n".join(failed)
