@@ -217,7 +217,8 @@ def deflection(
         compliance=problem.compliance,
         added=added,
     )
-    if not (motion.suspect or np.any(forces.locked)) or not solved.lost.any():
+    locked = bool(forces.friction) and np.any(forces.locked)
+    if not (motion.suspect or locked) or not solved.lost.any():
         return solved
     lost = solved.lost
     forces.mark(lost)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from rigid.closure import Closure, reach_from
 from rigid.gears import gear_input, rack_arm
 from rigid.joints import Columns, Joint, JointPlace
@@ -107,7 +105,7 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
         rotation: Columns = ZERO  # its imaginary part is the coordinate
         for c, residual in enumerate(residuals):
             rotation = rotation + closed.duals[k, c] * residual
-        if hinge.turns and np.ndim(rotation):
+        if hinge.turns and rotation.ndim:
             rotation.real[...] = 0.0
         elif hinge.turns:
             rotation = imaginary(rotation.imag)

@@ -497,6 +497,25 @@ class TestSpeedMap:
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
+    @pytest.mark.parametrize(("name", "tolerance"), [("RPR, elastic lever", 3e-2), ("six-bar, ring", 2e-3)])
+    def test_speeds_side_by_side(self, name, tolerance):
+        """With blocks on beams, given loads and more joints than needed; both start where all positions coincide."""
+        case, speeds = ALL[name](), (5.0, 10.0)
+
+        def measure(bent):
+            return sample(bent, "w", [0.5])[..., 0, 0]
+
+        base = TestEveryMechanism.course(case, 1.0)
+        found = speed_map(base, 2 * math.pi, speeds, case.sections, measure, damping=1e-4, tolerance=1e-5)
+        for row, speed in enumerate(speeds):
+            motion_at = TestEveryMechanism.course(case, speed)
+            one = elastodynamic(motion_at(np.zeros(1)), motion_at, 2 * math.pi / speed, case.sections, damping=1e-4)
+            largest = np.abs(measure(one.deflection)).max()
+            np.testing.assert_allclose(
+                found.quasi_static[row], measure(one.quasi_static), rtol=1e-9, atol=1e-9 * largest
+            )
+            np.testing.assert_allclose(found.values[row], measure(one.deflection), rtol=0, atol=tolerance * largest)
+
 
 class TestRotatingFrame:
     """Two beams at a right angle that turn about an end: Wallrapp and Schwertassek, tables 5.5 and 5.7 [Hz]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,9 +23,12 @@ from elastic.elastodynamics.solution import (
 )
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid
-from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled, vibration_loads
+from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
+from rigid.chunks import columns_of, design_chunks
+from rigid.kinematics import repeated
 
 ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
 TOLERANCE = 1e-3
@@ -89,7 +92,8 @@ def speed_map(
     ratios
         Speeds, above 0.
     measure
-        What is asked of a deflection at positions all over the cycle.
+        What is asked of a deflection at positions all over the cycle. It is given that of several speeds at once, whose
+        columns are (speeds, positions), and returns shape (..., speeds): reduced over the positions, the last axis.
     tolerance
         Of the resolution in time, as a share of the largest displacement.
 
@@ -106,8 +110,9 @@ def speed_map(
         raise ValueError("nothing vibrates: all beams and joints are rigid")
     modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
     cases = _Cases(model, reduced_basis(model.cycle, modes, float(np.sqrt(tolerance))), period)
-    rows = [_at_speed(cases, ratio, measure, tolerance) for ratio in speeds]
-    values, plain, growth, unresolved = (np.array(column) for column in zip(*rows, strict=True))
+    steady = [_at_speed(cases, ratio, tolerance) for ratio in speeds]
+    values, plain = _measured(cases, steady, measure)
+    growth, unresolved = (np.array([getattr(each, name) for each in steady]) for name in ("growth", "unresolved"))
     return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
 
 
@@ -153,30 +158,83 @@ class _Cases:
         return self.known[self.level]
 
 
-def _at_speed(cases: _Cases, ratio: float, measure: Measure, tolerance: float) -> tuple[Any, Any, float, float]:
-    """What is measured with and without vibration, growth, and what is unresolved."""
+@dataclass(frozen=True, eq=False)
+class _Steady:
+    """The steady state at one speed: on which grid, and the loads of the vibration there, none where it is unstable."""
+
+    ratio: float
+    level: int
+    growth: float
+    unresolved: float
+    loads: AddedLoads | None
+
+
+def _at_speed(cases: _Cases, ratio: float, tolerance: float) -> _Steady:
+    """On the coarsest grid that resolves it."""
     model = cases.model
     while True:
         base, kinds = cases.here()
-        motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
-        motion = replace(motion, time=base.time / ratio)
-        plain = deflection(motion, model.sections, model.joints)
+        plain = deflection(_passed(base, ratio), model.sections, model.joints)
         found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, None)
         unresolved = float(found.unresolved.max())
         if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
             break
         cases.level += 1
+    level = cases.level
     if unresolved < tolerance / COARSER:  # the next speed may do with less
-        cases.level = max(cases.level - 1, 0)
+        cases.level = max(level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
-    without = measure(plain)
-    if growth > 1 + NEUTRAL:
-        return np.full(np.shape(without), np.nan), without, growth, unresolved
-    return measure(_vibrating(model, found)), without, growth, unresolved
+    return _Steady(ratio, level, growth, unresolved, None if growth > 1 + NEUTRAL else _loads(found))
 
 
-def _vibrating(model: Model, found: Vibration) -> Deflection:
-    """The deflection at the nodes of the grid, whose first is its last a cycle before."""
+def _passed(base: Motion, ratio: Any) -> Motion:
+    """The same cycle at another speed, or at several of shape (speeds, 1)."""
+    if np.ndim(ratio):
+        columns = np.broadcast_shapes(np.shape(ratio), base.columns)
+        wide: dict[str, Any] = {
+            name: np.broadcast_to(getattr(base, name)[:, None], (len(base.drive), *columns))
+            for name in ("drive", "drive_rate", "drive_acceleration")
+        }
+        base = replace(repeated(base, columns), **wide)
+    motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
+    return replace(motion, time=base.time / ratio)
+
+
+def _loads(found: Vibration) -> AddedLoads:
+    """At the nodes of the grid, whose first is its last a cycle before."""
     loads = vibration_loads(found.problem, found.motion, found.history)
-    loads = resampled(loads, lambda values: np.concatenate((values[-1:], values)))
-    return deflection(found.motion, model.sections, model.joints, loads)
+    return resampled(loads, lambda values: np.concatenate((values[-1:], values)))
+
+
+def _measured(cases: _Cases, steady: Sequence[_Steady], measure: Measure) -> tuple[Any, Any]:
+    """What is measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable."""
+    values: dict[_Steady, Any] = {}
+    plain: dict[_Steady, Any] = {}
+    for some in _on_one_grid(cases, steady):
+        plain |= _together(cases, some, measure)
+        stable = [each for each in some if each.loads]
+        if stable:
+            loads = of_several_speeds([each.loads for each in stable if each.loads])
+            values |= _together(cases, stable, measure, loads)
+    rows = [values.get(each, np.full_like(plain[each], np.nan)) for each in steady]
+    return np.array(rows), np.array([plain[each] for each in steady])
+
+
+def _on_one_grid(cases: _Cases, steady: Sequence[_Steady]) -> Iterator[Sequence[_Steady]]:
+    """Steady states on the same grid, as many at a time as stay in the cache."""
+    for level in {each.level for each in steady}:
+        base, _ = cases.known[level]
+        alike = [each for each in steady if each.level == level]
+        count = base.columns[-1]
+        for rows in design_chunks((len(alike),), count, columns_of(base.mechanism, count)):
+            yield alike[rows]
+
+
+def _together(
+    cases: _Cases, some: Sequence[_Steady], measure: Measure, loads: AddedLoads | None = None
+) -> dict[_Steady, Any]:
+    """What is measured of steady states on one grid, in one deflection."""
+    base, _ = cases.known[some[0].level]
+    motion = _passed(base, np.array([[each.ratio] for each in some]))
+    found = measure(deflection(motion, cases.model.sections, cases.model.joints, loads))
+    return dict(zip(some, np.moveaxis(found, -1, 0), strict=True))

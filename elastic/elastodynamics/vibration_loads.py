@@ -6,7 +6,7 @@ the reduced coordinates cannot follow are found statically, and forces and field
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -182,3 +182,25 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
     gaps, turns = zip(*moved, strict=True)
     return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], whole.shape[-1]), points, blocks, gaps, turns)
+
+
+def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
+    """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
+    first = found[0]
+    count = first.q.shape[-1]
+
+    def side(parts: Sequence[Any]) -> Any:
+        return np.stack([np.broadcast_to(part, count) for part in parts])
+
+    points, blocks = (
+        tuple(
+            (*same[0][:-2], *(side(parts) for parts in zip(*(item[-2:] for item in same), strict=True)))
+            for same in zip(*lists, strict=True)
+        )
+        for lists in ([each.points for each in found], [each.blocks for each in found])
+    )
+    gaps, turns = (
+        tuple(side(parts) for parts in zip(*lists, strict=True))
+        for lists in ([each.gaps for each in found], [each.turns for each in found])
+    )
+    return AddedLoads(np.stack([each.q for each in found], axis=-2), points, blocks, gaps, turns)
