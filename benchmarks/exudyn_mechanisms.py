@@ -19,11 +19,11 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import measuring
 import numpy as np
+from exudyn_beams import add_beam
 from nonlinear import section_of
 from random_mechanisms import apex
 
@@ -179,7 +179,7 @@ def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> 
     begun = motion(mechanism, [0.0], [speed])
     rows, at_point = [], {}
     for number, (at, beam) in enumerate(mechanism.beams):
-        nodes = add_beam(case, mbs, number, begun, beta, elements)
+        nodes = add_beam(mbs, begun, number, case.sections[number], beta, elements)
         rows.append(nodes)
         for name, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
             marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
@@ -213,41 +213,6 @@ def assemble(case: Case, mbs: Any, speed: float, beta: float, elements: int) -> 
 
 def _xyz(place: Any) -> list[float]:
     return [complex(place).real, complex(place).imag, 0.0]
-
-
-def add_beam(case: Case, mbs: Any, number: int, begun: Any, beta: float, elements: int) -> list[Any]:
-    """Nodes of a beam, at the places and velocities of its rigid link, and the elements between them."""
-    import exudyn.itemInterface
-
-    items = exudyn.itemInterface
-    at, beam = case.mechanism.beams[number]
-    start, end = (complex(case.mechanism.links[at].points[name]) for name in (beam.start, beam.end))
-    z, e, speed = (complex(value[at, 0]) for value in (begun.origin, begun.direction, begun.velocity))
-    omega, own, nodes = float(begun.angular_velocity[at, 0]), case.sections[number], []
-    for xi in np.linspace(0, 1, elements + 1):
-        arm = e * (start + xi * (end - start))
-        place, moving, angle = z + arm, speed + 1j * omega * arm, float(np.angle(e * (end - start)))
-        node = items.NodeRigidBody2D(
-            referenceCoordinates=[place.real, place.imag, angle], initialVelocities=[moving.real, moving.imag, omega]
-        )
-        nodes.append(mbs.AddNode(node))
-    mass = float(beam.mass_per_length)
-    for pair in pairwise(nodes):
-        element = items.ObjectBeamGeometricallyExact2D(
-            nodeNumbers=list(pair),
-            length=abs(end - start) / elements,
-            massPerLength=mass,
-            crossSectionInertia=mass * float(own.inertia) / float(own.area),
-            bendingStiffness=own.EI,
-            axialStiffness=own.EA,
-            shearStiffness=own.kGA,
-            bendingDamping=beta * own.EI,
-            axialDamping=beta * own.EA,
-            shearDamping=beta * own.kGA,
-            includeReferenceRotations=False,
-        )
-        mbs.AddObject(element)
-    return nodes
 
 
 def apart(one: Any, other: Any) -> float:

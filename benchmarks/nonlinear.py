@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import measuring  # noqa: F401  before numpy: one core
 import numpy as np
+from exudyn_beams import add_beam
 
 from elastic import Section
 from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
@@ -123,7 +123,8 @@ def assemble(case: Case, mbs: Any, elements: int) -> Any:
         point: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[z.real, z.imag, 0]))
         for point, z in ((point, complex(place)) for point, place in fixed.items())
     }
-    rows = [add_beam(case, mbs, number, elements) for number in range(len(case.mechanism.beams))]
+    begun = motion(case.mechanism, [0.0], [float(case.law(0.0)[1])])
+    rows = [add_beam(mbs, begun, k, case.section, case.beta, elements) for k in range(len(case.mechanism.beams))]
     for (_, beam), nodes in zip(case.mechanism.beams, rows, strict=True):
         for point, node in ((beam.start, nodes[0]), (beam.end, nodes[-1])):
             marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=node))
@@ -141,43 +142,6 @@ def assemble(case: Case, mbs: Any, elements: int) -> Any:
     sensor = mbs.AddSensor(items.SensorNode(nodeNumber=watched, storeInternal=True, outputVariableType=kind))
     mbs.Assemble()
     return sensor
-
-
-def add_beam(case: Case, mbs: Any, number: int, elements: int) -> list[Any]:
-    """Nodes of a beam, at the places and velocities of its rigid link, and the elements between them."""
-    import exudyn.itemInterface
-
-    items = exudyn.itemInterface
-
-    at, beam = case.mechanism.beams[number]
-    start, end = (complex(case.mechanism.links[at].points[name]) for name in (beam.start, beam.end))
-    begun = motion(case.mechanism, [0.0], [float(case.law(0.0)[1])])
-    z, e, speed = (complex(value[at, 0]) for value in (begun.origin, begun.direction, begun.velocity))
-    omega, own, nodes = float(begun.angular_velocity[at, 0]), case.section, []
-    for xi in np.linspace(0, 1, elements + 1):
-        arm = e * (start + xi * (end - start))
-        place, moving, angle = z + arm, speed + 1j * omega * arm, float(np.angle(e * (end - start)))
-        node = items.NodeRigidBody2D(
-            referenceCoordinates=[place.real, place.imag, angle], initialVelocities=[moving.real, moving.imag, omega]
-        )
-        nodes.append(mbs.AddNode(node))
-    mass = float(beam.mass_per_length)
-    for pair in pairwise(nodes):
-        element = items.ObjectBeamGeometricallyExact2D(
-            nodeNumbers=list(pair),
-            length=abs(end - start) / elements,
-            massPerLength=mass,
-            crossSectionInertia=mass * float(own.inertia) / float(own.area),
-            bendingStiffness=own.EI,
-            axialStiffness=own.EA,
-            shearStiffness=own.kGA,
-            bendingDamping=case.beta * own.EI,
-            axialDamping=case.beta * own.EA,
-            shearDamping=case.beta * own.kGA,
-            includeReferenceRotations=False,
-        )
-        mbs.AddObject(element)
-    return nodes
 
 
 def main() -> None:

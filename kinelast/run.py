@@ -14,17 +14,18 @@ from typing import Any
 import numpy as np
 
 from kinelast import tables
+from kinelast.attempt import attempted
 from kinelast.compute import Progress, by_theory, checked, computed, no_progress, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
 from kinelast.folder import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
-from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
 from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
-from kinelast.scene.reading import Scene, SceneError, scene_from_bytes, scene_times
+from kinelast.scene.reading import Scene, scene_from_bytes, scene_times
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 from rigid import MechanismError
@@ -68,26 +69,10 @@ def try_scene(
         Called with a sentence on how much a large request takes, before it starts.
     """
     start = time.perf_counter()
-    outcome = _tried(task, request, resume, progress, tell)
+    with np.errstate(all="ignore"):  # what is no number is told as none
+        work = partial(_scene, task, request, resume, progress, tell)
+        outcome = attempted(task.name, work, "positions, stations or elements, or --jobs")
     return replace(outcome, seconds=time.perf_counter() - start)
-
-
-def _tried(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
-    """The outcome of a scene, whatever goes wrong."""
-    name = task.name
-    try:
-        with np.errstate(all="ignore"):  # what is no number is told as none
-            return _scene(task, request, resume, progress, tell)
-    except (SceneError, MechanismError, RequestError) as error:
-        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        told = plain(f"{place}{(error.strerror or str(error)).lower()}", MESSAGE)
-        return Outcome(BAD_INPUT, f"{name}: not written: {told}")
-    except MemoryError:
-        return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer positions, stations or elements, or --jobs")
-    except Exception:  # one scene that the program fails on must not take the others with it
-        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
 def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.attempt import attempted
 from kinelast.design_pages import Pages, design_text, write_pages
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
@@ -22,19 +22,19 @@ from kinelast.designs.store import NUMBER, put, stored_chunks
 from kinelast.designs.tally import Aim, Tally, tallied
 from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
-from kinelast.outcome import BAD_INPUT, BUG, CHECK_FAILED, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task
 from kinelast.request import RequestError
-from kinelast.scene.error import SceneError, fault, plain
+from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.reading import built
 from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
-from rigid import MechanismError
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known
 PAGED = 1_000_000  # designs of which there is a page
 SLOW = 0.3  # [s] a design, of which no more are tried
+FEWER = "positions or --jobs"
 REASONS = 20  # that are counted by name
 MOST_SHOWN = 3  # numbers of the best design in the closing line
 
@@ -64,27 +64,12 @@ def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outco
     tell
         Called with a sentence on how long it takes, before it starts.
     """
-    return _tried(task, partial(_sweep, task, asked, progress, tell))
+    return attempted(task.name, partial(_sweep, task, asked, progress, tell), FEWER, str(task.folder))
 
 
 def try_design(task: Task, number: int) -> Outcome:
     """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
-    return _tried(task, partial(_design, task, number))
-
-
-def _tried(task: Task, work: Callable[[], Outcome]) -> Outcome:
-    name = task.name
-    try:
-        return work()
-    except (SceneError, MechanismError, RequestError) as error:
-        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}")
-    except OSError as error:
-        told = plain(f"{error.filename or task.folder}: {(error.strerror or str(error)).lower()}", MESSAGE)
-        return Outcome(BAD_INPUT, f"{name}: not written: {told}")
-    except MemoryError:
-        return Outcome(BAD_INPUT, f"{name}: out of memory: ask for fewer positions or --jobs")
-    except Exception:
-        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
+    return attempted(task.name, partial(_design, task, number), FEWER, str(task.folder))
 
 
 def _design(task: Task, number: int) -> Outcome:
