@@ -33,7 +33,9 @@ class Maximum:
     position: Any
 
 
-def cycle_maxima(deflection: Deflection, fields: Sequence[str], counted: Any = None) -> dict[str, Maximum]:
+def cycle_maxima(
+    deflection: Deflection, fields: Sequence[str], counted: Any = None, period: Any = None
+) -> dict[str, Maximum]:
     """Greatest magnitudes over beams and positions; nan, and position -1, where none is known.
 
     The same as the greatest of `extremes` over the positions, to round-off, at a fraction of its cost.
@@ -44,6 +46,9 @@ def cycle_maxima(deflection: Deflection, fields: Sequence[str], counted: Any = N
         Keys of `FIELDS`.
     counted
         Which positions count, shape (..., positions); all where left out. Those that are nan never do.
+    period
+        Duration of the cycle that the positions close [s], shape (...): values between the positions count too, as the
+        top of the parabola through the greatest and its two neighbours in time.
 
     Raises
     ------
@@ -60,10 +65,10 @@ def cycle_maxima(deflection: Deflection, fields: Sequence[str], counted: Any = N
     >>> cycle_maxima(bent, ["N"])["N"]
     Maximum(value=array([2.]), position=array([1]))
     """
-    return {key: _maximum(deflection, key, counted) for key in fields}
+    return {key: _maximum(deflection, key, counted, period) for key in fields}
 
 
-def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
+def _maximum(deflection: Deflection, key: str, counted: Any, period: Any) -> Maximum:
     beams, columns, owner = len(deflection.sections), deflection.motion.columns, deflection.division.beam
     parts: list[_Part] = []
     floor = np.full((beams, *columns[:-1]), -1.0)
@@ -75,21 +80,49 @@ def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
         parts.append(_bounds(values, bool(roots), counted))
         floor = np.maximum(floor, _of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
     best = np.full(floor.shape, -1.0)
-    place = np.full(best.shape, -1)
-    for part in parts:
+    place, source = np.full(best.shape, -1), np.full(best.shape, -1)
+    for number, part in enumerate(parts):
         where = np.nonzero(part.high >= floor[owner][..., None])
         if not len(where[0]):
             continue
-        chosen = part.values[(slice(None), *where)]
-        size = np.abs(greatest_at(*at_marks(chosen, turning_points(chosen)))[0])
-        size = np.sqrt(size) if part.square else size
+        size = part.greatest(part.values[(slice(None), *where)])
         row = np.ravel_multi_index((owner[where[0]], *where[1:-1]), best.shape)
-        _keep(best, place, row, size, where[-1])
-    return Maximum(np.where(best < 0.0, np.nan, best), place)
+        source.reshape(-1)[_keep(best, place, row, size, where[-1])] = number
+    best = np.where(best < 0.0, np.nan, best)
+    if period is not None:
+        neighbours = _neighbours(parts, owner, place, source)
+        best = _top(best, neighbours, deflection.motion.time, place, np.asarray(period))
+    return Maximum(best, place)
 
 
-def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> None:
-    """Enter values into the rows that they belong to, the greatest of each; of equal ones the first."""
+def _neighbours(parts: Sequence[_Part], owner: Any, place: Any, source: Any) -> Any:
+    """Of the parts that are greatest the magnitudes at the positions before and after, shape (2, beams, ...)."""
+    found = np.full((2, *place.shape), -1.0)
+    for number, part in enumerate(parts):
+        where = np.nonzero((source == number)[owner])
+        if len(where[0]):
+            at = place[(owner[where[0]], *where[1:])] + np.array([[-1], [1]])
+            size = part.greatest(part.values[(slice(None), *where, at % part.low.shape[-1])])
+            np.maximum.at(found, (np.array([[0], [1]]), owner[where[0]], *where[1:]), size)
+    return found
+
+
+def _top(best: Any, neighbours: Any, time: Any, place: Any, period: Any) -> Any:
+    """Tops of parabolas through the greatest values and their neighbours in time."""
+    at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
+    before, here, after = (
+        np.take_along_axis(at[None], ((place + step) % at.shape[-1])[..., None], -1)[..., 0] for step in (-1, 0, 1)
+    )
+    left, right = (here - before) % period, (after - here) % period
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rise, fall = (best - neighbours[0]) / left, (best - neighbours[1]) / right
+        slope, bend = (rise * right - fall * left) / (left + right), (rise + fall) / (left + right)
+        more = slope**2 / (4 * bend)
+    return best + np.where((rise >= 0) & (fall >= 0) & (bend > 0), more, 0.0)
+
+
+def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> Any:
+    """Enter values into the rows that they belong to, the greatest of each; of equal ones the first. Which rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
     row, size, position = row[order], size[order], position[order]
@@ -101,6 +134,7 @@ def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> None:
     better = most > flat[row[first]]
     kept = row[first][better]
     flat[kept], places[kept] = most[better], at[better]
+    return kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +145,11 @@ class _Part:
     square: bool
     low: Any
     high: Any
+
+    def greatest(self, values: Any) -> Any:
+        """Greatest magnitudes of some of them, shape (n, ...)."""
+        size = np.abs(greatest_at(*at_marks(values, turning_points(values)))[0])
+        return np.sqrt(size) if self.square else size
 
 
 def _parts_of(key: str) -> list[str]:

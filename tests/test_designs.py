@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from elastic import FIELDS, deflection, extremes, sample
+from elastic import FIELDS, deflection, extremes, rectangle, sample, section_of
 from elastic.cycle_maxima import _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.compute import computed
@@ -18,7 +18,7 @@ from kinelast.figures.summary import summary
 from kinelast.request import Request
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
-from rigid import motion
+from rigid import Beam, Link, Mechanism, PinDrive, motion
 from tests.scene_texts import SWING, WHEEL
 
 SPREAD = 3e-3  # share by which numbers are changed
@@ -304,6 +304,23 @@ def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
         seen = np.abs(sample(bent, key, stations)).max(axis=(-2, -1))
         assert (seen <= found[key].value * (1 + 1e-12)).all()
         np.testing.assert_allclose(seen, found[key].value, rtol=1e-2)
+
+
+@pytest.mark.parametrize(("field", "expected"), [("M", 0.5 * 9.81 * 4), ("left", 0.5 * 9.81 * 4 * 0.003 / 1.8e-10)])
+def test_between_the_positions_of_a_cycle_the_largest_is_that_of_a_parabola(field, expected):
+    """An arm of 2 m and 1 kg/m that turns slowly under its weight: m g l^2/2 where it is level, between two positions."""
+    arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 1.0),))
+    turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, gravity=-9.81j)
+    section = section_of(rectangle(0.006, 0.01), 210e9)
+    errors = []
+    for count in (16, 32):
+        angle = (np.arange(count) + 0.7) * 2 * np.pi / count
+        bent = deflection(motion(turning, angle, 0.0, 0.0, angle), [section])
+        plain, found = (cycle_maxima(bent, [field], period=period)[field].value[0] for period in (None, 2 * np.pi))
+        assert plain < found
+        errors.append(abs(found / expected - 1))
+        assert errors[-1] < 0.05 * abs(plain / expected - 1)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
 
 
 def test_no_polynomial_is_larger_than_its_bound():

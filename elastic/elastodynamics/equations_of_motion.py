@@ -130,55 +130,98 @@ def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -
 
 
 @dataclass(frozen=True, eq=False)
+class Terms:
+    """What positions alone tell of the equations of motion at the points of a grid, however fast they are passed.
+
+    Attributes
+    ----------
+    rate, acceleration
+        Derivatives in the grid's time of the masses' displacements per amplitude, shape (points, masses, r).
+    mass, carried_rate, carried
+        Inertia of the amplitudes' accelerations, rates and of themselves, shape (points, r, r).
+    strains, strain_rate
+        Per amplitude, shape (rows, r) or (points, rows, r), and how these change; 0.0 where they do not.
+    elastic, viscous, viscous_rate
+        What the strains, their rates at given shapes, and the shapes' own change make, shape (points, r, r) or (r, r).
+    """
+
+    kinematics: Kinematics
+    grid: Grid
+    damping: Damping
+    rate: Any
+    acceleration: Any
+    mass: Any
+    carried_rate: Any
+    carried: Any
+    strains: Any
+    strain_rate: Any
+    elastic: Any
+    viscous: Any
+    viscous_rate: Any
+
+
+def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
+    """What the positions at the nodes of a grid tell of the equations of motion."""
+    structure, basis = kinds.structure, kinds.basis
+    rate, acceleration = grid.rates(kinds.rows)
+    rows = kinds.rows[1:]
+    heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
+    inertia = [(heavy @ part).real for part in (rows, rate, acceleration)]
+    strains, strain_rate = strain_rows(structure, basis), 0.0
+    if basis.ndim == 3:
+        strains, strain_rate = strains[1:], strain_rows(structure, grid.rates(basis)[0])
+    strong = strains.swapaxes(-1, -2) * rigidities(structure)
+    weak = strong * damping.per_row(structure)
+    shape_rate = weak @ strain_rate if basis.ndim == 3 else 0.0
+    return Terms(
+        kinds,
+        grid,
+        damping,
+        rate,
+        acceleration,
+        inertia[0],
+        2 * inertia[1],
+        inertia[2],
+        strains,
+        strain_rate,
+        strong @ strains,
+        weak @ strains,
+        shape_rate,
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Equations of motion on a grid, and what turns their solution into loads.
 
     Attributes
     ----------
     equations
-        Of the amplitudes, at the grid's points.
-    rate, acceleration
-        Derivatives in time of the masses' displacements per amplitude, at the points, shape (points, masses, r).
+        Of the amplitudes, at the grid's points, in the grid's time.
     felt
         At all nodes.
-    strains, strain_rate
-        Per amplitude, shape (rows, r) or (points, rows, r), and how these change; 0.0 where they do not.
+    speed
+        At which the positions are passed, over that of the grid's time. Passed faster than that, masses are as if they
+        were so many times squared, and what damps as if so many times.
     """
 
-    kinematics: Kinematics
-    grid: Grid
-    damping: Damping
+    terms: Terms
     equations: Equations
-    rate: Any
-    acceleration: Any
     felt: Felt
-    strains: Any
-    strain_rate: Any
+    speed: float
 
 
-def problem(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping) -> Problem:
-    """Equations of motion about the motion of a deflection at the nodes of a grid."""
-    structure, unit, basis = kinds.structure, kinds.unit, kinds.basis
-    rate, acceleration = grid.rates(kinds.rows)
-    rows = kinds.rows[1:]
-    heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
-    mass, viscous = (heavy @ rows).real, 2 * (heavy @ rate).real
-    felt = felt_forces(structure, bent, kinds.chosen)
-    stiffness = (heavy @ acceleration).real + felt.stiffness(unit, unit)[1:]
+def problem(terms: Terms, bent: Deflection, speed: float = 1.0) -> Problem:
+    """Equations of motion about the motion of a deflection at the nodes of a grid, passed at `speed` times its time."""
+    kinds, faster = terms.kinematics, speed**2
+    felt = felt_forces(kinds.structure, bent, kinds.chosen)
+    viscous = faster * terms.carried_rate + speed * terms.viscous
+    stiffness = faster * terms.carried + felt.stiffness(kinds.unit, kinds.unit)[1:] + terms.elastic
+    stiffness = stiffness + speed * terms.viscous_rate
     for effect in felt.effects:
         if np.any(effect.damping):
-            row, cause = effect.felt(unit)[1:, :, None] * effect.damping, effect.cause(unit)
+            row, cause = effect.felt(kinds.unit)[1:, :, None] * (speed * effect.damping), effect.cause(kinds.unit)
             viscous = viscous + row * cause[1:, None]
-            stiffness = stiffness + row * grid.rates(cause)[0][:, None]
-    strains, strain_rate = strain_rows(structure, basis), 0.0
-    if basis.ndim == 3:
-        strains, strain_rate = strains[1:], strain_rows(structure, grid.rates(basis)[0])
-    across = strains.swapaxes(-1, -2)
-    weak = across * (damping.per_row(structure) * rigidities(structure))
-    viscous = viscous + weak @ strains
-    stiffness = stiffness + (across * rigidities(structure)) @ strains
-    if basis.ndim == 3:
-        stiffness = stiffness + weak @ strain_rate
-    load = (across @ given_forces(structure, bent)[1:, :, None])[..., 0]
-    equations = Equations(mass, viscous, stiffness, load)
-    return Problem(kinds, grid, damping, equations, rate, acceleration, felt, strains, strain_rate)
+            stiffness = stiffness + row * terms.grid.rates(cause)[0][:, None]
+    load = (terms.strains.swapaxes(-1, -2) @ given_forces(kinds.structure, bent)[1:, :, None])[..., 0]
+    return Problem(terms, Equations(faster * terms.mass, viscous, stiffness, load), felt, speed)

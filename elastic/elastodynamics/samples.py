@@ -13,27 +13,27 @@ from elastic.solution import Deflection
 
 
 def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
-    """A field at Gauss points, shape (positions, beams, points).
+    """A field at Gauss points, shape (..., positions, beams, points).
 
     Under a block a field has a kink or a step, which would pass the points one by one: there the values are those of
     the polynomial that is nearest the field in the mean, with the same integrals against all shapes of the beam.
     """
-    values = np.moveaxis(sample(bent, field, xi), 0, 1)
+    values = np.moveaxis(sample(bent, field, xi), 0, -2)
     division = bent.division
     for beam in {block.beam for block in bent.blocks}:
         rows = division.of_beam(beam)
         parts = getattr(bent, field)[:, rows]
-        values[:, beam] = _nearest(parts, division.start[rows], division.width[rows], xi)
+        values[..., beam, :] = _nearest(parts, division.start[rows], division.width[rows], xi)
     return values
 
 
 def _nearest(parts: Any, start: Any, width: Any, xi: Any) -> Any:
-    """Values at xi of the polynomial nearest to pieces of polynomials, shape (positions, points)."""
+    """Values at xi of the polynomial nearest to pieces of polynomials, shape (..., positions, points)."""
     order = len(xi) - 1
     nodes, weights = legendre.leggauss((len(parts) + order) // 2 + 1)
-    nodes, weights = ((nodes + 1) / 2)[:, None, None], (weights / 2)[:, None, None]
+    nodes, weights = (part.reshape(-1, *(1,) * np.ndim(width)) for part in ((nodes + 1) / 2, weights / 2))
     places = start + width * nodes
     heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
     basis = legendre.legvander(2 * places - 1, order)
-    series = np.einsum("grp,grpk->pk", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
+    series = np.einsum("gr...,gr...k->...k", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
     return series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T

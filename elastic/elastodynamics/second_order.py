@@ -40,7 +40,8 @@ def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[An
     Both of shape (beams, points, stations) [m].
     """
     problem, x = found.problem, found.history[0]
-    at_start = problem.grid.sampler(problem.grid.edges[:1])
+    grid = problem.terms.grid
+    at_start = grid.sampler(grid.edges[:1])
 
     def at_nodes(values: Any) -> Any:
         return np.concatenate((at_start(values), values))
@@ -48,14 +49,14 @@ def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[An
     loads = resampled(vibration_loads(problem, found.motion, found.history), at_nodes)
     bent = deflection(found.motion, plain.sections, plain.joints, loads)
     load = _across(found, bent, at_nodes(x)) + _nearer(found, at_nodes(x))
-    steps = propagation(problem.grid, replace(problem.equations, load=load))
+    steps = propagation(grid, replace(problem.equations, load=load))
     start = steps.periodic_start() if found.cyclic else np.zeros(2 * x.shape[1])
     return _chord(found, x, stations), _chord(found, steps.history(start)[0], stations)
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
     """Of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
-    kinds, problem = found.problem.kinematics, found.problem
+    kinds, problem = found.problem.terms.kinematics, found.problem
     moved = kinds.unit @ x[..., None]
     whole = felt_forces(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
     return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
@@ -63,7 +64,8 @@ def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
 
 def _nearer(found: Vibration, x: Any) -> Any:
     """Of the inertia of what turned pieces of beams are shorter along their rigid places, shape (points, r)."""
-    problem, kinds, motion = found.problem, found.problem.kinematics, found.motion
+    terms, motion = found.problem.terms, found.motion
+    kinds = terms.kinematics
     structure = kinds.structure
     slope = (kinds.unit @ x[..., None]).slope
     stretch = -np.square(slope).reshape(len(x), -1) / 2
@@ -75,15 +77,15 @@ def _nearer(found: Vibration, x: Any) -> Any:
     carried = carriage(structure, motion)
     own = own_basis(structure, carried, shorter[..., None])
     moved = unit_displacements(structure, motion, carried, own, kinds.chosen)
-    acceleration = problem.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
+    acceleration = terms.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
     heavy = np.conj(kinds.rows[1:]) * masses(structure)[:, None]
-    return -(heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
+    return -(found.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
 
 
 def _chord(found: Vibration, x: Any, stations: Any) -> Any:
     """Deflection from the chord of given amplitudes at a grid's points, shape (beams, points, stations)."""
-    along = (found.problem.kinematics.unit.beams[1:] @ x[:, None, :, None])[..., 0]
+    along = (found.problem.terms.kinematics.unit.beams[1:] @ x[:, None, :, None])[..., 0]
     w = (np.conj(beam_directions(found.motion)).T[1:, :, None] * along).imag
-    nodes = found.problem.kinematics.structure.xi
+    nodes = found.problem.terms.kinematics.structure.xi
     start, end = (w @ interpolation(nodes, np.array([place])).T for place in (0.0, 1.0))
     return np.moveaxis(w @ interpolation(nodes, stations).T - start * (1 - stations) - end * stations, 1, 0)

@@ -12,11 +12,11 @@ import numpy as np
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import Kinematics, Problem, kinematics, problem
+from elastic.elastodynamics.equations_of_motion import Problem, Terms, kinematics, problem, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.samples import along_beams
-from elastic.elastodynamics.strains import Damping, rigidities
+from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid, Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
@@ -185,29 +185,30 @@ class Vibration:
     @property
     def unresolved(self) -> Any:
         """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
-        found, (_, _, x2) = self.problem, self.history
-        strong = (found.strains.swapaxes(-1, -2) * rigidities(found.kinematics.structure)) @ found.strains
-        bent = np.linalg.solve(strong, found.equations.mass @ x2[..., None])[..., 0]
+        terms, (_, _, x2) = self.problem.terms, self.history
+        forces = self.problem.equations.mass @ x2[..., None]
+        bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
         moved = self.displacements
-        by_inertia = self._places(bent)
-        return np.maximum(*(found.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
+        by_inertia = self._places(bent[..., 0] if bent.ndim == 3 else bent.T)
+        return np.maximum(*(terms.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
 
     def _places(self, amounts: Any) -> Any:
         """Displacements of given amounts of all kinds."""
-        moved = self.problem.kinematics.unit
+        moved = self.problem.terms.kinematics.unit
         if not moved.beams.size:
             return amounts
         along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
         return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
 
 
-def vibration(kinds: Kinematics, bent: Deflection, grid: Grid, damping: Damping, start: Start | None) -> Vibration:
+def vibration(terms: Terms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
-    Without a `start` for the state that comes back at the grid's end.
+    Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's
+    time, in which the history is.
     """
-    found = problem(kinds, bent, grid, damping)
-    steps = propagation(grid, found.equations)
+    found = problem(terms, bent, speed)
+    steps = propagation(terms.grid, found.equations)
     begin = start(steps, found, bent) if start else steps.periodic_start()
     return Vibration(bent.motion, found, steps, steps.history(begin), start is None)
 
@@ -224,25 +225,25 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
-        found, grid, time_error = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
+        found, grid, in_elements = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
         cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
         sampled = grid.sampler(cycled if found.cyclic else motion.time)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
         loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
-        reduction_error = _difference(model.structure, bent, sampled(found.displacements))
-        if reduction_error <= tolerance or model.cycle is None or time_error > resolved:
+        reduced = float(reduction_error(model.structure, bent, sampled(found.displacements)))
+        if reduced <= tolerance or model.cycle is None or in_elements > resolved:
             break
-        in_time = in_time != (reduction_error > before / 2)  # what gains nothing is not what is left
+        in_time = in_time != (reduced > before / 2)  # what gains nothing is not what is left
         if in_time:
             resolved /= FINER
         else:
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
-        before = reduction_error
+        before = reduced
     size = found.history[0].shape[1]
     answer = Elastodynamic(
-        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), time_error, reduction_error, found
+        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), in_elements, reduced, found
     )
     return answer if answer.stable else unanswered(answer)
 
@@ -256,24 +257,47 @@ def _in_time(
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
-        found = vibration(kinematics(model.structure, motion, basis, chosen), bent, grid, model.damping, start)
-        error = SAFE * found.unresolved
-        # a step of the loads stays one however short its element
-        error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), error, 0.0)
+        terms = terms_of(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
+        found = vibration(terms, bent, start)
+        error = time_error(found)
         if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
             return found, grid, float(error.max())
-        parts = np.ceil((error / tolerance) ** (1 / ORDER))
-        grid = grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
+        grid = finer(grid, error, tolerance)
 
 
-def _difference(structure: ElasticStructure, bent: Deflection, reduced: Any) -> float:
-    """Between displacements along the beams of a deflection and in reduced coordinates, of the largest."""
+def time_error(found: Vibration) -> Any:
+    """What every element leaves open at most, as a share of the largest displacement, shape (elements,).
+
+    A step of the loads stays one however short its element: such elements do not count.
+    """
+    grid = found.problem.terms.grid
+    return np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * found.unresolved, 0.0)
+
+
+def finer(grid: Grid, error: Any, tolerance: float) -> Grid:
+    """The grid with every element in as many parts as its error asks for."""
+    parts = np.ceil((error / tolerance) ** (1 / ORDER))
+    return grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
+
+
+def reduction_error(structure: ElasticStructure, bent: Deflection, reduced: Any) -> Any:
+    """Between displacements along the beams of a deflection and in reduced coordinates, of the largest.
+
+    Parameters
+    ----------
+    reduced
+        As `Vibration.displacements` has them, shape (..., positions, places).
+
+    Returns
+    -------
+    Shape (...): one for every cycle.
+    """
     if not len(structure.sections):
-        return 0.0
+        return np.zeros(bent.motion.columns[:-1])
     u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
-    own = (u + 1j * w).reshape(len(u), -1)
-    greatest = float(np.abs(own).max())
-    return float(np.abs(own - reduced).max()) / greatest if greatest else 0.0
+    own = (u + 1j * w).reshape(*u.shape[:-2], -1)
+    off, greatest = (np.abs(part).max(axis=(-2, -1)) for part in (own - reduced, own))
+    return off / np.where(greatest > 0, greatest, 1.0)
 
 
 def refined(model: Model) -> Model:

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.elastodynamics.equations_of_motion import Kinematics, kinematics
+from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
 from elastic.elastodynamics.solution import (
+    FINER,
+    MOST_ELEMENTS,
     NEUTRAL,
+    ROUNDS,
     Model,
     MotionAt,
-    Vibration,
     checked,
+    finer,
+    reduction_error,
+    refined,
+    time_error,
     vibrating_model,
     vibration,
 )
@@ -30,11 +37,11 @@ from rigid import Motion, with_rates
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
-ELEMENTS = (12, 18, 27, 40, 60, 90, 135, 200, 300)
-TOLERANCE = 1e-3
-COARSER = 30.0
+ELEMENTS = 12
+SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
+TOLERANCE = 2e-3
+COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
-MORE_MODES = 2  # besides those near the lowest
 
 Measure = Callable[[Deflection], Any]
 
@@ -51,8 +58,9 @@ class SpeedMap:
         What was measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable.
     growth
         Of the least stable free vibration over a cycle, shape (speeds,).
-    unresolved
-        What the elements of time leave open, as a share of the largest displacement, shape (speeds,).
+    time_error, reduction_error
+        How far the answers may be from settled in time, and in the coordinates, as `Elastodynamic` has them, shape
+        (speeds,); the latter nan where the steady state is unstable.
     damping
         That was taken.
     omega
@@ -63,7 +71,8 @@ class SpeedMap:
     values: Any
     quasi_static: Any
     growth: Any
-    unresolved: Any
+    time_error: Any
+    reduction_error: Any
     damping: Damping
     omega: Any
 
@@ -85,6 +94,8 @@ def speed_map(
 ) -> SpeedMap:
     """Steady states at many speeds of the drives; positions, and what only they tell, are found once.
 
+    Grids and coordinates are shared by the speeds and refined where one of them asks for it, as for a single one.
+
     Parameters
     ----------
     motion_at, period, sections, joints, damping
@@ -92,10 +103,11 @@ def speed_map(
     ratios
         Speeds, above 0.
     measure
-        What is asked of a deflection at positions all over the cycle. It is given that of several speeds at once, whose
-        columns are (speeds, positions), and returns shape (..., speeds): reduced over the positions, the last axis.
+        What is asked of a deflection at positions all over the cycle, in their order, the last that of the cycle's
+        start. It is given that of several speeds at once, whose columns are (speeds, positions), and returns shape
+        (..., speeds): reduced over the positions, the last axis.
     tolerance
-        Of the resolution in time, as a share of the largest displacement.
+        How far the answers may be from settled, as a share of the largest displacement.
 
     Raises
     ------
@@ -108,12 +120,9 @@ def speed_map(
     model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
     if model.cycle is None:
         raise ValueError("nothing vibrates: all beams and joints are rigid")
-    modes = min(near_modes(model.cycle) + MORE_MODES, len(model.cycle.values))
-    cases = _Cases(model, reduced_basis(model.cycle, modes, float(np.sqrt(tolerance))), period)
-    steady = [_at_speed(cases, ratio, tolerance) for ratio in speeds]
-    values, plain = _measured(cases, steady, measure)
-    growth, unresolved = (np.array([getattr(each, name) for each in steady]) for name in ("growth", "unresolved"))
-    return SpeedMap(speeds, values, plain, growth, unresolved, model.damping, model.cycle.omega)
+    rows = _settled(model, speeds.tolist(), measure, tolerance, period)
+    found = {name: np.array([getattr(rows[ratio], name) for ratio in speeds.tolist()]) for name in _Row.__match_args__}
+    return SpeedMap(speeds, **found, damping=model.damping, omega=model.cycle.omega)
 
 
 def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
@@ -139,52 +148,94 @@ def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[f
     return {n: (least / n, most / n) for n in range(1, multiples + 1)}
 
 
-class _Cases:
-    """Positions and displacements at the nodes of grids, found when first asked for."""
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """What a map tells of one speed."""
 
-    def __init__(self, model: Model, basis: Any, period: float) -> None:
-        self.model, self.basis, self.period = model, basis, period
-        self.known: dict[int, tuple[Motion, Kinematics]] = {}
-        self.level = 0
+    values: Any
+    quasi_static: Any
+    growth: float
+    time_error: float
+    reduction_error: float
 
-    def grid(self) -> Grid:
-        return Grid(np.linspace(0.0, self.period, ELEMENTS[self.level] + 1))
 
-    def here(self) -> tuple[Motion, Kinematics]:
+def _settled(
+    model: Model, speeds: Sequence[float], measure: Measure, tolerance: float, period: float
+) -> dict[float, _Row]:
+    """Refine elements of time, then coordinates, for the speeds at which the answer has not settled, all the same."""
+    assert model.cycle is not None
+    grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
+    modes, resolved, before, in_time = near_modes(model.cycle), tolerance, math.inf, False
+    rows: dict[float, _Row] = {}
+    left = list(dict.fromkeys(speeds))
+    for _ in range(ROUNDS):
+        course = _Course(model, reduced_basis(model.cycle, modes, math.sqrt(tolerance)), grids)
+        for first in range(0, len(left), SIDE_BY_SIDE):
+            steady = [_at_speed(course, ratio, resolved) for ratio in left[first : first + SIDE_BY_SIDE]]
+            rows |= _measured(course, steady, measure)
+        left = [one for one in left if rows[one].reduction_error > tolerance and rows[one].time_error <= resolved]
+        if not left:
+            break
+        worst = max(rows[one].reduction_error for one in left)
+        in_time = in_time != (worst > before / 2)  # as for a single speed
+        if in_time:
+            resolved /= FINER
+        else:
+            modes = min(2 * modes, len(model.cycle.values))
+            model = refined(model)
+        before = worst
+    return rows
+
+
+class _Course:
+    """What positions tell of the equations of motion on grids each finer than the one before, when first asked for."""
+
+    def __init__(self, model: Model, basis: Any, grids: list[Grid]) -> None:
+        self.model, self.basis, self.grids = model, basis, grids
+        self.known: dict[int, tuple[Motion, Terms]] = {}
+        self.level = len(grids) - 1
+
+    def here(self) -> tuple[Motion, Terms]:
+        """The motion at the nodes of the grid of this level, and the terms."""
         if self.level not in self.known:
-            motion = checked(self.model.motion_at(self.grid().nodes))
-            chosen = chosen_points(self.model.structure.mechanism)
-            self.known[self.level] = motion, kinematics(self.model.structure, motion, self.basis, chosen)
+            grid, chosen = self.grids[self.level], chosen_points(self.model.structure.mechanism)
+            motion = checked(self.model.motion_at(grid.nodes))
+            kinds = kinematics(self.model.structure, motion, self.basis, chosen)
+            self.known[self.level] = motion, terms_of(kinds, grid, self.model.damping)
         return self.known[self.level]
 
 
 @dataclass(frozen=True, eq=False)
 class _Steady:
-    """The steady state at one speed: on which grid, and the loads of the vibration there, none where it is unstable."""
+    """The steady state at one speed, and on its grid the vibration's loads and displacements; none if unstable."""
 
     ratio: float
-    level: int
+    grid: Grid
     growth: float
-    unresolved: float
+    time_error: float
     loads: AddedLoads | None
+    displacements: Any
 
 
-def _at_speed(cases: _Cases, ratio: float, tolerance: float) -> _Steady:
-    """On the coarsest grid that resolves it."""
-    model = cases.model
+def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
+    """On the coarsest of the grids that resolves it."""
+    model = course.model
     while True:
-        base, kinds = cases.here()
-        plain = deflection(_passed(base, ratio), model.sections, model.joints)
-        found = vibration(kinds, plain, Grid(cases.grid().edges / ratio), model.damping, None)
-        unresolved = float(found.unresolved.max())
-        if unresolved <= tolerance or cases.level == len(ELEMENTS) - 1:
+        base, terms = course.here()
+        found = vibration(terms, deflection(_passed(base, ratio), model.sections, model.joints), speed=ratio)
+        errors = time_error(found)
+        error = float(errors.max())
+        if error <= tolerance or len(errors) > MOST_ELEMENTS:
             break
-        cases.level += 1
-    level = cases.level
-    if unresolved < tolerance / COARSER:  # the next speed may do with less
-        cases.level = max(level - 1, 0)
+        course.level += 1
+        if course.level == len(course.grids):
+            course.grids.append(finer(terms.grid, errors, tolerance))
+    if error < tolerance / COARSER:  # the next speed may do with less
+        course.level = max(course.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
-    return _Steady(ratio, level, growth, unresolved, None if growth > 1 + NEUTRAL else _loads(found))
+    stable = growth <= 1 + NEUTRAL
+    loads = vibration_loads(found.problem, found.motion, found.history) if stable else None
+    return _Steady(ratio, terms.grid, growth, error, loads, found.displacements)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
@@ -200,41 +251,36 @@ def _passed(base: Motion, ratio: Any) -> Motion:
     return replace(motion, time=base.time / ratio)
 
 
-def _loads(found: Vibration) -> AddedLoads:
-    """At the nodes of the grid, whose first is its last a cycle before."""
-    loads = vibration_loads(found.problem, found.motion, found.history)
-    return resampled(loads, lambda values: np.concatenate((values[-1:], values)))
+def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> dict[float, _Row]:
+    """What is measured with and without vibration; nan where the steady state is unstable.
 
-
-def _measured(cases: _Cases, steady: Sequence[_Steady], measure: Measure) -> tuple[Any, Any]:
-    """What is measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable."""
-    values: dict[_Steady, Any] = {}
-    plain: dict[_Steady, Any] = {}
-    for some in _on_one_grid(cases, steady):
-        plain |= _together(cases, some, measure)
-        stable = [each for each in some if each.loads]
+    At as many positions, evenly in time, as the finest of the grids has points.
+    """
+    count = max(len(each.grid.nodes) - 1 for each in steady)
+    times = course.grids[0].edges[-1] * np.arange(1, count + 1) / count
+    base = checked(course.model.motion_at(times))
+    rows: dict[float, _Row] = {}
+    for part in design_chunks((len(steady),), count, columns_of(base.mechanism, count)):
+        some = steady[part]
+        plain, _ = _together(course.model, base, some, measure)
+        values, reduced = np.full(plain.shape, np.nan), np.full(len(some), np.nan)
+        stable = [row for row, each in enumerate(some) if each.loads]
         if stable:
-            loads = of_several_speeds([each.loads for each in stable if each.loads])
-            values |= _together(cases, stable, measure, loads)
-    rows = [values.get(each, np.full_like(plain[each], np.nan)) for each in steady]
-    return np.array(rows), np.array([plain[each] for each in steady])
-
-
-def _on_one_grid(cases: _Cases, steady: Sequence[_Steady]) -> Iterator[Sequence[_Steady]]:
-    """Steady states on the same grid, as many at a time as stay in the cache."""
-    for level in {each.level for each in steady}:
-        base, _ = cases.known[level]
-        alike = [each for each in steady if each.level == level]
-        count = base.columns[-1]
-        for rows in design_chunks((len(alike),), count, columns_of(base.mechanism, count)):
-            yield alike[rows]
+            values[stable], reduced[stable] = _together(course.model, base, [some[k] for k in stable], measure, True)
+        for row, each in enumerate(some):
+            rows[each.ratio] = _Row(values[row], plain[row], each.growth, each.time_error, float(reduced[row]))
+    return rows
 
 
 def _together(
-    cases: _Cases, some: Sequence[_Steady], measure: Measure, loads: AddedLoads | None = None
-) -> dict[_Steady, Any]:
-    """What is measured of steady states on one grid, in one deflection."""
-    base, _ = cases.known[some[0].level]
+    model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False
+) -> tuple[Any, Any]:
+    """What is measured of several steady states in one deflection, and their reduction errors."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
-    found = measure(deflection(motion, cases.model.sections, cases.model.joints, loads))
-    return dict(zip(some, np.moveaxis(found, -1, 0), strict=True))
+    if not vibrating:
+        return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0), None
+    samplers = [each.grid.sampler(base.time) for each in some]
+    loads = [resampled(each.loads, at) for each, at in zip(some, samplers, strict=True) if each.loads]
+    bent = deflection(motion, model.sections, model.joints, of_several_speeds(loads))
+    moved = np.array([at(each.displacements) for each, at in zip(some, samplers, strict=True)])
+    return np.moveaxis(measure(bent), -1, 0), reduction_error(model.structure, bent, moved)

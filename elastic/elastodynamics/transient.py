@@ -63,11 +63,11 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Any:
 
 def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Any:
     """Amplitudes of the quasi-static answer at the start, and their rates."""
-    structure = found.kinematics.structure
-    strains = found.strains[0] if found.strains.ndim == 3 else found.strains
+    grid, structure = found.terms.grid, found.terms.kinematics.structure
+    strains = found.terms.strains[0] if found.terms.strains.ndim == 3 else found.terms.strains
     forces = given_forces(structure, bent)
-    at_start = interpolation(scheme(found.grid.stages).points, np.zeros(1))
-    rate = (at_start @ found.grid.rates(forces)[0][: found.grid.stages])[0]
+    at_start = interpolation(scheme(grid.stages).points, np.zeros(1))
+    rate = (at_start @ grid.rates(forces)[0][: grid.stages])[0]
     across = strains.T
     stiffness = (across * rigidities(structure)) @ strains
     return np.concatenate([np.linalg.solve(stiffness, across @ part) for part in (forces[0], rate)])

@@ -65,11 +65,13 @@ def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any
     `motion` is that at the grid's nodes.
     """
     x, x1, x2 = history
-    structure = found.kinematics.structure
+    terms, kinds = found.terms, found.terms.kinematics
+    structure = kinds.structure
     directions = beam_directions(motion).T[1:]
-    moved = found.kinematics.unit[1:] @ x[..., None]
-    acceleration = found.acceleration @ x[..., None] + 2 * found.rate @ x1[..., None]
-    inertia = -masses(structure) * (acceleration + found.kinematics.rows[1:] @ x2[..., None])[..., 0]
+    moved = kinds.unit[1:] @ x[..., None]
+    acceleration = terms.acceleration @ x[..., None] + terms.rate @ (2 * x1[..., None])
+    acceleration += kinds.rows[1:] @ x2[..., None]
+    inertia = (-(found.speed**2) * masses(structure)) * acceleration[..., 0]
     gathered = _Gathered(structure, len(x))
     flux = _of_beams(gathered, found, directions, moved, inertia)
     viscous = _strain_rates(found, x, x1)
@@ -100,11 +102,11 @@ def _of_beams(gathered: _Gathered, found: Problem, directions: Any, moved: Displ
 
 def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
     """Rates of the forces that strains make, times beta, shape (positions, rows)."""
-    structure = found.kinematics.structure
-    rates = (found.strains @ x1[..., None])[..., 0]
-    if np.ndim(found.strain_rate):
-        rates = rates + (found.strain_rate @ x[..., None])[..., 0]
-    return rates * rigidities(structure) * found.damping.per_row(structure)
+    terms, structure = found.terms, found.terms.kinematics.structure
+    rates = (terms.strains @ x1[..., None])[..., 0]
+    if np.ndim(terms.strain_rate):
+        rates = rates + (terms.strain_rate @ x[..., None])[..., 0]
+    return rates * (found.speed * rigidities(structure) * terms.damping.per_row(structure))
 
 
 def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: Any) -> None:
@@ -137,16 +139,16 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
 
 def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, x: Any, x1: Any) -> None:
     """Forces that displaced points feel."""
-    chosen = found.kinematics.chosen
+    kinds, grid = found.terms.kinematics, found.terms.grid
     for effect in found.felt.effects:
         own = effect[1:]
         amount = own.stiffness * own.cause(moved)[:, 0]
         if np.any(own.damping):
-            cause = effect.cause(found.kinematics.unit)
-            rate = (found.grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
-            amount = amount + own.damping * rate
+            cause = effect.cause(kinds.unit)
+            rate = (grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
+            amount = amount + found.speed * own.damping * rate
         for point, force, moment in own.loads(-amount):
-            at, name = chosen[point]
+            at, name = kinds.chosen[point]
             if name.startswith(UNDER):
                 gathered.blocks.append((int(name.removeprefix(UNDER)), force, moment))
             else:

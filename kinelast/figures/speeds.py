@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, extremes
+from elastic import Deflection
+from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
@@ -75,8 +76,8 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
 
 def _largest(bent: Deflection) -> Any:
     """Largest magnitudes of `FIELDS` over the cycle, shape (fields, beams)."""
-    found = extremes(bent, FIELDS)
-    return np.array([np.abs(found[field].value).max(axis=-1) for field in FIELDS])
+    found = cycle_maxima(bent, FIELDS, period=bent.motion.time[:, -1])
+    return np.array([found[field].value for field in FIELDS])
 
 
 def _highest(scene: Scene, speed: Any, values: Any) -> float | None:
