@@ -8,30 +8,26 @@ much nearer to each other the ends of turned pieces are. Derivation: docs/elasto
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
 from elastic.elastodynamics.equations_of_motion import felt_forces, mass_rows, masses
-from elastic.elastodynamics.solution import Vibration
+from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
-from elastic.elastodynamics.time_elements import interpolation, propagation
-from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
-from elastic.solution import Deflection, deflection
+from elastic.elastodynamics.time_elements import interpolation
+from elastic.solution import Deflection
 from rigid.loads import beam_directions
 
 
-def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[Any, Any]:
+def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
     """Deflection from the chord of linear vibration at the points of its grid, and what the second order adds to it.
 
     Rigid links' own turns are left out but for the forces on them.
 
     Parameters
     ----------
-    plain
-        Any deflection of the same sections and joints.
     stations
         Along the beams, shape (stations,).
 
@@ -39,19 +35,10 @@ def second_order(found: Vibration, plain: Deflection, stations: Any) -> tuple[An
     -------
     Both of shape (beams, points, stations) [m].
     """
-    problem, x = found.problem, found.history[0]
-    grid = problem.terms.grid
-    at_start = grid.sampler(grid.edges[:1])
-
-    def at_nodes(values: Any) -> Any:
-        return np.concatenate((at_start(values), values))
-
-    loads = resampled(vibration_loads(problem, found.motion, found.history), at_nodes)
-    bent = deflection(found.motion, plain.sections, plain.joints, loads)
-    load = _across(found, bent, at_nodes(x)) + _nearer(found, at_nodes(x))
-    steps = propagation(grid, replace(problem.equations, load=load))
-    start = steps.periodic_start() if found.cyclic else np.zeros(2 * x.shape[1])
-    return _chord(found, x, stations), _chord(found, steps.history(start)[0], stations)
+    x = found.history[0]
+    at_nodes = found.problem.terms.grid.at_nodes(x)
+    load = _across(found, found.deflection, at_nodes) + _nearer(found, at_nodes)
+    return _chord(found, x, stations), _chord(found, found.under(load), stations)
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:

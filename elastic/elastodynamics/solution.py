@@ -12,22 +12,21 @@ import numpy as np
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import Problem, Terms, kinematics, problem, terms_of
+from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
-from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.reduction_error import reduction_error
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid, Propagation, propagation
-from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.elastodynamics.time_elements import Grid
+from elastic.elastodynamics.vibration_loads import resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, MechanismError, Motion, with_rates
-from rigid.loads import beam_directions
 
 MotionAt = Callable[[Any], Motion]
-Start = Callable[[Propagation, "Problem", Deflection], Any]
 
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
@@ -167,52 +166,6 @@ def checked(motion: Motion) -> Motion:
     return motion
 
 
-@dataclass(frozen=True, eq=False)
-class Vibration:
-    """The amplitudes at the points of a grid, their rates and accelerations, shape (points, r), with their problem."""
-
-    motion: Motion
-    problem: Problem
-    propagation: Propagation
-    history: tuple[Any, Any, Any]
-    cyclic: bool
-
-    @property
-    def displacements(self) -> Any:
-        """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
-        return self._places(self.history[0])
-
-    @property
-    def unresolved(self) -> Any:
-        """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
-        terms, (_, _, x2) = self.problem.terms, self.history
-        forces = self.problem.equations.mass @ x2[..., None]
-        bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
-        moved = self.displacements
-        by_inertia = self._places(bent[..., 0] if bent.ndim == 3 else bent.T)
-        return np.maximum(*(terms.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
-
-    def _places(self, amounts: Any) -> Any:
-        """Displacements of given amounts of all kinds."""
-        moved = self.problem.terms.kinematics.unit
-        if not moved.beams.size:
-            return amounts
-        along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
-        return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
-
-
-def vibration(terms: Terms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
-    """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
-
-    Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's
-    time, in which the history is.
-    """
-    found = problem(terms, bent, speed)
-    steps = propagation(terms.grid, found.equations)
-    begin = start(steps, found, bent) if start else steps.periodic_start()
-    return Vibration(bent.motion, found, steps, steps.history(begin), start is None)
-
-
 def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: Start | None = None) -> Elastodynamic:
     """Refine elements of time, then coordinates, until the answer at the positions of a motion has settled.
 
@@ -229,9 +182,9 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
         sampled = grid.sampler(cycled if found.cyclic else motion.time)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
-        loads = resampled(vibration_loads(found.problem, found.motion, found.history), sampled)
+        loads = resampled(found.loads, sampled)
         bent = deflection(motion, model.sections, model.joints, loads)
-        reduced = float(reduction_error(model.structure, bent, sampled(found.displacements)))
+        reduced = reduction_error(found)
         if reduced <= tolerance or model.cycle is None or in_elements > resolved:
             break
         in_time = in_time != (reduced > before / 2)  # what gains nothing is not what is left
@@ -278,26 +231,6 @@ def finer(grid: Grid, error: Any, tolerance: float) -> Grid:
     """The grid with every element in as many parts as its error asks for."""
     parts = np.ceil((error / tolerance) ** (1 / ORDER))
     return grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
-
-
-def reduction_error(structure: ElasticStructure, bent: Deflection, reduced: Any) -> Any:
-    """Between displacements along the beams of a deflection and in reduced coordinates, of the largest.
-
-    Parameters
-    ----------
-    reduced
-        As `Vibration.displacements` has them, shape (..., positions, places).
-
-    Returns
-    -------
-    Shape (...): one for every cycle.
-    """
-    if not len(structure.sections):
-        return np.zeros(bent.motion.columns[:-1])
-    u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
-    own = (u + 1j * w).reshape(*u.shape[:-2], -1)
-    off, greatest = (np.abs(part).max(axis=(-2, -1)) for part in (own - reduced, own))
-    return off / np.where(greatest > 0, greatest, 1.0)
 
 
 def refined(model: Model) -> Model:

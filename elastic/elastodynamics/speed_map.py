@@ -12,7 +12,9 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
+from elastic.elastodynamics.reduction_error import reduction_error
 from elastic.elastodynamics.solution import (
     FINER,
     MOST_ELEMENTS,
@@ -22,15 +24,13 @@ from elastic.elastodynamics.solution import (
     MotionAt,
     checked,
     finer,
-    reduction_error,
     refined,
     time_error,
     vibrating_model,
-    vibration,
 )
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid
-from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled, vibration_loads
+from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion, with_rates
@@ -207,14 +207,14 @@ class _Course:
 
 @dataclass(frozen=True, eq=False)
 class _Steady:
-    """The steady state at one speed, and on its grid the vibration's loads and displacements; none if unstable."""
+    """The steady state at one speed, and on its grid the vibration's loads; none if it is unstable."""
 
     ratio: float
     grid: Grid
     growth: float
     time_error: float
+    reduction_error: float
     loads: AddedLoads | None
-    displacements: Any
 
 
 def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
@@ -233,9 +233,9 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     if error < tolerance / COARSER:  # the next speed may do with less
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
-    stable = growth <= 1 + NEUTRAL
-    loads = vibration_loads(found.problem, found.motion, found.history) if stable else None
-    return _Steady(ratio, terms.grid, growth, error, loads, found.displacements)
+    if growth > 1 + NEUTRAL:
+        return _Steady(ratio, terms.grid, growth, error, math.nan, None)
+    return _Steady(ratio, terms.grid, growth, error, reduction_error(found), found.loads)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
@@ -262,25 +262,21 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> d
     rows: dict[float, _Row] = {}
     for part in design_chunks((len(steady),), count, columns_of(base.mechanism, count)):
         some = steady[part]
-        plain, _ = _together(course.model, base, some, measure)
-        values, reduced = np.full(plain.shape, np.nan), np.full(len(some), np.nan)
+        plain = _together(course.model, base, some, measure)
+        values = np.full(plain.shape, np.nan)
         stable = [row for row, each in enumerate(some) if each.loads]
         if stable:
-            values[stable], reduced[stable] = _together(course.model, base, [some[k] for k in stable], measure, True)
+            values[stable] = _together(course.model, base, [some[k] for k in stable], measure, True)
         for row, each in enumerate(some):
-            rows[each.ratio] = _Row(values[row], plain[row], each.growth, each.time_error, float(reduced[row]))
+            rows[each.ratio] = _Row(values[row], plain[row], each.growth, each.time_error, each.reduction_error)
     return rows
 
 
-def _together(
-    model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False
-) -> tuple[Any, Any]:
-    """What is measured of several steady states in one deflection, and their reduction errors."""
+def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Any:
+    """What is measured of several steady states in one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
     if not vibrating:
-        return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0), None
-    samplers = [each.grid.sampler(base.time) for each in some]
-    loads = [resampled(each.loads, at) for each, at in zip(some, samplers, strict=True) if each.loads]
+        return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0)
+    loads = [resampled(each.loads, each.grid.sampler(base.time)) for each in some if each.loads]
     bent = deflection(motion, model.sections, model.joints, of_several_speeds(loads))
-    moved = np.array([at(each.displacements) for each, at in zip(some, samplers, strict=True)])
-    return np.moveaxis(measure(bent), -1, 0), reduction_error(model.structure, bent, moved)
+    return np.moveaxis(measure(bent), -1, 0)

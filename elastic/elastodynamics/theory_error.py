@@ -64,7 +64,7 @@ def large_displacement_error(found: Elastodynamic) -> float:
     """
     if found.vibration is None or not found.stable:
         return 0.0 if found.vibration is None else math.nan
-    linear, more = second_order(found.vibration, found.deflection, np.linspace(0.0, 1.0, STATIONS))
+    linear, more = second_order(found.vibration, np.linspace(0.0, 1.0, STATIONS))
     rotation = np.abs(extremes(found.deflection, ["phi"])["phi"].value).max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)

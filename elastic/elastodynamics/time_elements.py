@@ -8,8 +8,8 @@ product of small matrices, which gives the periodic solution, Floquet's multipli
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -88,6 +88,10 @@ class Grid:
         """The start and all points [s], shape (1 + elements stages,)."""
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
+
+    def at_nodes(self, values: Any) -> Any:
+        """What is given at all points but the start, shape (points, ...), with what the first element has there."""
+        return np.concatenate((self.sampler(self.edges[:1])(values), values))
 
     def rates(self, values: Any) -> tuple[Any, Any]:
         """First and second derivative in time at all points but the start of what is given at the nodes.
@@ -181,11 +185,15 @@ class Propagation:
         From the state at an element's start, and 1, to that at its end, shape (elements, 2 r, 2 r + 1).
     accelerations
         From the same to x'' at its points, shape (elements, s, r, 2 r + 1).
+    matrix
+        Of the accelerations at all points of an element, shape (elements, s r, s r); None where these are many.
     """
 
     grid: Grid
+    equations: Equations
     states: Any
     accelerations: Any
+    matrix: Any
 
     @cached_property
     def whole(self) -> tuple[Any, Any]:
@@ -200,6 +208,19 @@ class Propagation:
     def multipliers(self) -> Any:
         """Floquet's: by what free vibrations grow from one start of the grid to the next, complex, shape (2 r,)."""
         return np.linalg.eigvals(self.whole[0])
+
+    def loaded(self, load: Any) -> Propagation:
+        """The same under another load, shape (points, r)."""
+        own, count = scheme(self.grid.stages), len(self.grid.steps)
+        states, accelerations = self.states.copy(), self.accelerations.copy()
+        right = load.reshape(count, -1, 1)
+        for part, steps, equations in _parts(self.grid, self.equations):
+            matrix = _matrix(steps, equations) if self.matrix is None else self.matrix
+            x2 = np.linalg.solve(matrix, right[part]).reshape(len(steps), self.grid.stages, -1)
+            h = steps[:, None]
+            accelerations[part, ..., -1] = x2
+            states[part, :, -1] = np.concatenate((h**2 * (own.twice[-1] @ x2), h * (own.once[-1] @ x2)), axis=1)
+        return Propagation(self.grid, replace(self.equations, load=load), states, accelerations, self.matrix)
 
     def periodic_start(self) -> Any:
         """The state x, x' that comes back at the end of the grid, shape (2 r,)."""
@@ -225,30 +246,47 @@ def propagation(grid: Grid, equations: Equations) -> Propagation:
     """Solve all elements at once, for unit states at their starts and for the load."""
     count, r = len(grid.steps), equations.load.shape[-1]
     states, found = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
-    for first in range(0, count, TOGETHER):
+    matrix: Any = None
+    for part, steps, own in _parts(grid, equations):
+        matrix = _matrix(steps, own)
+        states[part], found[part] = _elements(matrix, steps, own)
+    return Propagation(grid, equations, states, found, matrix if count <= TOGETHER else None)
+
+
+def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
+    """Elements that are solved at once: which, their durations, and their equations."""
+    for first in range(0, len(grid.steps), TOGETHER):
         part = slice(first, first + TOGETHER)
-        points = slice(first * grid.stages, (first + TOGETHER) * grid.stages)
-        own = Equations(*(values[points] for values in vars(equations).values()))
-        states[part], found[part] = _elements(grid.steps[part], grid.stages, own)
-    return Propagation(grid, states, found)
+        points = slice(part.start * grid.stages, part.stop * grid.stages)
+        yield part, grid.steps[part], Equations(*(values[points] for values in vars(equations).values()))
 
 
-def _elements(steps: Any, s: int, equations: Equations) -> tuple[Any, Any]:
-    """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
-    own, count, r = scheme(s), len(steps), equations.load.shape[-1]
+def _matrix(steps: Any, equations: Equations) -> Any:
+    """Of the accelerations at the points of elements, shape (elements, s r, s r)."""
+    count, r = len(steps), equations.load.shape[-1]
+    s = len(equations.load) // count
+    own = scheme(s)
     mass, damping, stiffness = (
         part.reshape(count, s, r, r) for part in (equations.mass, equations.damping, equations.stiffness)
     )
-    h = steps[:, None, None, None]
     ways = np.stack((steps[:, None, None] * own.once, np.square(steps)[:, None, None] * own.twice), axis=-1)
     both = np.stack((damping, stiffness), axis=2).reshape(count, s, 2, r * r)
     blocks = (ways @ both).reshape(count, s, s, r, r)
     diagonal = np.arange(s)
     blocks[:, diagonal, diagonal] += mass
-    matrix = np.ascontiguousarray(blocks.swapaxes(2, 3))
+    return np.ascontiguousarray(blocks.swapaxes(2, 3)).reshape(count, s * r, s * r)
+
+
+def _elements(matrix: Any, steps: Any, equations: Equations) -> tuple[Any, Any]:
+    """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
+    count, r = len(steps), equations.load.shape[-1]
+    s = len(equations.load) // count
+    own = scheme(s)
+    damping, stiffness = (part.reshape(count, s, r, r) for part in (equations.damping, equations.stiffness))
+    h = steps[:, None, None, None]
     rate = -(stiffness * (h * own.points[:, None, None]) + damping)
     right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
-    found = np.linalg.solve(matrix.reshape(count, s * r, s * r), right.reshape(count, s * r, -1))
+    found = np.linalg.solve(matrix, right.reshape(count, s * r, -1))
     found = found.reshape(count, s, r, -1)
     h = h[..., 0]
     x1, x = h * np.tensordot(own.once[-1], found, (0, 1)), h**2 * np.tensordot(own.twice[-1], found, (0, 1))

@@ -1,0 +1,96 @@
+"""Vibration in reduced coordinates, in given elements of time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.equations_of_motion import Problem, Terms, problem
+from elastic.elastodynamics.time_elements import Propagation, propagation
+from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.links.added_loads import AddedLoads
+from elastic.solution import Deflection, deflection
+from rigid import Motion
+from rigid.loads import beam_directions
+
+Start = Callable[[Propagation, Problem, Deflection], Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """The amplitudes at the points of a grid, their rates and accelerations, shape (points, r), with their problem.
+
+    Attributes
+    ----------
+    quasi_static
+        At the nodes of the grid.
+    """
+
+    quasi_static: Deflection
+    problem: Problem
+    propagation: Propagation
+    history: tuple[Any, Any, Any]
+    cyclic: bool
+
+    @property
+    def motion(self) -> Motion:
+        """At the nodes of the grid."""
+        return self.quasi_static.motion
+
+    @cached_property
+    def loads(self) -> AddedLoads:
+        """Of the vibration, at the points."""
+        return vibration_loads(self.problem, self.motion, self.history)
+
+    @cached_property
+    def deflection(self) -> Deflection:
+        """Of the vibrating mechanism at the nodes."""
+        plain = self.quasi_static
+        return deflection(
+            plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
+        )
+
+    def under(self, load: Any) -> Any:
+        """The amplitudes at the points that another load makes alone, shape (points, r)."""
+        steps = self.propagation.loaded(load)
+        start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
+        return steps.history(start)[0]
+
+    @property
+    def displacements(self) -> Any:
+        """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
+        return self.places(self.history[0])
+
+    @property
+    def unresolved(self) -> Any:
+        """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
+        terms, (_, _, x2) = self.problem.terms, self.history
+        forces = self.problem.equations.mass @ x2[..., None]
+        bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
+        moved = self.displacements
+        by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
+        return np.maximum(*(terms.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
+
+    def places(self, amounts: Any) -> Any:
+        """Displacements of given amounts of all kinds."""
+        moved = self.problem.terms.kinematics.unit
+        if not moved.beams.size:
+            return amounts
+        along = (moved.beams[1:] @ amounts[:, None, :, None])[..., 0]
+        return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
+
+
+def vibration(terms: Terms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
+    """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
+
+    Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's
+    time, in which the history is.
+    """
+    found = problem(terms, bent, speed)
+    steps = propagation(terms.grid, found.equations)
+    begin = start(steps, found, bent) if start else steps.periodic_start()
+    return Vibration(bent, found, steps, steps.history(begin), start is None)
