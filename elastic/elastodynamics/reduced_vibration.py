@@ -28,6 +28,9 @@ class Vibration:
     ----------
     quasi_static
         At the nodes of the grid.
+    beside
+        Displacements of all masses that the coordinates do not follow but whose inertia counts, at the nodes, shape
+        (nodes, masses), complex.
     """
 
     quasi_static: Deflection
@@ -35,6 +38,7 @@ class Vibration:
     propagation: Propagation
     history: tuple[Any, Any, Any]
     cyclic: bool
+    beside: Any = 0.0
 
     @property
     def motion(self) -> Motion:
@@ -44,7 +48,7 @@ class Vibration:
     @cached_property
     def loads(self) -> AddedLoads:
         """Of the vibration, at the points."""
-        return vibration_loads(self.problem, self.motion, self.history)
+        return vibration_loads(self.problem, self.motion, self.history, self.beside)
 
     @cached_property
     def deflection(self) -> Deflection:
@@ -54,11 +58,11 @@ class Vibration:
             plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
         )
 
-    def under(self, load: Any) -> Any:
-        """The amplitudes at the points that another load makes alone, shape (points, r)."""
+    def under(self, load: Any) -> tuple[Any, Any, Any]:
+        """The history that another load makes alone, shape (points, r)."""
         steps = self.propagation.loaded(load)
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
-        return steps.history(start)[0]
+        return steps.history(start)
 
     @property
     def displacements(self) -> Any:

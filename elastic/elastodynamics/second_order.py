@@ -38,7 +38,7 @@ def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
     x = found.history[0]
     at_nodes = found.problem.terms.grid.at_nodes(x)
     load = _across(found, found.deflection, at_nodes) + _nearer(found, at_nodes)
-    return _chord(found, x, stations), _chord(found, found.under(load), stations)
+    return _chord(found, x, stations), _chord(found, found.under(load)[0], stations)
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:

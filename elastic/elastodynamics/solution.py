@@ -11,12 +11,12 @@ import numpy as np
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
-from elastic.elastodynamics.reduction_error import reduction_error
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_elements import Grid
 from elastic.elastodynamics.vibration_loads import resampled
@@ -179,12 +179,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
         found, grid, in_elements = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
-        cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
-        sampled = grid.sampler(cycled if found.cyclic else motion.time)
-        multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
-        loads = resampled(found.loads, sampled)
-        bent = deflection(motion, model.sections, model.joints, loads)
-        reduced = reduction_error(found)
+        found, reduced = corrected(found, tolerance)
         if reduced <= tolerance or model.cycle is None or in_elements > resolved:
             break
         in_time = in_time != (reduced > before / 2)  # what gains nothing is not what is left
@@ -194,6 +189,10 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             modes = min(2 * modes, len(model.cycle.values))
             model = refined(model)
         before = reduced
+    multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
+    cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
+    loads = resampled(found.loads, grid.sampler(cycled if found.cyclic else motion.time))
+    bent = deflection(motion, model.sections, model.joints, loads)
     size = found.history[0].shape[1]
     answer = Elastodynamic(
         bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), in_elements, reduced, found

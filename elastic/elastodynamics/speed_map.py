@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
+from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
-from elastic.elastodynamics.reduction_error import reduction_error
 from elastic.elastodynamics.solution import (
     FINER,
     MOST_ELEMENTS,
@@ -171,7 +171,7 @@ def _settled(
     for _ in range(ROUNDS):
         course = _Course(model, reduced_basis(model.cycle, modes, math.sqrt(tolerance)), grids)
         for first in range(0, len(left), SIDE_BY_SIDE):
-            steady = [_at_speed(course, ratio, resolved) for ratio in left[first : first + SIDE_BY_SIDE]]
+            steady = [_at_speed(course, ratio, tolerance, resolved) for ratio in left[first : first + SIDE_BY_SIDE]]
             rows |= _measured(course, steady, measure)
         left = [one for one in left if rows[one].reduction_error > tolerance and rows[one].time_error <= resolved]
         if not left:
@@ -217,25 +217,26 @@ class _Steady:
     loads: AddedLoads | None
 
 
-def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
-    """On the coarsest of the grids that resolves it."""
+def _at_speed(course: _Course, ratio: float, tolerance: float, resolved: float) -> _Steady:
+    """On the coarsest of the grids on which the elements leave no more unresolved than asked."""
     model = course.model
     while True:
         base, terms = course.here()
         found = vibration(terms, deflection(_passed(base, ratio), model.sections, model.joints), speed=ratio)
         errors = time_error(found)
         error = float(errors.max())
-        if error <= tolerance or len(errors) > MOST_ELEMENTS:
+        if error <= resolved or len(errors) > MOST_ELEMENTS:
             break
         course.level += 1
         if course.level == len(course.grids):
-            course.grids.append(finer(terms.grid, errors, tolerance))
-    if error < tolerance / COARSER:  # the next speed may do with less
+            course.grids.append(finer(terms.grid, errors, resolved))
+    if error < resolved / COARSER:  # the next speed may do with less
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
         return _Steady(ratio, terms.grid, growth, error, math.nan, None)
-    return _Steady(ratio, terms.grid, growth, error, reduction_error(found), found.loads)
+    found, reduced = corrected(found, tolerance)
+    return _Steady(ratio, terms.grid, growth, error, reduced, found.loads)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
