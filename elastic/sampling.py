@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any
 
@@ -11,6 +12,7 @@ from elastic.beams.division import evaluated
 from elastic.derived import coefficients
 from elastic.fields import field_named
 from elastic.solution import Deflection
+from rigid import Beam
 
 STATIONS = 101
 
@@ -73,15 +75,32 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:
 
     A point on no beam moves with the axes of its link.
     """
-    motion, division = deflection.motion, deflection.division
+    motion = deflection.motion
     at = motion.mechanism.index[link] if isinstance(link, str) else link
-    body = motion.mechanism.links[at]
-    for number, (owner, beam) in enumerate(motion.mechanism.beams):
+    body, ends = motion.mechanism.links[at], _at_end_of_beam(deflection, at, point, ("u", "w"))
+    if ends is None:
+        return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
+    beam, (u, w) = ends
+    way = body.points[beam.end] - body.points[beam.start]
+    return motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
+
+
+def rotation_of(deflection: Deflection, link: str | int, point: str) -> Any:
+    """Rotation of a link at a point [rad], shape (..., positions): of the section there, or of the link's axes."""
+    index = deflection.motion.mechanism.index
+    at = index[link] if isinstance(link, str) else link
+    ends = _at_end_of_beam(deflection, at, point, ("phi",))
+    return deflection.angle[at] if ends is None else ends[1][0]
+
+
+def _at_end_of_beam(
+    deflection: Deflection, at: int, point: str, fields: Sequence[str]
+) -> tuple[Beam, list[Any]] | None:
+    """The first beam of a link that starts or ends at a point, and fields there; None where there is none."""
+    for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams):
         if owner == at and point in (beam.start, beam.end):
-            way = body.points[beam.end] - body.points[beam.start]
-            along = motion.direction[at] * (way / np.abs(way))
-            pieces = division.of_beam(number)
+            pieces = deflection.division.of_beam(number)
             if point == beam.start:
-                return along * (deflection.u[0, pieces[0]] + 1j * deflection.w[0, pieces[0]])
-            return along * (deflection.u[:, pieces[-1]].sum(0) + 1j * deflection.w[:, pieces[-1]].sum(0))
-    return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
+                return beam, [getattr(deflection, field)[0, pieces[0]] for field in fields]
+            return beam, [getattr(deflection, field)[:, pieces[-1]].sum(0) for field in fields]
+    return None

@@ -29,8 +29,8 @@ class Vibration:
     quasi_static
         At the nodes of the grid.
     beside
-        Displacements of all masses that the coordinates do not follow but whose inertia counts, at the nodes, shape
-        (nodes, masses), complex.
+        Displacements of all masses that the coordinates do not follow but whose inertia counts, shape (points, masses),
+        complex.
     """
 
     quasi_static: Deflection

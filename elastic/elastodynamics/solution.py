@@ -178,8 +178,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
     for _ in range(ROUNDS):
-        found, grid, in_elements = _in_time(model, modes, math.sqrt(tolerance), grid, resolved, start)
-        found, reduced = corrected(found, tolerance)
+        found, reduced, grid, in_elements = _in_time(model, modes, grid, tolerance, resolved, start)
         if reduced <= tolerance or model.cycle is None or in_elements > resolved:
             break
         in_time = in_time != (reduced > before / 2)  # what gains nothing is not what is left
@@ -201,35 +200,33 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 
 
 def _in_time(
-    model: Model, modes: int, besides: float, grid: Grid, tolerance: float, start: Start | None
-) -> tuple[Vibration, Grid, float]:
-    """The vibration in so many modes, in elements of time as short as it takes, and what they leave unresolved."""
+    model: Model, modes: int, grid: Grid, tolerance: float, resolved: float, start: Start | None
+) -> tuple[Vibration, float, Grid, float]:
+    """The vibration in so many modes, in elements of time as short as it takes; what the modes and these leave open."""
     assert model.cycle is not None
-    basis, chosen = reduced_basis(model.cycle, modes, besides), chosen_points(model.structure.mechanism)
+    basis, chosen = reduced_basis(model.cycle, modes, math.sqrt(tolerance)), chosen_points(model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         terms = terms_of(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
         found = vibration(terms, bent, start)
-        error = time_error(found)
-        if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
-            return found, grid, float(error.max())
-        grid = finer(grid, error, tolerance)
+        error, finer = time_error(found, resolved)
+        if finer is None:
+            return *corrected(found, tolerance), grid, error
+        grid = finer
 
 
-def time_error(found: Vibration) -> Any:
-    """What every element leaves open at most, as a share of the largest displacement, shape (elements,).
+def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
+    """What the elements leave open at most, as a share of the largest displacement; finer ones where that is too much.
 
     A step of the loads stays one however short its element: such elements do not count.
     """
     grid = found.problem.terms.grid
-    return np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * found.unresolved, 0.0)
-
-
-def finer(grid: Grid, error: Any, tolerance: float) -> Grid:
-    """The grid with every element in as many parts as its error asks for."""
+    error = np.where(grid.steps > SHORTEST * np.ptp(grid.edges), SAFE * found.unresolved, 0.0)
+    if error.max() <= tolerance or len(error) > MOST_ELEMENTS:
+        return float(error.max()), None
     parts = np.ceil((error / tolerance) ** (1 / ORDER))
-    return grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
+    return float(error.max()), grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
 
 
 def refined(model: Model) -> Model:

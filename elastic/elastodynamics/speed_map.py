@@ -17,13 +17,11 @@ from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
 from elastic.elastodynamics.solution import (
     FINER,
-    MOST_ELEMENTS,
     NEUTRAL,
     ROUNDS,
     Model,
     MotionAt,
     checked,
-    finer,
     refined,
     time_error,
     vibrating_model,
@@ -218,18 +216,18 @@ class _Steady:
 
 
 def _at_speed(course: _Course, ratio: float, tolerance: float, resolved: float) -> _Steady:
-    """On the coarsest of the grids on which the elements leave no more unresolved than asked."""
+    """On the coarsest of the grids on which the elements leave no more open than asked."""
     model = course.model
     while True:
         base, terms = course.here()
-        found = vibration(terms, deflection(_passed(base, ratio), model.sections, model.joints), speed=ratio)
-        errors = time_error(found)
-        error = float(errors.max())
-        if error <= resolved or len(errors) > MOST_ELEMENTS:
+        plain = deflection(_passed(base, ratio), model.sections, model.joints)
+        found = vibration(terms, plain, speed=ratio)
+        error, finer = time_error(found, resolved)
+        if finer is None:
             break
         course.level += 1
         if course.level == len(course.grids):
-            course.grids.append(finer(terms.grid, errors, resolved))
+            course.grids.append(finer)
     if error < resolved / COARSER:  # the next speed may do with less
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())

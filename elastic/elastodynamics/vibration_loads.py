@@ -62,8 +62,8 @@ class _Gathered:
 def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Any = 0.0) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
-    `motion` is that at the grid's nodes; `beside` displacements of all masses there besides, shape (nodes, masses),
-    whose inertia counts.
+    `motion` is that at the grid's nodes; `beside` displacements of all masses besides, shape (points, masses), whose
+    inertia counts.
     """
     x, x1, x2 = history
     terms, kinds = found.terms, found.terms.kinematics
@@ -72,7 +72,7 @@ def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any
     moved = kinds.unit[1:] @ x[..., None]
     acceleration = terms.acceleration @ x[..., None] + terms.rate @ (2 * x1[..., None])
     acceleration += kinds.rows[1:] @ x2[..., None]
-    acceleration = acceleration[..., 0] + (terms.grid.rates(beside)[1] if np.ndim(beside) else 0.0)
+    acceleration = acceleration[..., 0] + (terms.grid.acceleration(beside) if np.ndim(beside) else 0.0)
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = _Gathered(structure, len(x))
     flux = _of_beams(gathered, found, directions, moved, inertia)
