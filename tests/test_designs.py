@@ -308,7 +308,7 @@ def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
 
 @pytest.mark.parametrize(("field", "expected"), [("M", 0.5 * 9.81 * 4), ("left", 0.5 * 9.81 * 4 * 0.003 / 1.8e-10)])
 def test_between_the_positions_of_a_cycle_the_largest_is_that_of_a_parabola(field, expected):
-    """An arm of 2 m and 1 kg/m that turns slowly under its weight: m g l^2/2 where it is level, between two positions."""
+    """An arm of 2 m and 1 kg/m under its weight: m g l^2/2 where it is level, which is between two positions."""
     arm = Link("arm", {"O": 0, "A": 2.0}, (Beam("O", "A", 1.0),))
     turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"O": 0, "A": 2}, gravity=-9.81j)
     section = section_of(rectangle(0.006, 0.01), 210e9)

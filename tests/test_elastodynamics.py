@@ -497,7 +497,7 @@ class TestSpeedMap:
         assert found.growth[1] == pytest.approx(single.growth, rel=1e-3)
         assert found.stable.all()
 
-    @pytest.mark.parametrize("name", ["RPR, elastic lever", "six-bar, ring", "PRP", "RRR"])
+    @pytest.mark.parametrize("name", ["RPR, elastic lever", "six-bar, ring", "PRP", "RRP"])
     def test_speeds_side_by_side(self, name):
         """Blocks on beams, rings, sliders, given loads: single answers, within the errors that these tell."""
         case, speeds = ALL[name](), (9.0, 10.0)
@@ -517,30 +517,28 @@ class TestSpeedMap:
             )
             off = np.abs(found.values[row] - measure(one.deflection)).max() / largest
             assert off < one.time_error + one.reduction_error
-            assert found.time_error[row] + found.reduction_error[row] < 1e-3
+            assert found.time_error[row] + found.reduction_error[row] < 3e-4
             assert difference(one.deflection, one.quasi_static) > 5e-3
 
-    def test_coordinates_are_refined_where_a_speed_asks_for_it(self):
-        """A block on a vibrating beam: more than the first coordinates give, and what is left is told."""
+    def test_coarse_answers_say_how_coarse_they_are(self):
+        """A block on a beam that vibrates in resonance: 25 % off in the first coordinates alone."""
         case = ALL["RPR, elastic lever"]()
-        maps = [
+        coarse, fine = (
             speed_map(
                 TestEveryMechanism.course(case, 1.0),
                 2 * math.pi,
-                (2.0, 10.0),
+                (9.0, 12.0),
                 case.sections,
-                lambda bent: sample(bent, "w", [0.5])[..., -1, 0],
+                lambda bent: np.abs(sample(bent, "w", STATIONS)).max(axis=(-2, -1)),
                 damping=1e-4,
                 tolerance=tolerance,
             )
-            for tolerance in (2e-3, 1e-3, 1e-4)
-        ]
-        coarse, finer, finest = (found.values[1] for found in maps)
-        assert (maps[0].reduction_error <= 2e-3).all()
-        assert (maps[1].reduction_error <= 1e-3).all()
-        scale = np.abs(finest).max()
-        assert np.abs(coarse - finest).max() / scale < 2e-3
-        assert np.abs(finer - finest).max() / scale < 1e-3
+            for tolerance in (1e-2, 1e-5)
+        )
+        off = np.abs(coarse.values - fine.values).max(axis=1) / fine.values.max(axis=1)
+        told = coarse.time_error + coarse.reduction_error
+        assert (told < 2e-2).all()
+        assert (off < told).all()
 
 
 class TestRotatingFrame:

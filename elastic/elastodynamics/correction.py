@@ -54,7 +54,7 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
 
 
 def _displacements(found: Vibration) -> Any:
-    """Displacements and rotations of all masses in the exact answer, as `mass_rows` has them, shape (points, masses)."""
+    """Displacements of all masses in the exact answer, rotations too, as `mass_rows` has them, (points, masses)."""
     structure, bent, motion = found.problem.terms.kinematics.structure, found.deflection, found.motion
     u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
     moved = beam_directions(motion).T[..., None] * (u + 1j * w)

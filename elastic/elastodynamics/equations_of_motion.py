@@ -135,8 +135,9 @@ class Terms:
 
     Attributes
     ----------
-    rate, acceleration
-        Derivatives in the grid's time of the masses' displacements per amplitude, shape (points, masses, r).
+    moving
+        Acceleration of the masses in the grid's time, per amplitude, twice its rate, and its acceleration, shape
+        (points, masses, 3 r).
     mass, carried_rate, carried
         Inertia of the amplitudes' accelerations, rates and of themselves, shape (points, r, r).
     strains, strain_rate
@@ -148,8 +149,7 @@ class Terms:
     kinematics: Kinematics
     grid: Grid
     damping: Damping
-    rate: Any
-    acceleration: Any
+    moving: Any
     mass: Any
     carried_rate: Any
     carried: Any
@@ -177,8 +177,7 @@ def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
         kinds,
         grid,
         damping,
-        rate,
-        acceleration,
+        np.concatenate((acceleration, rate, rows), axis=-1),
         inertia[0],
         2 * inertia[1],
         inertia[2],

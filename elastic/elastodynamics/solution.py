@@ -29,6 +29,7 @@ from rigid import SINGULAR, MechanismError, Motion, with_rates
 MotionAt = Callable[[Any], Motion]
 
 INNER = 4
+BESIDES = 0.05  # share of a mode's bending, as a root of energy, from which other combinations are let vibrate too
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
 ORDER = 5  # with which the error in time falls at worst, for the next guess
@@ -204,7 +205,7 @@ def _in_time(
 ) -> tuple[Vibration, float, Grid, float]:
     """The vibration in so many modes, in elements of time as short as it takes; what the modes and these leave open."""
     assert model.cycle is not None
-    basis, chosen = reduced_basis(model.cycle, modes, math.sqrt(tolerance)), chosen_points(model.structure.mechanism)
+    basis, chosen = reduced_basis(model.cycle, modes, BESIDES), chosen_points(model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)

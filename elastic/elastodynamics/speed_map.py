@@ -16,6 +16,7 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import near_modes, reduced_basis
 from elastic.elastodynamics.solution import (
+    BESIDES,
     FINER,
     NEUTRAL,
     ROUNDS,
@@ -167,7 +168,7 @@ def _settled(
     rows: dict[float, _Row] = {}
     left = list(dict.fromkeys(speeds))
     for _ in range(ROUNDS):
-        course = _Course(model, reduced_basis(model.cycle, modes, math.sqrt(tolerance)), grids)
+        course = _Course(model, reduced_basis(model.cycle, modes, BESIDES), grids)
         for first in range(0, len(left), SIDE_BY_SIDE):
             steady = [_at_speed(course, ratio, tolerance, resolved) for ratio in left[first : first + SIDE_BY_SIDE]]
             rows |= _measured(course, steady, measure)

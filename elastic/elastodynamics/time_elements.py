@@ -91,7 +91,8 @@ class Grid:
 
     def at_nodes(self, values: Any) -> Any:
         """What is given at all points but the start, shape (points, ...), with what the first element has there."""
-        return np.concatenate((self.sampler(self.edges[:1])(values), values))
+        first = values[: self.stages].reshape(self.stages, -1)
+        return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
 
     def rates(self, values: Any) -> tuple[Any, Any]:
         """First and second derivative in time at all points but the start of what is given at the nodes.
@@ -164,6 +165,11 @@ def interpolation(nodes: Any, places: Any) -> Any:
 @lru_cache(maxsize=8)
 def _spectrum(stages: int) -> Any:
     return np.linalg.inv(_values(scheme(stages).points, np.eye(stages)))
+
+
+@lru_cache(maxsize=8)
+def _to_start(stages: int) -> Any:
+    return interpolation(scheme(stages).points, np.zeros(1))
 
 
 @lru_cache(maxsize=8)

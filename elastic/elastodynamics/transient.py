@@ -11,7 +11,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities
-from elastic.elastodynamics.time_elements import Grid, Propagation, interpolation, scheme
+from elastic.elastodynamics.time_elements import Grid, Propagation
 from elastic.solution import Deflection
 from rigid import Motion
 
@@ -66,8 +66,7 @@ def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Any:
     grid, structure = found.terms.grid, found.terms.kinematics.structure
     strains = found.terms.strains[0] if found.terms.strains.ndim == 3 else found.terms.strains
     forces = given_forces(structure, bent)
-    at_start = interpolation(scheme(grid.stages).points, np.zeros(1))
-    rate = (at_start @ grid.rates(forces)[0][: grid.stages])[0]
+    rate = grid.at_nodes(grid.rates(forces)[0])[0]
     across = strains.T
     stiffness = (across * rigidities(structure)) @ strains
     return np.concatenate([np.linalg.solve(stiffness, across @ part) for part in (forces[0], rate)])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from elastic.elastodynamics.displacements import UNDER, Displacements
+from elastic.elastodynamics.displacements import UNDER
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, masses
 from elastic.elastodynamics.point_effects import lumps_of
@@ -69,29 +69,28 @@ def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any
     terms, kinds = found.terms, found.terms.kinematics
     structure = kinds.structure
     directions = beam_directions(motion).T[1:]
-    moved = kinds.unit[1:] @ x[..., None]
-    acceleration = terms.acceleration @ x[..., None] + terms.rate @ (2 * x1[..., None])
-    acceleration += kinds.rows[1:] @ x2[..., None]
-    acceleration = acceleration[..., 0] + (terms.grid.acceleration(beside) if np.ndim(beside) else 0.0)
+    acceleration = (terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None])[..., 0]
+    if np.ndim(beside):
+        acceleration += terms.grid.acceleration(beside)
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = _Gathered(structure, len(x))
-    flux = _of_beams(gathered, found, directions, moved, inertia)
+    flux = _of_beams(gathered, found, directions, x, inertia)
     viscous = _strain_rates(found, x, x1)
     _of_strain_rates(gathered, directions, viscous, flux)
     _of_lumps(gathered, motion, inertia)
-    _of_effects(gathered, found, moved, x, x1)
+    _of_effects(gathered, found, x, x1)
     gaps, turns = _openings(gathered, motion, viscous)
     return AddedLoads(
         np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns
     )
 
 
-def _of_beams(gathered: _Gathered, found: Problem, directions: Any, moved: Displacements, inertia: Any) -> Any:
+def _of_beams(gathered: _Gathered, found: Problem, directions: Any, x: Any, inertia: Any) -> Any:
     """Inertia along the beams; returns what works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
-    slope = moved.slope[..., 0]
+    slope = (found.terms.kinematics.unit.slope[1:] @ x[:, None, :, None])[..., 0]
     force = inertia[:, :size].reshape(shape)
     if felt.turning is not None:
         force = force + 1j * felt.turning[1:] * slope
@@ -139,9 +138,12 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: _Gathered, found: Problem, moved: Displacements, x: Any, x1: Any) -> None:
+def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any) -> None:
     """Forces that displaced points feel."""
+    if not found.felt.effects:
+        return
     kinds, grid = found.terms.kinematics, found.terms.grid
+    moved = kinds.unit[1:] @ x[..., None]
     for effect in found.felt.effects:
         own = effect[1:]
         amount = own.stiffness * own.cause(moved)[:, 0]
