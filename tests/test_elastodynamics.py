@@ -518,7 +518,7 @@ class TestSpeedMap:
             off = np.abs(found.values[row] - measure(one.deflection)).max() / largest
             assert off < one.time_error + one.reduction_error
             assert found.time_error[row] + found.reduction_error[row] < 3e-4
-            assert difference(one.deflection, one.quasi_static) > 5e-3
+            assert difference(one.deflection, one.quasi_static) > 10 * off
 
     def test_coarse_answers_say_how_coarse_they_are(self):
         """A block on a beam that vibrates in resonance: 25 % off in the first coordinates alone."""

@@ -177,18 +177,15 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
-    modes, resolved, before, in_time = near_modes(model.cycle), tolerance, np.inf, False
+    fineness: Fineness | None = Fineness(model, near_modes(model.cycle), tolerance)
     for _ in range(ROUNDS):
-        found, reduced, grid, in_elements = _in_time(model, modes, grid, tolerance, resolved, start)
-        if reduced <= tolerance or model.cycle is None or in_elements > resolved:
+        assert fineness is not None
+        found, reduced, grid, in_elements = _in_time(fineness, grid, tolerance, start)
+        if reduced <= tolerance or in_elements > fineness.resolved:
             break
-        in_time = in_time != (reduced > before / 2)  # what gains nothing is not what is left
-        if in_time:
-            resolved /= FINER
-        else:
-            modes = min(2 * modes, len(model.cycle.values))
-            model = refined(model)
-        before = reduced
+        fineness = fineness.finer(reduced)
+        if fineness is None:
+            break
     multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
     cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
     loads = resampled(found.loads, grid.sampler(cycled if found.cyclic else motion.time))
@@ -201,17 +198,16 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 
 
 def _in_time(
-    model: Model, modes: int, grid: Grid, tolerance: float, resolved: float, start: Start | None
+    fineness: Fineness, grid: Grid, tolerance: float, start: Start | None
 ) -> tuple[Vibration, float, Grid, float]:
-    """The vibration in so many modes, in elements of time as short as it takes; what the modes and these leave open."""
-    assert model.cycle is not None
-    basis, chosen = reduced_basis(model.cycle, modes, BESIDES), chosen_points(model.structure.mechanism)
+    """The vibration in elements of time as short as it takes; what coordinates and elements leave open."""
+    model, basis, chosen = fineness.model, fineness.basis, chosen_points(fineness.model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         terms = terms_of(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
         found = vibration(terms, bent, start)
-        error, finer = time_error(found, resolved)
+        error, finer = time_error(found, fineness.resolved)
         if finer is None:
             return *corrected(found, tolerance), grid, error
         grid = finer
@@ -230,11 +226,46 @@ def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
     return float(error.max()), grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
 
 
-def refined(model: Model) -> Model:
-    """The same with more polynomials along every beam."""
-    inner = model.inner + 2
-    structure, cycle = _coordinates(model.looked_at, model.sections, model.joints, inner)
-    return replace(model, structure=structure, cycle=cycle, inner=inner)
+@dataclass(frozen=True, eq=False)
+class Fineness:
+    """What an answer is computed with.
+
+    Attributes
+    ----------
+    model, modes
+        Elastic coordinates, and how many modes of them are let vibrate.
+    resolved
+        What elements of time may leave open.
+    before, in_time, stalled
+        How far the answer was off before what was refined last; whether that was time; whether it gained nothing.
+    """
+
+    model: Model
+    modes: int
+    resolved: float
+    before: float = math.inf
+    in_time: bool = False
+    stalled: bool = False
+
+    @property
+    def basis(self) -> Any:
+        """Of the coordinates that are let vibrate, shape (n, r)."""
+        assert self.model.cycle is not None
+        return reduced_basis(self.model.cycle, self.modes, BESIDES)
+
+    def finer(self, error: float) -> Fineness | None:
+        """More coordinates, or shorter elements where these gain nothing; None where neither does."""
+        stalled = error > self.before / 2
+        if stalled and self.stalled:
+            return None
+        in_time = self.in_time != stalled
+        following = replace(self, before=error, in_time=in_time, stalled=stalled)
+        if in_time:
+            return replace(following, resolved=self.resolved / FINER)
+        inner, known = self.model.inner + 2, self.model
+        structure, cycle = _coordinates(known.looked_at, known.sections, known.joints, inner)
+        model = replace(known, structure=structure, cycle=cycle, inner=inner)
+        return replace(following, model=model, modes=min(2 * self.modes, len(structure.stiffness)))
 
 
 def unanswered(found: Elastodynamic) -> Elastodynamic:

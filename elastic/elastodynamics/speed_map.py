@@ -14,16 +14,14 @@ from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
-from elastic.elastodynamics.reduction import near_modes, reduced_basis
+from elastic.elastodynamics.reduction import near_modes
 from elastic.elastodynamics.solution import (
-    BESIDES,
-    FINER,
     NEUTRAL,
     ROUNDS,
+    Fineness,
     Model,
     MotionAt,
     checked,
-    refined,
     time_error,
     vibrating_model,
 )
@@ -161,36 +159,31 @@ class _Row:
 def _settled(
     model: Model, speeds: Sequence[float], measure: Measure, tolerance: float, period: float
 ) -> dict[float, _Row]:
-    """Refine elements of time, then coordinates, for the speeds at which the answer has not settled, all the same."""
+    """Refine what the speeds share as long as the answer has not settled at some, for these."""
     assert model.cycle is not None
     grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
-    modes, resolved, before, in_time = near_modes(model.cycle), tolerance, math.inf, False
+    fineness: Fineness | None = Fineness(model, near_modes(model.cycle), tolerance)
     rows: dict[float, _Row] = {}
     left = list(dict.fromkeys(speeds))
     for _ in range(ROUNDS):
-        course = _Course(model, reduced_basis(model.cycle, modes, BESIDES), grids)
+        if fineness is None or not left:
+            break
+        course, resolved = _Course(fineness, grids), fineness.resolved
         for first in range(0, len(left), SIDE_BY_SIDE):
-            steady = [_at_speed(course, ratio, tolerance, resolved) for ratio in left[first : first + SIDE_BY_SIDE]]
+            steady = [_at_speed(course, ratio, tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
             rows |= _measured(course, steady, measure)
         left = [one for one in left if rows[one].reduction_error > tolerance and rows[one].time_error <= resolved]
-        if not left:
-            break
-        worst = max(rows[one].reduction_error for one in left)
-        in_time = in_time != (worst > before / 2)  # as for a single speed
-        if in_time:
-            resolved /= FINER
-        else:
-            modes = min(2 * modes, len(model.cycle.values))
-            model = refined(model)
-        before = worst
+        if left:
+            fineness = fineness.finer(max(rows[one].reduction_error for one in left))
     return rows
 
 
 class _Course:
     """What positions tell of the equations of motion on grids each finer than the one before, when first asked for."""
 
-    def __init__(self, model: Model, basis: Any, grids: list[Grid]) -> None:
-        self.model, self.basis, self.grids = model, basis, grids
+    def __init__(self, fineness: Fineness, grids: list[Grid]) -> None:
+        self.model, self.basis, self.resolved = fineness.model, fineness.basis, fineness.resolved
+        self.grids = grids
         self.known: dict[int, tuple[Motion, Terms]] = {}
         self.level = len(grids) - 1
 
@@ -216,20 +209,20 @@ class _Steady:
     loads: AddedLoads | None
 
 
-def _at_speed(course: _Course, ratio: float, tolerance: float, resolved: float) -> _Steady:
+def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
     model = course.model
     while True:
         base, terms = course.here()
         plain = deflection(_passed(base, ratio), model.sections, model.joints)
         found = vibration(terms, plain, speed=ratio)
-        error, finer = time_error(found, resolved)
+        error, finer = time_error(found, course.resolved)
         if finer is None:
             break
         course.level += 1
         if course.level == len(course.grids):
             course.grids.append(finer)
-    if error < resolved / COARSER:  # the next speed may do with less
+    if error < course.resolved / COARSER:  # the next speed may do with less
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(found.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
