@@ -23,9 +23,13 @@ from elastic import (
     sample,
 )
 from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
+from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, problem, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
+from elastic.elastodynamics.reduced_vibration import vibration
+from elastic.elastodynamics.reduction import reduced_basis
+from elastic.elastodynamics.solution import vibrating_model
 from elastic.elastodynamics.time_elements import Equations, Grid, propagation, scheme
 from elastic.vibration import natural_frequencies
 from rigid import (
@@ -539,6 +543,29 @@ class TestSpeedMap:
         told = coarse.time_error + coarse.reduction_error
         assert (told < 2e-2).all()
         assert (off < told).all()
+
+
+class TestCorrection:
+    """What few coordinates leave out is put right: with all coordinates it comes without corrections."""
+
+    @pytest.mark.parametrize("name", ["arm", "arm, motor turned about", "six-bar", "RRP, owner hung"])
+    def test_few_coordinates_corrected_are_all_of_them(self, name):
+        case, speed = ALL[name](), 10.0
+        motion_at, period = TestEveryMechanism.course(case, speed), 2 * math.pi / speed
+        model = vibrating_model(motion_at, 0.0, period, case.sections, {}, 1e-4)
+        grid = Grid(np.linspace(0.0, period, 13))
+        course = motion_at(grid.nodes)
+
+        def vibrating(basis):
+            kinds = kinematics(model.structure, course, basis, chosen_points(case.mechanism))
+            return vibration(terms_of(kinds, grid, model.damping), deflection(course, case.sections))
+
+        whole, few = vibrating(model.cycle.unstrained), vibrating(reduced_basis(model.cycle, 2, 1.0))
+        found, told = corrected(few, 1e-5)
+        before, after = (difference(each.deflection, whole.deflection) for each in (few, found))
+        assert 1e-4 < before < 1.5 * corrected(few, 1.0)[1]
+        assert after < before / 30
+        assert told < 1e-5
 
 
 class TestRotatingFrame:

@@ -1,10 +1,10 @@
 """What reduced coordinates leave out, put right: the answer becomes that in which all elastic coordinates vibrate.
 
 There are two routes to an answer: the reduced coordinates, and the exact quasi-static answer under the loads that they
-give, which is taken. The inertia of what the second has and the first has not is felt by neither. It goes as a load
-into the equations of the reduced coordinates, where it may resonate, and into the exact answer; and so on, the reduced
-equations being what iterations of the whole ones are preconditioned with. What an iteration is about to change is how
-far the answer is off.
+give, which is taken. The inertia of what the second has and the first has not, and what it feels of the rigid motion's
+forces, is felt by neither. It goes as a load into the equations of the reduced coordinates, where it may resonate, and
+into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned with.
+What an iteration is about to change is how far the answer is off. Its damping by the beams' strains is left out.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.equations_of_motion import masses
-from elastic.elastodynamics.point_effects import lumps_of
+from elastic.elastodynamics.displacements import UNDER, Displacements, below
+from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
 from elastic.sampling import displacement_of, rotation_of
+from elastic.vibration.beam_matrices import rigidity
 from rigid.loads import beam_directions
 
 CORRECTIONS = 8
@@ -26,23 +27,22 @@ FALL = 0.5  # of the error by a correction, below which more coordinates are the
 
 
 def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
-    """The vibration with the inertia of what the coordinates leave out, and how far its answer is still off.
+    """The vibration with the forces of what the coordinates leave out, and how far its answer is still off.
 
     That is what another correction would change, of the largest displacement: more than the tolerance where corrections
     do not get there; 0 without beams, where nothing is left out.
     """
-    terms, size = found.problem.terms, found.problem.terms.kinematics.structure.weights.size
-    best, least, greatest = found, np.inf, np.abs(found.displacements).max() if size else 0.0
+    kinds = found.problem.terms.kinematics
+    best, least = found, np.inf
+    greatest = np.abs(found.displacements).max() if kinds.structure.weights.size else 0.0
     if not greatest:
         return found, 0.0
-    heavy = found.problem.speed**2 * masses(terms.kinematics.structure)
-    rows = terms.kinematics.rows[1:]
     for _ in range(CORRECTIONS):
-        missed = _displacements(found) - (rows @ found.history[0][..., None])[..., 0]
-        change = missed - found.beside
-        inertia = heavy * terms.grid.acceleration(change)
-        more = found.under(-(np.conj(rows).swapaxes(-1, -2) @ inertia[..., None])[..., 0].real)
-        error = float(max(np.abs(change[:, :size]).max(), np.abs(found.places(more[0])).max()) / greatest)
+        x = found.problem.terms.grid.at_nodes(found.history[0])[..., None]
+        missed = _displacements(found) - kinds.unit @ x
+        change = missed if found.beside is None else missed - found.beside
+        more = found.under(_load(found, change))
+        error = float(max(np.abs(change.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
         before = least
         if error < least:
             best, least = found, error
@@ -53,16 +53,41 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
     return best, least
 
 
-def _displacements(found: Vibration) -> Any:
-    """Displacements of all masses in the exact answer, rotations too, as `mass_rows` has them, (points, masses)."""
+def _load(found: Vibration, beside: Displacements) -> Any:
+    """Of displacements of one kind at the nodes on the coordinates, shape (points, r)."""
+    terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
+    kinds = terms.kinematics
+    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside)[1:]
+    inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
+    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, beside)[1:]
+    for effect in felt.effects:
+        if np.any(effect.damping):
+            rate = terms.grid.derivative(effect.cause(beside)[1:], 1)
+            load = load + (speed * effect.damping * effect.felt(kinds.unit)[1:] * rate)[..., None]
+    return -load[..., 0]
+
+
+def _displacements(found: Vibration) -> Displacements:
+    """Of the exact answer at the nodes, of one kind."""
     structure, bent, motion = found.problem.terms.kinematics.structure, found.deflection, found.motion
-    u, w = (along_beams(bent, name, structure.xi) for name in ("u", "w"))
-    moved = beam_directions(motion).T[..., None] * (u + 1j * w)
-    rows = [moved.reshape(len(u), -1)]
-    if structure.rotary.any():
-        rows.append(along_beams(bent, "phi", structure.xi).reshape(len(u), -1))
-    for at, lump in lumps_of(structure.mechanism):
-        turned = rotation_of(bent, at, lump.point)
-        arm = motion.direction[at] * np.ravel(lump.offset)[0]
-        rows += [(displacement_of(bent, at, lump.point) + 1j * arm * turned)[:, None], turned[:, None]]
-    return np.concatenate(rows, axis=1)[1:]
+    u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
+    beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)
+    shear = np.array([rigidity(section, "kGA", structure.xi) for section in structure.sections])[..., None]
+    slope = phi - V / shear
+    moves, turns = [], []
+    for at, name in found.problem.terms.kinematics.chosen:
+        if name.startswith(UNDER):
+            move, turn = (part[..., 0] for part in below(structure, motion, name, beams, slope))
+        else:
+            move, turn = displacement_of(bent, at, name), rotation_of(bent, at, name)
+        moves.append(move)
+        turns.append(turn)
+    shape = (len(moves), len(u), 1)
+    return Displacements(
+        beams,
+        slope,
+        phi,
+        bent.angle.T[..., None],
+        np.moveaxis(np.reshape(np.array(moves, complex), shape), 0, 1),
+        np.moveaxis(np.reshape(np.array(turns, float), shape), 0, 1),
+    )

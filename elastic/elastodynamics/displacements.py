@@ -68,6 +68,9 @@ class Displacements:
             *(part @ wide.reshape(len(wide), *(1,) * (part.ndim - 3), *wide.shape[1:]) for part in vars(self).values())
         )
 
+    def __sub__(self, other: Displacements) -> Displacements:
+        return Displacements(*(one - part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
+
     def __getitem__(self, positions: Any) -> Displacements:
         """At some of the positions."""
         return Displacements(*(part[positions] for part in vars(self).values()))
@@ -197,7 +200,7 @@ def unit_displacements(
     moves, turns = [], []
     for at, name in chosen:
         if name.startswith(UNDER):
-            found = _below(structure, motion, name, beams, turned + own["slope"])
+            found = below(structure, motion, name, beams, turned + own["slope"])
             moves.append(found[0])
             turns.append(found[1])
             continue
@@ -219,7 +222,7 @@ def unit_displacements(
     )
 
 
-def _below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
+def below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
     """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
     links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
     first, *_ = block_places(motion, links)[list(links.rails).index(number)]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.equations_of_motion import Problem, Terms, problem
 from elastic.elastodynamics.time_elements import Propagation, propagation
 from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
@@ -29,8 +30,8 @@ class Vibration:
     quasi_static
         At the nodes of the grid.
     beside
-        Displacements of all masses that the coordinates do not follow but whose inertia counts, shape (points, masses),
-        complex.
+        Displacements that the coordinates do not follow but whose forces count, of one kind, at the nodes; None where
+        none do.
     """
 
     quasi_static: Deflection
@@ -38,7 +39,7 @@ class Vibration:
     propagation: Propagation
     history: tuple[Any, Any, Any]
     cyclic: bool
-    beside: Any = 0.0
+    beside: Displacements | None = None
 
     @property
     def motion(self) -> Motion:

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from elastic.elastodynamics.displacements import UNDER
+from elastic.elastodynamics.displacements import UNDER, Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.elastodynamics.equations_of_motion import Problem, masses
+from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
 from elastic.links.added_loads import AddedLoads
@@ -59,38 +59,40 @@ class _Gathered:
                 self.points.append((at, name, *pair))
 
 
-def vibration_loads(found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Any = 0.0) -> AddedLoads:
+def vibration_loads(
+    found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Displacements | None = None
+) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
-    `motion` is that at the grid's nodes; `beside` displacements of all masses besides, shape (points, masses), whose
-    inertia counts.
+    `motion` is that at the grid's nodes; `beside` are displacements there besides.
     """
     x, x1, x2 = history
     terms, kinds = found.terms, found.terms.kinematics
     structure = kinds.structure
     directions = beam_directions(motion).T[1:]
     acceleration = (terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None])[..., 0]
-    if np.ndim(beside):
-        acceleration += terms.grid.acceleration(beside)
+    slope = (kinds.unit.slope[1:] @ x[:, None, :, None])[..., 0]
+    if beside is not None:
+        rows = mass_rows(structure, motion, kinds.chosen, beside)
+        acceleration, slope = acceleration + terms.grid.derivative(rows[1:, :, 0], 2), slope + beside.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = _Gathered(structure, len(x))
-    flux = _of_beams(gathered, found, directions, x, inertia)
+    flux = _of_beams(gathered, found, directions, slope, inertia)
     viscous = _strain_rates(found, x, x1)
     _of_strain_rates(gathered, directions, viscous, flux)
     _of_lumps(gathered, motion, inertia)
-    _of_effects(gathered, found, x, x1)
+    _of_effects(gathered, found, x, x1, beside)
     gaps, turns = _openings(gathered, motion, viscous)
     return AddedLoads(
         np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns
     )
 
 
-def _of_beams(gathered: _Gathered, found: Problem, directions: Any, x: Any, inertia: Any) -> Any:
+def _of_beams(gathered: _Gathered, found: Problem, directions: Any, slope: Any, inertia: Any) -> Any:
     """Inertia along the beams; returns what works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
-    slope = (found.terms.kinematics.unit.slope[1:] @ x[:, None, :, None])[..., 0]
     force = inertia[:, :size].reshape(shape)
     if felt.turning is not None:
         force = force + 1j * felt.turning[1:] * slope
@@ -138,7 +140,7 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any) -> None:
+def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Displacements | None) -> None:
     """Forces that displaced points feel."""
     if not found.felt.effects:
         return
@@ -146,10 +148,13 @@ def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any) -> None:
     moved = kinds.unit[1:] @ x[..., None]
     for effect in found.felt.effects:
         own = effect[1:]
-        amount = own.stiffness * own.cause(moved)[:, 0]
+        cause = own.cause(moved)[:, 0]
+        besides = 0.0 if beside is None else effect.cause(beside)[1:, 0]
+        amount = own.stiffness * (cause + besides)
         if np.any(own.damping):
             cause = effect.cause(kinds.unit)
             rate = (grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
+            rate = rate if beside is None else rate + grid.derivative(besides, 1)
             amount = amount + found.speed * own.damping * rate
         for point, force, moment in own.loads(-amount):
             at, name = kinds.chosen[point]
