@@ -4,7 +4,7 @@ There are two routes to an answer: the reduced coordinates, and the exact quasi-
 give, which is taken. The inertia of what the second has and the first has not, and what it feels of the rigid motion's
 forces, is felt by neither. It goes as a load into the equations of the reduced coordinates, where it may resonate, and
 into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned with.
-What an iteration is about to change is how far the answer is off. Its damping by the beams' strains is left out.
+What an iteration is about to change is how far the answer is off. What damps it besides is left out.
 """
 
 from __future__ import annotations
@@ -58,12 +58,8 @@ def _load(found: Vibration, beside: Displacements) -> Any:
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics
     moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside)[1:]
-    inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
+    inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.acceleration(moved)
     load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, beside)[1:]
-    for effect in felt.effects:
-        if np.any(effect.damping):
-            rate = terms.grid.derivative(effect.cause(beside)[1:], 1)
-            load = load + (speed * effect.damping * effect.felt(kinds.unit)[1:] * rate)[..., None]
     return -load[..., 0]
 
 

@@ -74,7 +74,7 @@ def vibration_loads(
     slope = (kinds.unit.slope[1:] @ x[:, None, :, None])[..., 0]
     if beside is not None:
         rows = mass_rows(structure, motion, kinds.chosen, beside)
-        acceleration, slope = acceleration + terms.grid.derivative(rows[1:, :, 0], 2), slope + beside.slope[1:, ..., 0]
+        acceleration, slope = acceleration + terms.grid.acceleration(rows[1:, :, 0]), slope + beside.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = _Gathered(structure, len(x))
     flux = _of_beams(gathered, found, directions, slope, inertia)
@@ -154,7 +154,6 @@ def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Di
         if np.any(own.damping):
             cause = effect.cause(kinds.unit)
             rate = (grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
-            rate = rate if beside is None else rate + grid.derivative(besides, 1)
             amount = amount + found.speed * own.damping * rate
         for point, force, moment in own.loads(-amount):
             at, name = kinds.chosen[point]
