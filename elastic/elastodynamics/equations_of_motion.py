@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.displacements import (
+    Carriage,
     Displacements,
     Points,
     carriage,
@@ -44,6 +45,7 @@ class Kinematics:
     """
 
     structure: ElasticStructure
+    carried: Carriage
     chosen: Points
     basis: Any
     unit: Displacements
@@ -55,7 +57,7 @@ def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: 
     carried = carriage(structure, motion)
     own = own_basis(structure, carried, basis)
     unit = unit_displacements(structure, motion, carried, own, chosen)
-    return Kinematics(structure, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
+    return Kinematics(structure, carried, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
 
 
 def masses(structure: ElasticStructure) -> Any:

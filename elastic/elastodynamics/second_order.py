@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.displacements import own_basis, unit_displacements
 from elastic.elastodynamics.equations_of_motion import felt_forces, mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
@@ -61,9 +61,8 @@ def _nearer(found: Vibration, x: Any) -> Any:
     scale = 1.0 / np.sqrt(np.diagonal(structure.stiffness))
     given = (stretch * rigidities(structure)[:size]) @ rows * scale
     shorter = np.linalg.solve(structure.stiffness * scale[:, None] * scale, given.T).T * scale
-    carried = carriage(structure, motion)
-    own = own_basis(structure, carried, shorter[..., None])
-    moved = unit_displacements(structure, motion, carried, own, kinds.chosen)
+    own = own_basis(structure, kinds.carried, shorter[..., None])
+    moved = unit_displacements(structure, motion, kinds.carried, own, kinds.chosen)
     acceleration = terms.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
     heavy = np.conj(kinds.rows[1:]) * masses(structure)[:, None]
     return -(found.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real

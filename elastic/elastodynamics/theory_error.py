@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics.second_order import second_order
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.extreme_values import extremes
 from elastic.sampling import sample
 from elastic.solution import Deflection
 from rigid import Reals
@@ -65,7 +65,7 @@ def large_displacement_error(found: Elastodynamic) -> float:
     if found.vibration is None or not found.stable:
         return 0.0 if found.vibration is None else math.nan
     linear, more = second_order(found.vibration, np.linspace(0.0, 1.0, STATIONS))
-    rotation = np.abs(extremes(found.deflection, ["phi"])["phi"].value).max(initial=0.0)
+    rotation = cycle_maxima(found.deflection, ["phi"])["phi"].value.max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
     share = np.abs(more).max(axis=(1, 2)) / share_base(np.abs(linear).max(axis=(1, 2)))

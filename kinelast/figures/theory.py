@@ -9,8 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from elastic import Deflection, extremes, sample
+from elastic import Deflection, sample
 from elastic.assessment import introduction_share, shear_share
+from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
@@ -97,7 +98,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
     by_name = theory.name == ELASTODYNAMIC
-    if not by_name and np.nanmax(np.abs(extremes(plain, ["phi"])["phi"].value), initial=0.0) > HOPELESS:
+    if not by_name and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
         return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
     try:
         found = _vibrating(scene, plain.motion, period, TOLERANCE if by_name else max(TOLERANCE, SETTLED * wanted))
