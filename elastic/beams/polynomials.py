@@ -17,8 +17,11 @@ CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence i
 
 def evaluate(values: Any, xi: Any) -> Any:
     """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
-    result = np.array(np.broadcast_to(values[-1], np.broadcast_shapes(np.shape(xi), values.shape[1:])))
-    for value in values[-2::-1]:
+    if len(values) == 1:
+        return values[0] + np.zeros(np.shape(xi))
+    result = values[-1] * xi
+    result += values[-2]
+    for value in values[-3::-1]:
         result *= xi
         result += value
     return result
