@@ -60,8 +60,9 @@ class VibratingStructure:
         self.stiffness, self.mass = (np.zeros((len(positions), size, size)) for _ in range(2))
         for first, own_links in zip(self._first[1:], self._links[1:], strict=True):
             part = slice(first, first + len(own_links[0].mass))
-            both = (np.array([getattr(one, name) for one in own_links]) for name in ("stiffness", "mass"))
-            self.stiffness[:, part, part], self.mass[:, part, part] = uncoupled(*both, own_links[0].level)
+            stiffness = np.array([one.stiffness for one in own_links])
+            mass = np.array([one.mass for one in own_links])
+            self.stiffness[:, part, part], self.mass[:, part, part] = uncoupled(stiffness, mass, own_links[0].level)
         self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
         self.held: list[Any] = []
         for number, place in enumerate(self._places):
