@@ -311,7 +311,7 @@ def test_no_polynomial_is_larger_than_its_bound():
     rng = np.random.default_rng(8)
     for count in range(1, 9):
         values = rng.normal(size=(count, 5, 40)) * 4.0 ** rng.integers(-2, 3, (count, 1, 1))
-        xi = np.linspace(0, 1, 501)[:, None, None]
+        xi = np.linspace(0, 1, 481)[:, None, None]
         greatest = np.abs(np.polynomial.polynomial.polyval(xi, values, tensor=False)).max(axis=0)
         for steps in (COARSE, FINE):
             low, high = _bounds(values, steps, False)
