@@ -29,7 +29,6 @@ from rigid import SINGULAR, MechanismError, Motion, with_rates
 MotionAt = Callable[[Any], Motion]
 
 INNER = 4
-BESIDES = 0.05  # share of a mode's bending, as a root of energy, from which other combinations are let vibrate too
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
 ORDER = 5  # with which the error in time falls at worst, for the next guess
@@ -177,7 +176,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
-    fineness: Fineness | None = Fineness(model, near_modes(model.cycle), tolerance)
+    fineness: Fineness | None = first_fineness(model, tolerance)
     for _ in range(ROUNDS):
         assert fineness is not None
         found, reduced, grid, in_elements = _in_time(fineness, grid, tolerance, start)
@@ -226,14 +225,20 @@ def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
     return float(error.max()), grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
 
 
+def first_fineness(model: Model, tolerance: float) -> Fineness:
+    """What an answer is tried with first."""
+    assert model.cycle is not None
+    return Fineness(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
+
+
 @dataclass(frozen=True, eq=False)
 class Fineness:
     """What an answer is computed with.
 
     Attributes
     ----------
-    model, modes
-        Elastic coordinates, and how many modes of them are let vibrate.
+    model, modes, besides
+        Elastic coordinates, how many modes of them are let vibrate, and from what share of these other combinations.
     resolved
         What elements of time may leave open.
     before, in_time, stalled
@@ -242,6 +247,7 @@ class Fineness:
 
     model: Model
     modes: int
+    besides: float
     resolved: float
     before: float = math.inf
     in_time: bool = False
@@ -251,7 +257,7 @@ class Fineness:
     def basis(self) -> Any:
         """Of the coordinates that are let vibrate, shape (n, r)."""
         assert self.model.cycle is not None
-        return reduced_basis(self.model.cycle, self.modes, BESIDES)
+        return reduced_basis(self.model.cycle, self.modes, self.besides)
 
     def finer(self, error: float) -> Fineness | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does."""

@@ -14,7 +14,6 @@ from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
-from elastic.elastodynamics.reduction import near_modes
 from elastic.elastodynamics.solution import (
     NEUTRAL,
     ROUNDS,
@@ -22,6 +21,7 @@ from elastic.elastodynamics.solution import (
     Model,
     MotionAt,
     checked,
+    first_fineness,
     time_error,
     vibrating_model,
 )
@@ -160,9 +160,8 @@ def _settled(
     model: Model, speeds: Sequence[float], measure: Measure, tolerance: float, period: float
 ) -> dict[float, _Row]:
     """Refine what the speeds share as long as the answer has not settled at some, for these."""
-    assert model.cycle is not None
     grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
-    fineness: Fineness | None = Fineness(model, near_modes(model.cycle), tolerance)
+    fineness: Fineness | None = first_fineness(model, tolerance)
     rows: dict[float, _Row] = {}
     left = list(dict.fromkeys(speeds))
     for _ in range(ROUNDS):
