@@ -65,7 +65,7 @@ class Vibration:
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
         return steps.history(start)
 
-    @property
+    @cached_property
     def displacements(self) -> Any:
         """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
         return self.places(self.history[0])
@@ -78,7 +78,8 @@ class Vibration:
         bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
         moved = self.displacements
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
-        return np.maximum(*(terms.grid.tail(values, np.abs(moved).max()) for values in (moved, by_inertia)))
+        greatest = np.abs(moved).max()
+        return np.maximum(*(terms.grid.tail(values, greatest) for values in (moved, by_inertia)))
 
     def places(self, amounts: Any) -> Any:
         """Displacements of given amounts of all kinds."""

@@ -30,7 +30,7 @@ from elastic.elastodynamics.time_elements import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
-from rigid import Motion, with_rates
+from rigid import Motion
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
@@ -231,16 +231,23 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
-    """The same cycle at another speed, or at several of shape (speeds, 1)."""
-    if np.ndim(ratio):
-        columns = np.broadcast_shapes(np.shape(ratio), base.columns)
-        wide: dict[str, Any] = {
-            name: np.broadcast_to(getattr(base, name)[:, None], (len(base.drive), *columns))
-            for name in ("drive", "drive_rate", "drive_acceleration")
-        }
-        base = replace(repeated(base, columns), **wide)
-    motion = with_rates(base, base.drive_rate * ratio, base.drive_acceleration * ratio**2)
-    return replace(motion, time=base.time / ratio)
+    """The same cycle at another speed, or at several of shape (speeds, 1): rates go with it, accelerations twice."""
+    columns = np.broadcast_shapes(np.shape(ratio), base.columns)
+    still = base if columns == base.columns else repeated(base, columns)
+    drive = {name: getattr(base, name) for name in ("drive", "drive_rate", "drive_acceleration")}
+    if still is not base:
+        drive = {name: np.broadcast_to(value[:, None], (len(value), *columns)) for name, value in drive.items()}
+    return replace(
+        still,
+        time=base.time / ratio,
+        drive=drive["drive"],
+        drive_rate=drive["drive_rate"] * ratio,
+        drive_acceleration=drive["drive_acceleration"] * ratio**2,
+        velocity=still.velocity * ratio,
+        angular_velocity=still.angular_velocity * ratio,
+        acceleration=still.acceleration * ratio**2,
+        turning=still.turning * ratio**2,
+    )
 
 
 def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> dict[float, _Row]:

@@ -184,9 +184,12 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
     columns = loads.q.shape[-1]
     pairs = [item[-2:] for item in (*loads.points, *loads.blocks)] + list(zip(loads.gaps, loads.turns, strict=True))
-    parts = [loads.q.reshape(-1, columns), *(np.broadcast_to(value, (1, columns)) for pair in pairs for value in pair)]
-    whole = sampled(np.concatenate(parts).T).T
     first = loads.q[..., 0].size
+    given = np.empty((first + 2 * len(pairs), columns), complex)
+    given[:first] = loads.q.reshape(first, columns)
+    for row, value in enumerate((value for pair in pairs for value in pair), start=first):
+        given[row] = value
+    whole = sampled(given.T).T
     moved = iter(zip(whole[first::2], whole[first + 1 :: 2].real, strict=True))
     points = tuple((*item[:2], *next(moved)) for item in loads.points)
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
