@@ -11,7 +11,8 @@ import measuring
 import numpy as np
 from jobs import steel_four_bar
 
-from elastic import extremes, sample
+from elastic import sample
+from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import Elastodynamic, elastodynamic, speed_map
 from rigid import Motion, motion
 
@@ -55,7 +56,7 @@ def row(speed: float) -> dict[str, Any]:
 
 
 def largest(bent: Any) -> Any:
-    return np.abs(extremes(bent, ["chord"])["chord"].value).max(axis=-1)
+    return cycle_maxima(bent, ["chord"], period=bent.motion.time[..., -1])["chord"].value
 
 
 def main() -> None:
