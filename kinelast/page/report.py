@@ -17,7 +17,7 @@ from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
+SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
            "curves", "speeds", "sizing", "maps", "answer", "figures", "main")  # fmt: skip
 
 

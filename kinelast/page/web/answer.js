@@ -13,7 +13,7 @@ function acceptance() {
   const failed = limits.filter((limit) => limit.passed === false);
   const weak = failed.length ? "" : yielding();
   const level = failed.length || weak ? "poor" : passed ? "good" : "open";
-  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: all ${limits.length} limits of the scene are kept.` : "No limits are set.";
+  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : "No limits are set.";
   const note = passed === null && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
@@ -49,7 +49,7 @@ function trustLine() {
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
-  const go = at ? h("button", { type: "button", class: "go", onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
+  const go = at && at.value !== null ? h("button", { type: "button", class: "go", onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
   return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, figure), h("span", {}, words, " ", go));
 }
 

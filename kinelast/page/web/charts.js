@@ -28,7 +28,7 @@ function chart(holder, heading, unit, curves, options = {}) {
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
   const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) ? value * factor : null)));
   const marks = curves.map((curve, k) => {
-    const words = h("output", {});
+    const words = h("output", { "aria-live": "off" });
     const button = h("button", { type: "button", "aria-pressed": "true", onclick: () => {
       made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
       button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
@@ -83,7 +83,7 @@ function chart(holder, heading, unit, curves, options = {}) {
       made.plot.over.append(at);
       let pressed = 0;
       made.plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
-      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) showPosition(order[made.plot.cursor.idx]); });
+      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) { stop(); showPosition(order[made.plot.cursor.idx]); } });
     }
     made.follow(instant.position);
   };

@@ -123,7 +123,7 @@ function showBeam() {
     const { name, unit: own, value } = FIELDS[field], colour = beamStyle[beam][0];
     let most = 0;
     for (let i = 0; i < N; i++) for (let k = 0; counted(i) && k <= fine; k += 2) most = Math.max(most, Math.abs(value(beam, i, k / fine)) || 0);
-    chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${start} to ${end} [${unit}]`, live: true, largest: most });
+    chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${short(start)} to ${short(end)} [${unit}]`, live: true, largest: most });
     const over = (i) => {
       let found = 0;
       for (let k = 0; k <= fine; k++) { const here = value(beam, i, k / fine); if (!(Math.abs(here) <= Math.abs(found))) found = here; }
