@@ -6,7 +6,6 @@ import io
 import pytest
 from browser import Page, accessibility_faults
 from scene_texts import PARALLELOGRAM
-from selenium.webdriver import ActionChains
 
 from kinelast.command import main
 from kinelast.scene.shipped import shipped_scenes
@@ -43,6 +42,8 @@ def place_on(page, beam, part=0.7):
 
 
 def hover(page, x, y):
+    from selenium.webdriver import ActionChains
+
     action = ActionChains(page.driver, duration=10)
     action.w3c_actions.pointer_action.move_to_location(x, y)
     action.perform()
