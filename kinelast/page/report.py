@@ -17,8 +17,8 @@ from kinelast.folder import json_bytes
 from kinelast.page.data import kept_positions, model_of, numbers_of
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls", "charts",
-           "curves", "speeds", "sizing", "maps", "answer", "figures", "main")  # fmt: skip
+SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",
+           "charts", "curves", "speeds", "sizing", "maps", "answer", "figures", "main")  # fmt: skip
 
 
 def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:

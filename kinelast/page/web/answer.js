@@ -49,7 +49,7 @@ function trustLine() {
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
-  const go = at && at.value !== null ? h("button", { type: "button", class: "go", onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
+  const go = at && at.value !== null ? h("button", { type: "button", class: "go", "aria-label": `show ${heading}`, onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
   return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, figure), h("span", {}, words, " ", go));
 }
 

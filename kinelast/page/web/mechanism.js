@@ -82,7 +82,7 @@ function drawMechanism(holder, tip) {
     parts = {
       paths: s("g", { class: "paths" }), ground: s("g"), rigid: s("g", { class: "rigid" }), diagrams: s("g"), links: s("g"), joints: s("g"), arrows: s("g"), names: s("g", { class: "names" }), dot: s("circle", { r: 4, class: "dot", visibility: "hidden" }),
     };
-    svg.replaceChildren(s("title", { id: "mechanism-words" }, "The mechanism"), ...Object.values(parts), scaleBar());
+    svg.replaceChildren(s("title", { id: "mechanism-words" }, `The mechanism: ${model.links.slice(1).map((link) => link.name).join(", ")}`), ...Object.values(parts), scaleBar());
     for (const { link, point } of movingPoints) {
       const places = Array.from({ length: N }, (_, i) => placeOf(link, localOf(link, point), i));
       places.push(closed() ? places[0] : [NaN, NaN]);
