@@ -226,3 +226,16 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     assert "[points]" in failed[2][1]
     assert accessibility_faults(page) == []
     assert errors(page) == []
+
+
+def test_a_batch_that_failed_throughout_is_told_of(driver, tmp_path):
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.toml").write_text('title = "no points"\n')
+    assert main([str(tmp_path / "one.toml"), str(tmp_path / "two.toml"), "-o", str(tmp_path / "out")]) == 2
+    page = Page(driver, tmp_path / "out" / "index.html")
+    cells = page.run("return Array.from(document.querySelectorAll('tbody tr'), (row) => row.innerText.split('\\t'))")
+    for name, row in zip(("one", "two"), cells, strict=True):
+        assert row[:2] == [name, "failed"]
+        assert row[2].startswith(str(tmp_path / name))  # said once, of what scene it is
+        assert "[points]" in row[2]
+    assert errors(page) == []
