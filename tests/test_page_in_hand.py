@@ -239,3 +239,20 @@ def test_a_batch_that_failed_throughout_is_told_of(driver, tmp_path):
         assert row[2].startswith(str(tmp_path / name))  # said once, of what scene it is
         assert "[points]" in row[2]
     assert errors(page) == []
+
+
+def test_a_rigid_link_is_taken_beside_its_line(driver, tmp_path):
+    from selenium.webdriver import ActionChains
+
+    page = Page(driver, written(tmp_path, shipped_scenes()["andrews_driven"].read_text(), "--positions", "36"))
+    page.run(f"{SHOW} kinelast.showPosition(0)")
+    x, y = place_on(page, 0, 0.2)
+    action = ActionChains(driver, duration=5)
+    action.w3c_actions.pointer_action.move_to_location(x, y + 6)
+    action.w3c_actions.pointer_action.pointer_down()
+    for step in (20, 40):
+        action.w3c_actions.pointer_action.move_to_location(x - step, y - step)
+    action.w3c_actions.pointer_action.pointer_up()
+    action.perform()
+    assert page.run("return kinelast.instant.position") > 5
+    assert errors(page) == []

@@ -1,5 +1,5 @@
 // The mechanism, moving: links as they bend, diagrams on them, paths, reactions; to drag, hover and click.
-const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16;
+const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16, REACH = 14;
 const view = {
   factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, selected: null, redraw: () => {},
 };
@@ -169,9 +169,7 @@ function drawMechanism(holder, tip) {
       if (view.rigid) parts.beams[k].rigid.setAttribute("d", line([drawnOnBeam(k, 0, i, 0), drawnOnBeam(k, 1, i, 0)]));
     });
     for (const { k, rigid, line: path } of parts.bare) {
-      const names = Object.keys(model.links[k].points), outline = model.outlines[model.links[k].name];
-      const ring = (f) => outline ? outline.map((corner) => drawnCorner(k, corner, i, f)) : names.map((point) => drawnPlace(k, point, i, f));
-      const drawn = ring(factor), still = ring(0);
+      const drawn = ring(k, i, factor), still = ring(k, i, 0);
       path.setAttribute("d", drawn.length > 1 ? `${line(drawn)}Z` : "");
       rigid.setAttribute("d", still.length > 1 ? `${line(still)}Z` : "");
     }
@@ -187,6 +185,12 @@ function drawMechanism(holder, tip) {
     if (view.names) nameAll(i);
     if (view.reactions) for (const [k, each] of parts.forces.entries()) drawForce(k, each, i);
     [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));
+  }
+
+  // Corners of a link without beams.
+  function ring(k, i, f) {
+    const outline = model.outlines[model.links[k].name];
+    return outline ? outline.map((corner) => drawnCorner(k, corner, i, f)) : Object.keys(model.links[k].points).map((point) => drawnPlace(k, point, i, f));
   }
 
   function drawnCorner(link, corner, i, f) {
@@ -295,19 +299,35 @@ function drawMechanism(holder, tip) {
     }
   }
 
-  // What is under the pointer: the nearest beam within reach and where along it, or a link without beams.
+  // How far a place on the screen is from the way between two others, and at which part of it.
+  function beside(x, y, from, to) {
+    const dx = to[0] - from[0], dy = to[1] - from[1], t = Math.max(0, Math.min(1, ((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy || 1)));
+    return [Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy), t];
+  }
+
+  // What is under the pointer: the nearest beam within reach and where along it.
   function under(x, y) {
-    let best = null, nearest = 14;
+    let best = null, nearest = REACH;
     model.beams.forEach((_, beam) => {
       let from = at(drawnOnBeam(beam, 0, instant.position, view.factor));
       for (let n = 0; n < STATIONS; n++) {
-        const to = at(drawnOnBeam(beam, (n + 1) / STATIONS, instant.position, view.factor)), dx = to[0] - from[0], dy = to[1] - from[1];
-        const t = Math.max(0, Math.min(1, ((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy || 1)));
-        const distance = Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy);
+        const to = at(drawnOnBeam(beam, (n + 1) / STATIONS, instant.position, view.factor)), [distance, t] = beside(x, y, from, to);
         if (distance < nearest) { nearest = distance; best = { beam, xi: (n + t) / STATIONS, link: model.beams[beam].link }; }
         from = to;
       }
     });
+    return best;
+  }
+
+  // A link without beams: what is pointed at, or the nearest edge within reach.
+  function bareUnder(event, x, y) {
+    const owner = event.target.getAttribute?.("data-link") ?? null;
+    if (owner !== null) return Number(owner);
+    let best = null, nearest = REACH;
+    for (const k of bareLinks) {
+      const places = ring(k, instant.position, view.factor).map(at);
+      places.forEach((from, n) => { const [distance] = beside(x, y, from, places[(n + 1) % places.length]); if (distance < nearest) { nearest = distance; best = k; } });
+    }
     return best;
   }
 
@@ -319,8 +339,7 @@ function drawMechanism(holder, tip) {
   let grabbed = null, last = null;
   function grab(event) {
     hover(event);
-    const [x, y] = pointer(event), found = under(x, y), owner = event.target.getAttribute("data-link");
-    const link = found?.link ?? (owner === null ? null : Number(owner));
+    const [x, y] = pointer(event), found = under(x, y), link = found?.link ?? bareUnder(event, x, y);
     if (link === null) return;
     const world = [(x - left) / scale, (top - y) / scale], i = instant.position, [ox, oy] = placeOf(link, [0, 0], i), [dx, dy] = vector("direction", link - 1, i);
     const local = times([world[0] - ox, world[1] - oy], [dx, -dy]);
@@ -351,7 +370,7 @@ function drawMechanism(holder, tip) {
     if (grabbed) return drag(event);
     last = event;
     const [x, y] = pointer(event), found = under(x, y);
-    svg.style.cursor = found || event.target.hasAttribute?.("data-link") ? "grab" : "default";
+    svg.style.cursor = found || bareUnder(event, x, y) !== null ? "grab" : "default";
     if (!found) return hide();
     const [px, py] = at(drawnOnBeam(found.beam, found.xi, instant.position, view.factor));
     parts.dot.setAttribute("cx", px); parts.dot.setAttribute("cy", py); parts.dot.setAttribute("visibility", "visible");
