@@ -256,3 +256,24 @@ def test_a_rigid_link_is_taken_beside_its_line(driver, tmp_path):
     action.perform()
     assert page.run("return kinelast.instant.position") > 5
     assert errors(page) == []
+
+
+def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
+    """Heading, names, and marks on the axes, of angles within a turn: this crank starts at 90 degrees."""
+    text = shipped_scenes()["quick_return"].read_text()
+    page = Page(driver, written(tmp_path, text, "--positions", "36", "--theory", "quasi-static"))
+    script = """
+        const done = arguments[arguments.length - 1], kind = arguments[0], make = URL.createObjectURL;
+        const drawn = document.querySelectorAll('#curves .chart')[1];
+        URL.createObjectURL = (blob) => { URL.createObjectURL = make;
+            if (kind === 'SVG') blob.text().then(done);
+            else createImageBitmap(blob).then((picture) => done(picture.height - drawn.querySelector('canvas').height));
+            return make.call(URL, blob); };
+        drawn.querySelector(`button[aria-label$="as ${kind}"]`).click();"""
+    heading = "Largest chord deflection along each link"
+    svg = driver.execute_async_script(script, "SVG")
+    for words in (heading, "rocker", ">135<", ">45<", ">0<"):
+        assert words in svg
+    assert ">405<" not in svg
+    assert driver.execute_async_script(script, "PNG") >= 40
+    assert errors(page) == []

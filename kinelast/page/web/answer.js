@@ -57,7 +57,7 @@ function placeWords(label, figure) {
   const link = summary.links.find((each) => each.label === label);
   if (!figure?.along || figure.along.value === null || !link) return "";
   const way = figure.along.value / link.length.value;
-  return way < 1e-6 ? `at ${link.from}` : way > 1 - 1e-6 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
+  return way < 5e-4 ? `at ${link.from}` : way > 1 - 5e-4 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;

@@ -44,7 +44,7 @@ function map(beam, field, lines) {
   holder.addEventListener("pointermove", (event) => {
     const [k, xi] = place(event), i = order[k];
     if (i === null) return;
-    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${axis.angular ? `${number(axis.values[i])}°` : instantWords(i)}`;
+    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${axis.angular ? coordinateWords(row("drive")[i], "rad") : instantWords(i)}`;
   });
   holder.addEventListener("pointerleave", () => (told.textContent = `±${quantity(most, unit, 3)}`));
   holder.addEventListener("click", (event) => { const i = order[place(event)[0]]; if (i !== null) { stop(); showPosition(i); } });
