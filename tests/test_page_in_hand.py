@@ -191,7 +191,7 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     pages = paper(driver)
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole
-    assert "times larger" in whole
+    assert "displacements × " in whole
     for words in ("SVG of this instant", "Play"):
         assert words not in whole
     # A table that goes on has its headings on every page.
