@@ -191,7 +191,7 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     pages = paper(driver)
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole
-    assert "displacements × " in whole
+    assert "displacements \u00d7 " in whole
     for words in ("SVG of this instant", "Play"):
         assert words not in whole
     # A table that goes on has its headings on every page.
@@ -276,4 +276,40 @@ def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
         assert words in svg
     assert ">405<" not in svg
     assert driver.execute_async_script(script, "PNG") >= 40
+    assert errors(page) == []
+
+
+def test_the_line_of_the_instant_stays_with_what_is_zoomed_into(driver, steel):
+    """A third of the way stands a tenth into the middle half; what is zoomed into stays in the other colours."""
+    from selenium.webdriver import ActionChains
+
+    page = Page(driver, steel)
+    page.run(
+        "kinelast.showPosition(Math.round(0.3 * 71)); "
+        "document.querySelectorAll('#curves .chart')[1].scrollIntoView({block: 'center', behavior: 'instant'})"
+    )
+    left, top, width = page.run(
+        "const box = document.querySelectorAll('#curves .u-over')[1].getBoundingClientRect(); "
+        "return [box.left, box.top + box.height / 2, box.width]"
+    )
+    action = ActionChains(driver, duration=20)
+    action.w3c_actions.pointer_action.move_to_location(round(left + 0.25 * width), round(top))
+    action.w3c_actions.pointer_action.pointer_down()
+    for part in (0.5, 0.75):
+        action.w3c_actions.pointer_action.move_to_location(round(left + part * width), round(top))
+    action.w3c_actions.pointer_action.pointer_up()
+    action.perform()
+    part = (
+        "const over = document.querySelectorAll('#curves .u-over')[1].getBoundingClientRect(), "
+        "line = document.querySelectorAll('#curves .u-over .now')[1].getBoundingClientRect(); "
+        "return line.width || line.height ? (line.left - over.left) / over.width : null"
+    )
+    settle = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))"
+    driver.execute_async_script(settle)
+    assert page.run(part) == pytest.approx(0.1, abs=0.02)
+    page.run("document.getElementById('theme').click()")
+    driver.execute_async_script(settle)
+    assert page.run(part) == pytest.approx(0.1, abs=0.02)
+    page.run("kinelast.showPosition(Math.round(0.9 * 71))")
+    assert page.run(part) is None
     assert errors(page) == []

@@ -55,11 +55,18 @@ function chart(holder, heading, unit, curves, options = {}) {
       return made.tell(null);
     }
     if (!made.cycle) return made.tell(null);
-    const index = orderOf.get(i);
-    at.style.transform = `translateX(${made.plot.valToPos(xs[index], "x")}px)`;
-    made.tell(index);
+    mark();
+    made.tell(orderOf.get(i));
   };
+  // The line of the instant: drawn anew with the curves, and not where these are zoomed away from it.
+  function mark() {
+    if (!made.plot || !made.cycle) return;
+    const x = made.plot.valToPos(xs[orderOf.get(instant.position)], "x");
+    at.style.transform = `translateX(${x}px)`;
+    at.hidden = !(x >= -1 && x <= made.plot.over.clientWidth + 1);
+  }
   made.build = () => {
+    const seen = made.plot?.scales.x, part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
     made.rows = read();
     made.greatest = greatest(made.rows);
@@ -77,8 +84,9 @@ function chart(holder, heading, unit, curves, options = {}) {
       axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
       series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      hooks: { setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
+      hooks: { draw: [mark], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
     }, [xs, ...clean(made.rows, made.factor)], canvas);
+    if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
     const canvasElement = canvas.querySelector("canvas");
     canvasElement.setAttribute("aria-hidden", "true");
     if (made.cycle) {

@@ -23,7 +23,7 @@ function mechanismSection() {
   }
   instant.stopped = () => tell(false);
   const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true }), drawn = h("p", { class: "paper" });
-  addEventListener("beforeprint", () => (drawn.textContent = [instantWords(instant.position), ...Array.from(view.fields, (field) => FIELDS[field].name)].join("; ")));
+  addEventListener("beforeprint", () => (drawn.textContent = [instantWords(instant.position), ...Array.from(view.fields, (field) => `${FIELDS[field].name}, up to ${quantity(scaleOfField(field), FIELDS[field].unit, 3)}`)].join("; ")));
   holder.append(tip);
   const part = section("mechanism", "Mechanism", "The mechanism, moving",
     soft(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),

@@ -155,7 +155,7 @@ function drawMechanism(holder, tip) {
 
   function scaleBar() {
     const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per, x = 12, y = height - 10;
-    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m"), view.factor > 1 ? `; displacements × ${number(view.factor)}` : ""));
+    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m"), view.factor > 1 ? `; displacements × ${number(view.factor)}` : ""), view.reactions && largestForce ? s("text", { x, y: y - 16 }, `arrows: up to ${quantity(largestForce, "N")}`) : null);
   }
 
   function update(i) {
