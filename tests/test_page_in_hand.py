@@ -2,12 +2,15 @@
 
 import base64
 import io
+import json
 
+import numpy as np
 import pytest
 from browser import Page, accessibility_faults
 from scene_texts import PARALLELOGRAM
 
 from kinelast.command import main
+from kinelast.numbers import number
 from kinelast.scene.shipped import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
@@ -218,8 +221,12 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     heads = page.run("return Array.from(document.querySelectorAll('thead th'), (head) => head.innerText.trim())")
     assert [head.split()[0] for head in heads[:4]] == ["scene", "state", "accepted", "grade"]
     assert len(set(heads)) == len(heads)
+    at = next(k for k, head in enumerate(heads) if head.endswith("angle"))
+    cell = "return document.querySelectorAll('tbody tr')[1].cells[arguments[0]].innerText"
+    angle = json.loads((tmp_path / "out" / "steel_four_bar" / "summary.json").read_text())["output"]["value"]
+    assert page.run(cell, at) == f"{number(np.degrees(angle))}°"  # as the scene's own page begins
     failed = page.run(
-        "return Array.from(document.querySelector('tbody .failed, tbody .worst').cells, "
+        "return Array.from(document.querySelector('tbody .worst').cells, "
         "(cell) => [cell.colSpan, cell.innerText])"
     )
     assert sum(span for span, _ in failed) == len(heads)

@@ -30,6 +30,7 @@ function matching() {
 function cellOf(cells, k) {
   const { numeric, unit } = columns[k], text = cells[k];
   if (k === 0 && linked.has(text)) return h("a", { href: `${text.split("/").map(encodeURIComponent).join("/")}/report.html` }, text);
+  if (numeric && unit === "rad" && text !== "") return `${number((numberIn(text) * 180) / Math.PI)}°`;
   if (numeric) return text === "" ? "" : unit ? quantity(numberIn(text), unit) : number(numberIn(text));
   const level = { failed: "poor", poor: "poor", differs: "poor", no: "poor", caution: "caution", good: "good", agrees: "good", yes: "good" }[text];
   return level ? h("span", { class: level }, text) : text;
