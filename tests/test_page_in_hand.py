@@ -195,7 +195,7 @@ def test_paper_says_what_the_picture_shows(driver, tmp_path):
     whole = "\n".join(pages)
     assert page.run("return document.getElementById('instant').textContent") + "; bending moment" in whole
     assert "displacements \u00d7 " in whole
-    for words in ("SVG of this instant", "Play"):
+    for words in ("SVG of this instant", "Play", "Drag the slider", "Hover for values"):
         assert words not in whole
     # A table that goes on has its headings on every page.
     rows = [k for k, words in enumerate(pages) if "slenderness" in words.lower()]

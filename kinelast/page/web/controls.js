@@ -26,7 +26,7 @@ function mechanismSection() {
   addEventListener("beforeprint", () => (drawn.textContent = [instantWords(instant.position), ...Array.from(view.fields, (field) => `${FIELDS[field].name}, up to ${quantity(scaleOfField(field), FIELDS[field].unit, 3)}`)].join("; ")));
   holder.append(tip);
   const part = section("mechanism", "Mechanism", "The mechanism, moving",
-    soft(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),
+    hint(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),
     h("div", { class: "bar" }, button, speed, slider, words),
     holder, drawn, exaggeration(), diagramChoice(),
     h("div", { class: "bar" }, suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"),

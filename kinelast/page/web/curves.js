@@ -10,7 +10,7 @@ const beamStyle = (() => {
 
 function curvesSection() {
   const grid = h("div", { class: "charts" });
-  section("curves", "Curves", "Over the cycle", soft("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
+  section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
   for (const field of ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), ...beamStyle[beam]));
