@@ -135,6 +135,7 @@ OVERLAPS = """
     return [boxes.length, over.length];"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [400, 1280])
 def test_names_do_not_lie_on_one_another(width, driver, tmp_path):
     text = shipped_scenes()["flapping_wing"].read_text()
@@ -149,6 +150,7 @@ def test_names_do_not_lie_on_one_another(width, driver, tmp_path):
 LINK, POINT = "a_very_long_name_" * 12, "P" * 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [400, 1280])
 def test_names_of_200_letters_fit(width, driver, tmp_path):
     text = STEEL.replace("[links.coupler]", f"[links.{LINK}]").replace("\nB = ", f"\n{POINT} = ")
@@ -171,6 +173,7 @@ def test_tables_fit_a_usual_screen(driver, steel):
     assert all(page.run(fits))
 
 
+@pytest.mark.slow
 def test_a_run_that_is_singular_throughout_says_so(driver, tmp_path):
     page = Page(driver, written(tmp_path, PARALLELOGRAM, "--positions", "2"))
     text = page.run("return document.body.innerText")
@@ -187,6 +190,7 @@ def paper(driver):
     return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(base64.b64decode(printed["data"]))).pages]
 
 
+@pytest.mark.slow
 def test_paper_says_what_the_picture_shows(driver, tmp_path):
     text = shipped_scenes()["flap_bars"].read_text()
     page = Page(driver, written(tmp_path, text, "--positions", "24", "--theory", "quasi-static"))
@@ -226,8 +230,7 @@ def test_the_table_of_a_batch_is_dark_by_a_button_and_light_on_paper(driver, tmp
     angle = json.loads((tmp_path / "out" / "steel_four_bar" / "summary.json").read_text())["output"]["value"]
     assert page.run(cell, at) == f"{number(np.degrees(angle))}°"  # as the scene's own page begins
     failed = page.run(
-        "return Array.from(document.querySelector('tbody .worst').cells, "
-        "(cell) => [cell.colSpan, cell.innerText])"
+        "return Array.from(document.querySelector('tbody .worst').cells, (cell) => [cell.colSpan, cell.innerText])"
     )
     assert sum(span for span, _ in failed) == len(heads)
     assert "[points]" in failed[2][1]
@@ -248,6 +251,7 @@ def test_a_batch_that_failed_throughout_is_told_of(driver, tmp_path):
     assert errors(page) == []
 
 
+@pytest.mark.slow
 def test_a_rigid_link_is_taken_beside_its_line(driver, tmp_path):
     from selenium.webdriver import ActionChains
 
@@ -286,6 +290,7 @@ def test_a_curve_handed_out_says_what_it_shows(driver, tmp_path):
     assert errors(page) == []
 
 
+@pytest.mark.slow
 def test_the_line_of_the_instant_stays_with_what_is_zoomed_into(driver, steel):
     """A third of the way stands a tenth into the middle half; what is zoomed into stays in the other colours."""
     from selenium.webdriver import ActionChains
