@@ -15,6 +15,7 @@ from elastic.solution import Deflection
 from rigid import Beam
 
 STATIONS = 101
+UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
 def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Any:
@@ -104,3 +105,8 @@ def _at_end_of_beam(
                 return beam, [getattr(deflection, field)[0, pieces[0]] for field in fields]
             return beam, [getattr(deflection, field)[:, pieces[-1]].sum(0) for field in fields]
     return None
+
+
+def share_base(largest: Any) -> Any:
+    """What errors of beams are shares of: the largest deflection of each or what counts as that, shape (beams, ...)."""
+    return np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))

@@ -9,14 +9,13 @@ from functools import partial
 
 import numpy as np
 
-from elastic import Deflection, sample
+from elastic import Deflection, sample, share_base
 from elastic.assessment import introduction_share, shear_share
 from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
     elastodynamic,
-    share_base,
     theory_error,
     transient,
 )
