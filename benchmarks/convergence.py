@@ -23,7 +23,7 @@ from elastic.elastodynamics.elastic_structure import elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
-from elastic.elastodynamics.time_elements import Grid
+from elastic.elastodynamics.time_grid import Grid
 from fem_check.nonlinear import nonlinear_transient
 from rigid import motion
 

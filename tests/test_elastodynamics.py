@@ -30,7 +30,8 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import reduced_basis
 from elastic.elastodynamics.solution import vibrating_model
-from elastic.elastodynamics.time_elements import Equations, Grid, propagation, scheme
+from elastic.elastodynamics.time_elements import Equations, propagation
+from elastic.elastodynamics.time_grid import Grid, scheme
 from elastic.vibration import natural_frequencies
 from rigid import (
     Beam,

@@ -15,7 +15,8 @@ import numpy as np
 
 from elastic import Section, sample
 from elastic.elastodynamics import equations_of_motion, transient
-from elastic.elastodynamics.time_elements import Equations, Grid, propagation
+from elastic.elastodynamics.time_elements import Equations, propagation
+from elastic.elastodynamics.time_grid import Grid
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, Slider, motion
 
 CRANK, ROD, SPEED, END = 0.15, 0.3, 150.0, 0.1

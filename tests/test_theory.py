@@ -280,6 +280,7 @@ class TestSpeeds:
             rows = list(csv.DictReader(file))
         assert [float(row["speed [rad/s]"]) for row in rows] == [20.0, 30.0, 40.0]
         assert all(math.isfinite(float(row["rocker.chord [m]"])) for row in rows)
+        assert all(0 < float(row["error [1]"]) < 4e-3 for row in rows)
         assert "<svg" in (tmp_path / "bars" / "speeds.svg").read_text()
 
     def test_it_takes_one_steady_drive(self):

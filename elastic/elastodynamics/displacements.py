@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.elastodynamics.time_elements import interpolation
+from elastic.elastodynamics.time_grid import interpolation
 from elastic.links.beam_trees import trees_of
 from elastic.links.gearing import follower_displacement
 from elastic.links.sliding_blocks import block_places

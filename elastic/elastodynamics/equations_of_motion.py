@@ -24,7 +24,8 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.point_effects import PointEffect, lumps_of, point_effects
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
-from elastic.elastodynamics.time_elements import Equations, Grid
+from elastic.elastodynamics.time_elements import Equations
+from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
 from rigid import LineLoad, Motion
 from rigid.loads import beam_directions

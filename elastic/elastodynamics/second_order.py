@@ -16,7 +16,7 @@ from elastic.elastodynamics.displacements import own_basis, unit_displacements
 from elastic.elastodynamics.equations_of_motion import felt_forces, mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
-from elastic.elastodynamics.time_elements import interpolation
+from elastic.elastodynamics.time_grid import interpolation
 from elastic.solution import Deflection
 from rigid.loads import beam_directions
 

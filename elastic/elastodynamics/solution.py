@@ -18,7 +18,7 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid
+from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of

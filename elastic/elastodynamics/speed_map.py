@@ -26,7 +26,7 @@ from elastic.elastodynamics.solution import (
     vibrating_model,
 )
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid
+from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
@@ -72,6 +72,11 @@ class SpeedMap:
     reduction_error: Any
     damping: Damping
     omega: Any
+
+    @property
+    def error(self) -> Any:
+        """How far the answers may be from settled altogether, of the largest displacement, shape (speeds,)."""
+        return self.time_error + self.reduction_error
 
     @property
     def stable(self) -> Any:

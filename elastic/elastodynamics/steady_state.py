@@ -9,7 +9,7 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.time_elements import Grid
+from elastic.elastodynamics.time_grid import Grid
 from rigid import Motion
 
 ELEMENTS = 12

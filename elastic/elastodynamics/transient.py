@@ -11,7 +11,8 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities
-from elastic.elastodynamics.time_elements import Grid, Propagation
+from elastic.elastodynamics.time_elements import Propagation
+from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
 from rigid import Motion
 

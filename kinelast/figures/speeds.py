@@ -100,19 +100,20 @@ def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
 
 
 def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
-    """A row a speed: the largest values of every beam with and without vibration, and growth over a cycle."""
+    """A row a speed: largest values of every beam with and without vibration, growth over a cycle, the error."""
     units = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
     unit = _unit(scene)
     names = [f"{label}.{field}{how} [{units[field]}]" for how in ("", " without vibration") for field in FIELDS
              for label in scene.labels]  # fmt: skip
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow([f"speed [{unit}]", *names, "growth over a cycle [1]", "stable"])
+        rows.writerow([f"speed [{unit}]", *names, "growth over a cycle [1]", "stable", "error [1]"])
         map_ = found.found
         for k, speed in enumerate(found.speed):
             values = np.concatenate((map_.values[k].ravel(), map_.quasi_static[k].ravel()))
             figures = ["" if math.isnan(value) else repr(float(value)) for value in values]
-            rows.writerow([repr(float(speed)), *figures, repr(float(map_.growth[k])), bool(map_.stable[k])])
+            error = repr(float(map_.error[k])) if map_.stable[k] else ""
+            rows.writerow([repr(float(speed)), *figures, repr(float(map_.growth[k])), bool(map_.stable[k]), error])
 
 
 def _unit(scene: Scene) -> str:
@@ -178,6 +179,7 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
         "to": float(found.speed[-1]),
         "count": len(found.speed),
         "highest_within_limits": found.highest,
+        "error": _known(found.found.error),
         "unstable": [float(speed) for speed in found.speed[~found.found.stable]],
         "critical": {str(harmonic): list(span) for harmonic, span in found.critical.items()},
     }

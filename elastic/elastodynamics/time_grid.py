@@ -1,0 +1,172 @@
+"""A stretch of time in elements, and polynomials through Radau's points in each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+STAGES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Scheme:
+    """Collocation on [0, 1]: points, integrals up to them, derivatives at them.
+
+    Attributes
+    ----------
+    points
+        Shape (s,), the last at 1.
+    once, twice
+        Integrals of what has given values at the points, from 0 to each of them, shape (s, s).
+    first, second
+        Derivatives at the points of what has given values at 0 and at the points, shape (s, s + 1).
+    """
+
+    points: Any
+    once: Any
+    twice: Any
+    first: Any
+    second: Any
+
+
+@lru_cache(maxsize=8)
+def scheme(stages: int = STAGES) -> Scheme:
+    """Radau's points, the zeros of P_s - P_(s-1), and what follows from them."""
+    zeros = legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
+    points = np.append((np.sort(zeros.real)[:-1] + 1) / 2, 1.0)
+    series = np.eye(stages)
+    integrals = np.array([legendre.legint(row, lbnd=-1) for row in series]) / 2
+    once = _values(points, integrals) @ np.linalg.inv(_values(points, series))
+    nodes, series = np.append(0.0, points), np.eye(stages + 1)
+    back = np.linalg.inv(_values(nodes, series))
+    first, second = (
+        _values(points, np.array([legendre.legder(row, order) for row in series])) * 2.0**order @ back
+        for order in (1, 2)
+    )
+    return Scheme(points, once, once @ once, first, second)
+
+
+def _values(places: Any, series: Any) -> Any:
+    """Legendre series on [0, 1], one per row, at some places, shape (places, series)."""
+    return legendre.legvander(2 * np.asarray(places) - 1, series.shape[-1] - 1) @ series.T
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A stretch of time in elements.
+
+    Attributes
+    ----------
+    edges
+        Where elements begin and end [s], shape (elements + 1,).
+    stages
+        Points in each.
+    """
+
+    edges: Any
+    stages: int = STAGES
+
+    @property
+    def steps(self) -> Any:
+        """Duration of every element [s], shape (elements,)."""
+        return np.diff(self.edges)
+
+    @cached_property
+    def nodes(self) -> Any:
+        """The start and all points [s], shape (1 + elements stages,)."""
+        points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
+        return np.append(self.edges[0], points.ravel())
+
+    def at_nodes(self, values: Any) -> Any:
+        """What is given at all points but the start, shape (points, ...), with what the first element has there."""
+        first = values[: self.stages].reshape(self.stages, -1)
+        return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
+
+    def rates(self, values: Any) -> tuple[Any, Any]:
+        """First and second derivative in time at all points but the start of what is given at the nodes.
+
+        Parameters
+        ----------
+        values
+            Shape (nodes, ...).
+        """
+        own = scheme(self.stages)
+        count = len(self.steps)
+        flat = values.reshape(len(values), -1)
+        first_node = np.arange(count)[:, None] * self.stages
+        elements = flat[first_node + np.arange(self.stages + 1)]
+        per = 1.0 / self.steps[:, None, None]
+        found = (own.first @ elements) * per, (own.second @ elements) * per**2
+        one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
+        return one, two
+
+    def acceleration(self, values: Any) -> Any:
+        """Second derivative of what is given at all points but the start, shape (points, ...), element by element.
+
+        Not across their edges: elements short beside their neighbours would magnify what these leave unresolved.
+        """
+        own = values.reshape(len(self.steps), self.stages, -1)
+        found = (_curvature(self.stages) @ own) / self.steps[:, None, None] ** 2
+        return found.reshape(values.shape)
+
+    def sampler(self, times: Any) -> Callable[[Any], Any]:
+        """What turns values at all points but the start, shape (points, ...), into those at instants in between."""
+        element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
+        weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
+
+        def sampled(values: Any) -> Any:
+            own = values.reshape(len(self.steps), self.stages, -1)[element]
+            return (weights[:, None] @ own)[:, 0].reshape(len(element), *values.shape[1:])
+
+        return sampled
+
+    def tail(self, values: Any, greatest: float) -> Any:
+        """How much the points of every element leave unresolved of what is given at all points, shape (elements,).
+
+        As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
+        than the two before them, which is what the next two would be.
+        """
+        elements = values.reshape(len(self.steps), self.stages, -1)
+        if not greatest:
+            return np.zeros(len(self.steps))
+        orders = np.square(np.abs(_spectrum(self.stages) @ elements)).max(axis=-1)
+        before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
+        return last * fall / greatest
+
+    def divided(self, parts: Any) -> Grid:
+        """With every element in so many equal parts, shape (elements,)."""
+        pieces = [
+            start + step * np.arange(count) / count
+            for start, step, count in zip(self.edges[:-1], self.steps, parts, strict=True)
+        ]
+        return Grid(np.append(np.concatenate(pieces), self.edges[-1]), self.stages)
+
+
+def interpolation(nodes: Any, places: Any) -> Any:
+    """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
+    series = np.eye(len(nodes))
+    return _values(places, series) @ np.linalg.inv(_values(nodes, series))
+
+
+@lru_cache(maxsize=8)
+def _spectrum(stages: int) -> Any:
+    return np.linalg.inv(_values(scheme(stages).points, np.eye(stages)))
+
+
+@lru_cache(maxsize=8)
+def _to_start(stages: int) -> Any:
+    return interpolation(scheme(stages).points, np.zeros(1))
+
+
+@lru_cache(maxsize=8)
+def _curvature(stages: int) -> Any:
+    """Second derivative on [0, 1] at the points of what has given values there."""
+    series = np.array([legendre.legder(row, 2) for row in np.eye(stages)])
+    return 4.0 * _values(scheme(stages).points, series) @ _spectrum(stages)
