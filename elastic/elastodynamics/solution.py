@@ -176,16 +176,15 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
-    fineness: Fineness | None = first_fineness(model, tolerance)
+    fineness = first_fineness(model, tolerance)
     for _ in range(ROUNDS):
-        assert fineness is not None
         found, reduced, grid, in_elements = _in_time(fineness, grid, tolerance, start)
-        if reduced <= tolerance or in_elements > fineness.resolved:
+        multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
+        unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
+        finer = None if reduced <= tolerance or unstable or in_elements > fineness.resolved else fineness.finer(reduced)
+        if finer is None:
             break
-        fineness = fineness.finer(reduced)
-        if fineness is None:
-            break
-    multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
+        fineness = finer
     cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
     loads = resampled(found.loads, grid.sampler(cycled if found.cyclic else motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
