@@ -355,19 +355,13 @@ class TestEveryMechanism:
 
         return motion_at
 
-    @pytest.mark.parametrize("name", [name for name in ALL if name != "RPR, elastic lever"])
+    @pytest.mark.parametrize("name", ALL)
     def test_both_agree(self, name):
         case = ALL[name]()
         motion_at = self.course(case, 10.0)
         found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections)
         assert found.reduction_error < 1e-4
         assert difference(found.deflection, found.quasi_static) > 1e-3
-
-    def test_a_block_on_a_beam_has_kinks(self):
-        case = ALL["RPR, elastic lever"]()
-        motion_at = self.course(case, 10.0)
-        found = elastodynamic(motion_at(np.arange(12) * math.pi / 60), motion_at, math.pi / 5, case.sections)
-        assert found.reduction_error < 1e-3
 
     @pytest.mark.parametrize("name", ["RRP", "PRP", "six-bar, ring"])
     def test_with_soft_joints(self, name):
@@ -549,7 +543,7 @@ class TestSpeedMap:
 class TestCorrection:
     """What few coordinates leave out is put right: with all coordinates it comes without corrections."""
 
-    @pytest.mark.parametrize("name", ["arm", "arm, motor turned about", "six-bar", "RRP, owner hung"])
+    @pytest.mark.parametrize("name", ["arm", "arm, motor turned about", "six-bar", "RRP, owner hung", "driven slider"])
     def test_few_coordinates_corrected_are_all_of_them(self, name):
         case, speed = ALL[name](), 10.0
         motion_at, period = TestEveryMechanism.course(case, speed), 2 * math.pi / speed
@@ -564,7 +558,7 @@ class TestCorrection:
         whole, few = vibrating(model.cycle.unstrained), vibrating(reduced_basis(model.cycle, 2, 1.0))
         found, told = corrected(few, 1e-5)
         before, after = (difference(each.deflection, whole.deflection) for each in (few, found))
-        assert 1e-4 < before < 1.5 * corrected(few, 1.0)[1]
+        assert 1e-5 < before < 1.5 * corrected(few, 1.0)[1]
         assert after < before / 30
         assert told < 1e-5
 

@@ -4,7 +4,7 @@ There are two routes to an answer: the reduced coordinates, and the exact quasi-
 give, which is taken. The inertia of what the second has and the first has not, and what it feels of the rigid motion's
 forces, is felt by neither. It goes as a load into the equations of the reduced coordinates, where it may resonate, and
 into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned with.
-What an iteration is about to change is how far the answer is off. What damps it besides is left out.
+What an iteration is about to change is how far the answer is off. What damps it in springs and soft joints is left out.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from elastic.elastodynamics.displacements import UNDER, Displacements, below
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
+from elastic.elastodynamics.vibration_loads import Beside
 from elastic.sampling import displacement_of, rotation_of
 from elastic.vibration.beam_matrices import rigidity
 from rigid.loads import beam_directions
@@ -38,11 +40,10 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
     if not greatest:
         return found, 0.0
     for _ in range(CORRECTIONS):
-        x = found.problem.terms.grid.at_nodes(found.history[0])[..., None]
-        missed = _displacements(found) - kinds.unit @ x
+        missed = _left_out(found)
         change = missed if found.beside is None else missed - found.beside
         more = found.under(_load(found, change))
-        error = float(max(np.abs(change.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
+        error = float(max(np.abs(change.moved.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
         before = least
         if error < least:
             best, least = found, error
@@ -53,14 +54,24 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
     return best, least
 
 
-def _load(found: Vibration, beside: Displacements) -> Any:
-    """Of displacements of one kind at the nodes on the coordinates, shape (points, r)."""
+def _load(found: Vibration, beside: Beside) -> Any:
+    """On the coordinates, of what they do not follow, shape (points, r)."""
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics
-    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside)[1:]
-    inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.acceleration(moved)
-    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, beside)[1:]
-    return -load[..., 0]
+    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside.moved)[1:]
+    inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
+    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, beside.moved)[1:]
+    return -(load + terms.strains.swapaxes(-1, -2) @ beside.viscous(found.problem)[..., None])[..., 0]
+
+
+def _left_out(found: Vibration) -> Beside:
+    """What the exact answer has and the coordinates have not."""
+    terms = found.problem.terms
+    structure, x = terms.kinematics.structure, terms.grid.at_nodes(found.history[0])[..., None]
+    strains = strain_rows(structure, terms.kinematics.basis)
+    forces = given_forces(structure, found.deflection) - rigidities(structure) * (strains @ x)[..., 0]
+    forces[:, forces.shape[1] - len(structure.soft) :] = 0.0
+    return Beside(_displacements(found) - terms.kinematics.unit @ x, forces)
 
 
 def _displacements(found: Vibration) -> Displacements:

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.equations_of_motion import Problem, Terms, problem
 from elastic.elastodynamics.time_elements import Propagation, propagation
-from elastic.elastodynamics.vibration_loads import resampled, vibration_loads
+from elastic.elastodynamics.vibration_loads import Beside, resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
@@ -30,8 +29,7 @@ class Vibration:
     quasi_static
         At the nodes of the grid.
     beside
-        Displacements that the coordinates do not follow but whose forces count, of one kind, at the nodes; None where
-        none do.
+        What the coordinates do not follow but whose forces count; None where nothing does.
     """
 
     quasi_static: Deflection
@@ -39,7 +37,7 @@ class Vibration:
     propagation: Propagation
     history: tuple[Any, Any, Any]
     cyclic: bool
-    beside: Displacements | None = None
+    beside: Beside | None = None
 
     @property
     def motion(self) -> Motion:

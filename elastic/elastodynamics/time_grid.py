@@ -105,13 +105,13 @@ class Grid:
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
 
-    def acceleration(self, values: Any) -> Any:
-        """Second derivative of what is given at all points but the start, shape (points, ...), element by element.
+    def derivative(self, values: Any, order: int) -> Any:
+        """Derivative in time of what is given at all points but the start, shape (points, ...), element by element.
 
         Not across their edges: elements short beside their neighbours would magnify what these leave unresolved.
         """
         own = values.reshape(len(self.steps), self.stages, -1)
-        found = (_curvature(self.stages) @ own) / self.steps[:, None, None] ** 2
+        found = (_derivative(self.stages, order) @ own) / self.steps[:, None, None] ** order
         return found.reshape(values.shape)
 
     def sampler(self, times: Any) -> Callable[[Any], Any]:
@@ -166,7 +166,7 @@ def _to_start(stages: int) -> Any:
 
 
 @lru_cache(maxsize=8)
-def _curvature(stages: int) -> Any:
-    """Second derivative on [0, 1] at the points of what has given values there."""
-    series = np.array([legendre.legder(row, 2) for row in np.eye(stages)])
-    return 4.0 * _values(scheme(stages).points, series) @ _spectrum(stages)
+def _derivative(stages: int, order: int) -> Any:
+    """Derivative on [0, 1] at the points of what has given values there."""
+    series = np.array([legendre.legder(row, order) for row in np.eye(stages)])
+    return 2.0**order * _values(scheme(stages).points, series) @ _spectrum(stages)

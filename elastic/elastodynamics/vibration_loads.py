@@ -7,6 +7,7 @@ the reduced coordinates cannot follow are found statically, and forces and field
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -37,6 +38,31 @@ def _to_powers(points: int) -> Any:
     return in_xi @ series
 
 
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What the coordinates do not follow but whose forces count, at the nodes of a grid.
+
+    Attributes
+    ----------
+    moved
+        Displacements of one kind.
+    forces
+        That their strains make, as of `given_forces`, shape (nodes, rows); 0 of soft joints.
+    """
+
+    moved: Displacements
+    forces: Any
+
+    def __sub__(self, other: Beside) -> Beside:
+        return Beside(self.moved - other.moved, self.forces - other.forces)
+
+    def viscous(self, found: Problem) -> Any:
+        """Rates of the forces at the points, times beta, shape (points, rows)."""
+        terms = found.terms
+        beta = found.speed * terms.damping.per_row(terms.kinematics.structure)
+        return beta * terms.grid.derivative(self.forces[1:], 1)
+
+
 class _Gathered:
     """Loads on the way to `AddedLoads`, arrays with the positions first."""
 
@@ -60,11 +86,11 @@ class _Gathered:
 
 
 def vibration_loads(
-    found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Displacements | None = None
+    found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Beside | None = None
 ) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
-    `motion` is that at the grid's nodes; `beside` are displacements there besides.
+    `motion` is that at the grid's nodes; `beside` is there besides.
     """
     x, x1, x2 = history
     terms, kinds = found.terms, found.terms.kinematics
@@ -73,12 +99,15 @@ def vibration_loads(
     acceleration = (terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None])[..., 0]
     slope = (kinds.unit.slope[1:] @ x[:, None, :, None])[..., 0]
     if beside is not None:
-        rows = mass_rows(structure, motion, kinds.chosen, beside)
-        acceleration, slope = acceleration + terms.grid.acceleration(rows[1:, :, 0]), slope + beside.slope[1:, ..., 0]
+        rows = mass_rows(structure, motion, kinds.chosen, beside.moved)[1:, :, 0]
+        acceleration = acceleration + terms.grid.derivative(rows, 2)
+        slope = slope + beside.moved.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = _Gathered(structure, len(x))
     flux = _of_beams(gathered, found, directions, slope, inertia)
     viscous = _strain_rates(found, x, x1)
+    if beside is not None:
+        viscous = viscous + beside.viscous(found)
     _of_strain_rates(gathered, directions, viscous, flux)
     _of_lumps(gathered, motion, inertia)
     _of_effects(gathered, found, x, x1, beside)
@@ -140,7 +169,7 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Displacements | None) -> None:
+def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Beside | None) -> None:
     """Forces that displaced points feel."""
     if not found.felt.effects:
         return
@@ -149,7 +178,7 @@ def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Di
     for effect in found.felt.effects:
         own = effect[1:]
         cause = own.cause(moved)[:, 0]
-        besides = 0.0 if beside is None else effect.cause(beside)[1:, 0]
+        besides = 0.0 if beside is None else effect.cause(beside.moved)[1:, 0]
         amount = own.stiffness * (cause + besides)
         if np.any(own.damping):
             cause = effect.cause(kinds.unit)
