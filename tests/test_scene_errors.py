@@ -54,7 +54,10 @@ def segments(*pieces: str) -> tuple[str, str]:
 MISTAKES = [
     # What stands in the file at all.
     ("syntax", FOUR_BAR, [("[run]", "[run")], "", "", r"not readable as TOML: .*line 43"),
-    ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: .*line 34"),
+    ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: Cannot declare \[links.crank\] twice .*line 34"),
+    ("quotes of a word processor", FOUR_BAR, [('"6 mm"', "“6 mm”")], "", "", "straight quotes"),
+    ("a decimal comma", FOUR_BAR, [('"6 mm"', "0,006  # m")], "", "", "write 0.006$"),
+    ("a text without quotes", FOUR_BAR, [('"rectangle"', "rectangle  # of steel")], "", "", 'as in "rectangle"$'),
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
     ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),

@@ -62,7 +62,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise fault("", "", f"not readable as TOML: {error}{_toml_hint(text, str(error))}") from None
+        told = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
+        raise fault("", "", f"not readable as TOML: {told}{_toml_hint(text, str(error))}") from None
     except ValueError:  # Python's bound on the digits of a whole number
         raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
 
@@ -72,12 +73,18 @@ def _toml_hint(text: str, message: str) -> str:
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
+    if found := re.search("[“”„‟«»‘’‚]", line.partition("#")[0]):
+        return f"; a text stands in straight quotes, \", not in {found[0]}"
+    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?\d+),(\d+)\s*(?:#|$)", line):
+        return f"; a decimal point is a point: write {found[1]}.{found[2]}"
     if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
         return f'; a number with a unit stands in quotes, as in "{found[1]}"'
     if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
         return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
     if line.count('"') % 2:
         return "; is a closing quote missing?"
+    if found := re.match(r"\s*[\w.-]+\s*=\s*([^\W\d][^\"'\[{#]*)", line):
+        return f'; a text stands in quotes, as in "{found[1].strip()}"'
     return ""
 
 
