@@ -68,24 +68,35 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
 
 
+KEY = r"""\s*[\w."'-]+\s*=\s*"""
+HINTS: tuple[
+    tuple[str, Callable[[re.Match[str]], str]], ...
+] = (  # what a line looks like that is no TOML, and its likely correction
+    (
+        r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
+        lambda found: f'a text stands in straight quotes, ", not in {found[1]}',
+    ),
+    (KEY + r"([-+]?\d+),(\d+)\s*(?:#|$)", lambda found: f"a decimal point is a point: write {found[1]}.{found[2]}"),
+    (
+        KEY + r"([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)",
+        lambda found: f'a number with a unit stands in quotes, as in "{found[1]}"',
+    ),
+    (
+        r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=",
+        lambda found: f"a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}",
+    ),
+    (r'[^"]*"[^"]*(?:"[^"]*"[^"]*)*$', lambda _: "is a closing quote missing?"),
+    (KEY + r"""([^\W\d][^"'\[{#]*)""", lambda found: f'a text stands in quotes, as in "{found[1].strip()}"'),
+)
+
+
 def _toml_hint(text: str, message: str) -> str:
     """The likely correction of a line that is no TOML."""
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
-    if found := re.search("[“”„‟«»‘’‚]", line.partition("#")[0]):
-        return f"; a text stands in straight quotes, \", not in {found[0]}"
-    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?\d+),(\d+)\s*(?:#|$)", line):
-        return f"; a decimal point is a point: write {found[1]}.{found[2]}"
-    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
-        return f'; a number with a unit stands in quotes, as in "{found[1]}"'
-    if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
-        return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
-    if line.count('"') % 2:
-        return "; is a closing quote missing?"
-    if found := re.match(r"\s*[\w.-]+\s*=\s*([^\W\d][^\"'\[{#]*)", line):
-        return f'; a text stands in quotes, as in "{found[1].strip()}"'
-    return ""
+    matches = ((re.match(pattern, line), words) for pattern, words in HINTS)
+    return next((f"; {words(found)}" for found, words in matches if found), "")
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:
