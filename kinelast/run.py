@@ -203,8 +203,9 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    for words in figures.get("optimum", {}).get("words", ()):
-        line += f"\n{task.name}: {words}"
+    for study in ("sensitivities", "tolerances", "optimum"):
+        for words in figures.get(study, {}).get("words", ()):
+            line += f"\n{task.name}: {words}"
     failed = figures["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"
