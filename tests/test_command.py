@@ -618,7 +618,7 @@ def test_what_if_numbers_were_others(tmp_path, capsys):
     capsys.readouterr()
     for change, words in (
         ("points.A.x", "expected a path and a value"),
-        ("points.A.z=1", 'did you mean "points.A.x"'),
+        ("points.A.z=1", 'did you mean "points.A.y"'),
         ("points.A.x=1 N", 'got "1 N"'),
     ):
         assert main([str(given), *options, "--set", change]) == 2
