@@ -28,7 +28,7 @@ class Canvas:
     def __init__(self, style: Style) -> None:
         import pyvista as pv
 
-        self._paints, self._height = paints(style.background), style.size[1]
+        self._paints, self._unit = paints(style.background), style.unit
         self._plotter: Any = pv.Plotter(off_screen=True, window_size=list(style.size))
         window: Any = self._plotter.render_window
         window.SetDPI(72)  # a text's size is its height in pixels
@@ -71,7 +71,7 @@ class Canvas:
             lines = pv.PolyData()
             lines.SetPoints(mesh.GetPoints())
             lines.lines = cells(shape.lines)
-            width, paint = max(shape.width * self._height / 720, 0.6), self._paints[shape.ink]
+            width, paint = max(shape.width * self._unit / 720, 0.6), self._paints[shape.ink]
             actor = self._plotter.add_mesh(lines, color=paint, line_width=width, lighting=False, reset_camera=False)
             actor.position = (0.0, 0.0, 0.5)
         return mesh

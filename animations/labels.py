@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from animations.diagrams import SHAPE, STATIONS, Diagram, steady
+from animations.layers import Stack
 from animations.layout import FOOT, HEAD, Scales, View
 from animations.legend import LETTER
 from animations.shapes import Complexes, beams, moved_beams
-from animations.solid_mechanism import layers, widest
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
@@ -101,7 +101,13 @@ def _reach(way: Complexes, half: complex) -> Complexes:
 
 
 def peak_label(
-    deflection: Deflection, diagram: Diagram, scales: Scales, view: View, style: Style, names: Sequence[Label] = ()
+    deflection: Deflection,
+    diagram: Diagram,
+    scales: Scales,
+    view: View,
+    style: Style,
+    names: Sequence[Label] = (),
+    stack: Stack | None = None,
 ) -> tuple[Complexes, Label]:
     """The value of largest magnitude of every position, of those at 49 stations of every beam.
 
@@ -119,9 +125,8 @@ def peak_label(
     value, along = values[beam, position, station], beams(deflection).along[beam, position]
     axis = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
     place = np.array([axis(int(p))[b, s] for p, b, s in zip(position, beam, station, strict=True)])
-    if style.look == "solid":
-        heights = layers(deflection, widest(deflection, scales))
-        place = place + np.array([view.aside(heights[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
+    if stack:
+        place = place + np.array([view.aside(stack.middle[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
     if scales.scale:
         place = place + 1j * scales.scale * along * value
     written = steady(scales.peak, diagram.unit)

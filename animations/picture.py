@@ -10,7 +10,9 @@ import numpy as np
 from animations.attachments import attachment_shapes
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
+from animations.extents import stack_of
 from animations.labels import DOT, Label, name_labels, peak_label
+from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
 from animations.marks import drive_shapes, path_shapes
@@ -56,9 +58,12 @@ class Picture:
         possible = drawable(deflection, diagram)
         looked_at = possible[:: -(-len(possible) // LOOKED_AT)]
         self.shapes = shapes_of(deflection, diagram, self.scales, style)
-        self.bodies = mechanism_bodies(deflection, diagram, self.scales, style) if style.look == "solid" else []
+        self.bodies, stack = [], None
+        if style.look == "solid":
+            stack = stack_of(deflection, self.scales, style, possible)
+            self.bodies = mechanism_bodies(deflection, diagram, self.scales, style, stack)
         self.view = view_for(self.shapes, self.bodies, looked_at, style)
-        self._labels = self._labelled(deflection, diagram, style, looked_at)
+        self._labels = self._labelled(deflection, diagram, style, looked_at, stack)
         self._canvas = Canvas(style)
         first = int(possible[0])
         self.meshes = [self._canvas.flat(shape, self.view.flat(shape.place(first))) for shape in self.shapes]
@@ -104,7 +109,9 @@ class Picture:
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
 
-    def _labelled(self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any) -> list[Label]:
+    def _labelled(
+        self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any, stack: Stack | None
+    ) -> list[Label]:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]
         parts = {int(p): [np.zeros(0), *(shape.place(p) for shape in self.shapes)] for p in some}
@@ -112,7 +119,7 @@ class Picture:
         moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
         labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
         if "peak" in style.show and self.scales.peak:
-            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels)
+            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels, stack)
             self.shapes.append(_dot(place, DOT * self.scales.pin))
             labels.append(label)
         return labels

@@ -12,6 +12,7 @@ from test_animations import SMALL, STEEL, cantilever, over, turned
 from animations import Picture, Style, movie, off_screen
 from animations.attachments import attachment_shapes
 from animations.diagrams import diagram_named
+from animations.extents import stack_of
 from animations.labels import Label, name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
 from animations.marks import drive_shapes, path_shapes
@@ -19,7 +20,7 @@ from animations.paints import paints
 from animations.picture import shapes_of, view_for
 from animations.shapes import NEGATIVE, POSITIVE
 from animations.solid import beam_bodies, cross_sections, prism
-from animations.solid_mechanism import layers, mechanism_bodies
+from animations.solid_mechanism import mechanism_bodies
 from elastic import Section, circle, deflection, rectangle, section_of, tapered, tube
 from kinelast.command import main
 from rigid import Gear, Link, Mechanism, PinDrive, Spring, motion
@@ -97,18 +98,13 @@ class TestSolid:
         bent = cantilever([0.0])
         style = Style(size=(320, 192), look="solid", exaggeration=0.25)
         scales = scales_of(bent, diagram_named("bending-moment"), style)
-        body = mechanism_bodies(bent, diagram_named("bending-moment"), scales, style)[0]
+        stack = stack_of(bent, scales, style, [0])
+        body = mechanism_bodies(bent, diagram_named("bending-moment"), scales, style, stack)[0]
         tip = body.place(0)[0].reshape(len(STATIONS), -1, 3)[-1].mean(axis=0)
         sag, stretch = -5.0 * 10.0 * 2.0**4 / (8 * 1e3), 5.0 * 3.0**2 * 2.0**3 / (3 * 1e6)
         assert tip[:2] == pytest.approx([2.0 + 0.25 * stretch, 0.25 * sag], abs=1e-12)
         values = body.values(0).reshape(len(STATIONS), -1)
         assert values == pytest.approx(np.tile(-25.0 * (2.0 - 2.0 * STATIONS[:, None]) ** 2, values.shape[1]))
-
-    def test_joined_links_are_in_different_layers(self, four_bar):
-        heights = layers(four_bar, 0.01)
-        for joint in four_bar.motion.structure.joints:
-            assert abs(heights[joint.parent] - heights[joint.child]) > 0.01
-        assert heights[0] == min(heights)
 
     def test_the_view_is_a_rotation(self):
         for look in ("plain", "solid"):
