@@ -84,24 +84,11 @@ class Legend:
 
 
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
-    """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length.
-
-    Of letters as large as fit between the sides.
-    """
-    letter = max(0.026 * style.unit, LEAST)
-    while True:
-        found, over = _legend(diagram, scales, view, style, letter)
-        if over <= 0 or letter < LEAST:
-            return found
-        letter *= 0.95
-
-
-def _legend(diagram: Diagram, scales: Scales, view: View, style: Style, letter: float) -> tuple[Legend, float]:
-    """The legend in letters of a height, and how far its row reaches into the length at the right [pixels]."""
+    """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length."""
     unit = style.unit
-    middle = 0.5j * FOOT * unit
+    letter, middle = max(0.026 * unit, LEAST), 0.5j * FOOT * unit
     shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)
-    left, right = MARGIN * unit, min(shapes[0].place(0).real.min(), words[0].at.real - 0.5 * _width(words[0]))
+    left = MARGIN * unit
 
     def add(text: str, size: float, *drawn: Shape) -> None:
         nonlocal left
@@ -120,13 +107,13 @@ def _legend(diagram: Diagram, scales: Scales, view: View, style: Style, letter: 
             add(quantity(scales.peak, diagram.unit), 9.0 * letter)
         if scales.exaggeration:
             add(f"deformed {times(scales.exaggeration)}", -0.6 * letter)
-        return Legend(shapes, words, bar), left - letter - right
+        return Legend(shapes, words, bar)
     if scales.exaggeration:
         add(f"deformed {times(scales.exaggeration)}", 2.2 * letter, _stroke(ends, 3.0, BENT))
     if diagram is SHAPE:
         add("rigid", 2.2 * letter, _stroke(left + middle + np.array([0.0, 2.2 * letter]), 3.0, QUIET))
     if diagram.field is None or not scales.peak:
-        return Legend(shapes, words), left - letter - right
+        return Legend(shapes, words)
     value = round_below(0.8 * FOOT * unit / (scales.scale * view.pixels))
     tall = value * scales.scale * view.pixels
     tick = 0.35 * letter
@@ -137,12 +124,7 @@ def _legend(diagram: Diagram, scales: Scales, view: View, style: Style, letter: 
     for fills, text in signs:
         square = left + middle + 0.6 * letter * np.array([-1j, 2 - 1j, 2 + 1j, 1j])
         add(text, 1.2 * letter, *(_patch(square, fill) for fill in fills))
-    return Legend(shapes, words), left - letter - right
-
-
-def _width(words: Words) -> float:
-    """Of a line [pixels]."""
-    return LETTER * len(words.text) * words.height
+    return Legend(shapes, words)
 
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[Shape], list[Words]]:

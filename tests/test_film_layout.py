@@ -47,7 +47,7 @@ class TestAround:
     @pytest.mark.parametrize("look", ["plain", "solid"])
     @pytest.mark.parametrize("name", ["bending-moment", "shape"])
     def test_the_legend_is_inside_and_nothing_lies_over_another(self, four_bar, size, look, name):
-        style = Style(size=size, look=look, show=EVERYTHING)
+        style = Style(size=size, look=look, show=EVERYTHING, exaggeration=2e6)
         diagram = diagram_named(name)
         found = legend(diagram, scales_of(four_bar, diagram, style), View(0j, 900.0, turn_of(look)), style)
         boxes = [box(words) for words in found.words]
@@ -58,7 +58,7 @@ class TestAround:
             boxes.append((low.real, high.real, low.imag, high.imag))
         assert min(each[0] for each in boxes) > 0
         assert max(each[1] for each in boxes) < size[0]
-        patches = len({each for each in boxes})  # of the mixture there are two, one over the other
+        patches = len(set(boxes))  # of the mixture there are two, one over the other
         assert patches >= 4
         for one, other in combinations(set(boxes), 2):
             assert not over(one, other)
