@@ -61,7 +61,7 @@ def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size
         points: Complexes = np.concatenate([shaft, head])
         return points if sense[position] else np.full_like(points, shaft[0])
 
-    return Shape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC)),), "accent", "accent", 2.4)
+    return Shape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC) + 1),), "accent", "accent", 2.4)
 
 
 def path_shapes(deflection: Deflection, positions: Any) -> list[Shape]:

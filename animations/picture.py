@@ -11,11 +11,12 @@ from animations.attachments import attachment_shapes
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
 from animations.extents import stack_of
-from animations.labels import DOT, Label, name_labels, peak_label
+from animations.labels import DOT, name_labels, peak_label
 from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
 from animations.marks import drive_shapes, path_shapes
+from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import (
     INK,
     QUIET,
@@ -35,6 +36,8 @@ from rigid import Reals
 
 LOOKED_AT = 120  # positions by which view and labels are chosen
 FEW = 12  # of these for labels
+ARROW = 0.016  # of the mechanism's size, half the radius of a drive's arrow at least
+BODY_WIDTH = 8.0  # of a line that stands for a body, see `Shape.width`
 
 
 class Picture:
@@ -99,7 +102,9 @@ class Picture:
                 mesh.point_data["values"][:] = body.values(position)
                 mesh.GetPointData().GetScalars().Modified()
         for label, text in zip(self._labels, self._texts, strict=True):
-            text.SetInput(label.at(position))
+            words = label.at(position)
+            text.SetVisibility(bool(words))
+            text.SetInput(words or " ")
             text.SetPosition(label.middle[position].real, label.middle[position].imag)
         self._drive.SetInput(self._drive_words(position))
         return self._canvas.image()
@@ -114,15 +119,19 @@ class Picture:
     ) -> list[Label]:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]
-        parts = {int(p): [np.zeros(0), *(shape.place(p) for shape in self.shapes)] for p in some}
-        drawn = {position: self.view.flat(np.concatenate(points)) for position, points in parts.items()}
-        moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
-        labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
-        if "peak" in style.show and self.scales.peak:
-            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels, stack)
-            self.shapes.append(_dot(place, DOT * self.scales.pin))
-            labels.append(label)
-        return labels
+        moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
+        seen = self.shapes
+        if stack:  # lines where the bodies stand
+            seen = seen + deformed_shapes(deflection, moved, width=BODY_WIDTH)
+            seen = seen + symbol_shapes(deflection, self.scales.pin, moved)
+        ink = ink_of(seen, self.view, [int(position) for position in some], 0.008 * style.unit)
+        names = name_labels(deflection, self.scales, self.view, style, ink, moved)
+        if "peak" not in style.show or not self.scales.peak:
+            return without_overlaps(names)
+        marks = [shape for shape in self.shapes if shape.level == "mark"]
+        place, label = peak_label(deflection, diagram, self.scales, self.view, style, names, marks, stack)
+        self.shapes.append(_dot(place, DOT * self.scales.pin))
+        return without_overlaps([label, *names])
 
     def _write_around(self, deflection: Deflection, diagram: Diagram, style: Style, signed: bool) -> None:
         """Head and foot."""
@@ -143,7 +152,7 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
     """All that moves in a picture and is flat."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
-    shapes = drive_shapes(deflection, scales.pin, moved) if "drives" in style.show else []
+    shapes = drive_shapes(deflection, max(scales.pin, ARROW * scales.size), moved) if "drives" in style.show else []
     if "paths" in style.show:
         shapes += path_shapes(deflection, drawable(deflection, diagram))
     if style.look == "plain":

@@ -1,4 +1,4 @@
-"""Claims about words in pictures: they are inside, and none lies over another, whatever the picture's size."""
+"""Claims about words in pictures: they are inside, none lies over another, and they hide little."""
 
 from itertools import combinations
 
@@ -7,11 +7,16 @@ import pytest
 from mechanisms import steel_bar
 from test_animations import STEEL, turned
 
-from animations import Style
+from animations import Picture, Style, off_screen
 from animations.canvas import font_file
 from animations.diagrams import diagram_named, steady
-from animations.layout import View, scales_of, turn_of
-from animations.legend import drive_words, headings, legend
+from animations.labels import name_labels
+from animations.layout import FOOT, HEAD, View, scales_of, turn_of
+from animations.legend import Words, drive_words, headings, legend
+from animations.picture import shapes_of, view_for
+from animations.placing import Label, ink_of, without_overlaps
+from animations.shapes import Shape
+from kinelast import deflection, load
 from rigid import Link, Mechanism, PinDrive
 
 EVERYTHING = ("names", "links", "peak", "drives", "paths", "deformed")
@@ -69,7 +74,7 @@ class TestAround:
         diagram = diagram_named("bending-moment")
         words = drive_words(four_bar)
         drive, *lines = headings(diagram, scales_of(four_bar, diagram, style), style, len(words(5)))
-        told = type(drive)(words(5), drive.at, drive.height, drive.side)
+        told = Words(words(5), drive.at, drive.height, drive.side)
         boxes = [box(each) for each in (told, *lines)]
         assert min(each[0] for each in boxes) > 0
         assert max(each[1] for each in boxes) < size[0]
@@ -89,3 +94,72 @@ class TestAround:
     def test_nothing_is_written_with_a_sign(self):
         written = steady(706e-6, "m")
         assert (written(-1e-9), written(-706e-6), written(-0.4e-6)) == ("0 µm", "-706 µm", "0 µm")
+
+
+class TestNames:
+    """Names that move."""
+
+    @pytest.mark.parametrize(("size", "look"), [((960, 540), "plain"), ((480, 800), "solid")])
+    def test_no_words_lie_over_others_where_points_crowd(self, size, look):
+        bent = deflection(load("flapping_wing"))
+        style = Style(size=size, look=look, show=("names", "links", "peak"))
+        with off_screen(), Picture(bent, "bending-moment", style) as picture:
+            labels = picture._labels
+        assert len(labels) == 1 + 16 + 10
+        seen = np.zeros(len(labels))
+        for position in range(0, 360, 5):
+            told = [(at, Words(label.at(position), label.middle[position], label.height, 0))
+                    for at, label in enumerate(labels) if label.at(position)]  # fmt: skip
+            boxes = [box(words) for _, words in told]
+            assert not any(over(one, other) for one, other in combinations(boxes, 2))
+            for left, right, low, high in boxes:
+                assert 0 < left < right < size[0]
+                assert FOOT * style.unit < low < high < size[1] - HEAD * style.unit
+            seen[[at for at, _ in told]] += 1 / 72
+        assert seen[0] == pytest.approx(1.0)  # the value
+        assert np.mean(seen[1:17]) > 0.7  # names of points come first
+        assert min(seen[1:17]) > 0.3
+
+    def test_what_comes_first_stays(self):
+        middles = [np.array([0j, 0j]), np.array([5 + 0j, 100j]), np.array([8 + 0j, 100j])]
+        kept = without_overlaps([Label(name, z, 10.0, "ink", 3 + 3j) for name, z in zip("abc", middles, strict=True)])
+        assert [[label.at(position) for label in kept] for position in (0, 1)] == [["a", "", "c"], ["a", "b", ""]]
+
+    def test_a_name_is_nearest_to_its_own_point(self, four_bar):
+        style = Style(size=(640, 384), show=("names",))
+        diagram = diagram_named("motion")
+        scales = scales_of(four_bar, diagram, style)
+        shapes = shapes_of(four_bar, diagram, scales, style)
+        view = view_for(shapes, [], range(12), style)
+        labels = name_labels(four_bar, scales, view, style, ink_of(shapes, view, range(12), 3.0), 0.0)
+        turn = 2 * np.pi * np.arange(12) / 12
+        pins = {"O": np.zeros(12), "D": np.full(12, 0.35), "A": 0.1 * np.exp(1j * turn)}
+        for label in labels:
+            if label.text in pins:
+                away = {name: np.abs(label.middle - view.flat(place)) for name, place in pins.items()}
+                assert all(np.all(away[label.text] <= each) for each in away.values())
+
+    def test_what_is_hidden_is_length_times_width(self):
+        cross = Shape("link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3])))
+        view = View(0j, 1.0, np.eye(3))
+        hidden = ink_of([cross], view, [0], 0.1).hidden
+        areas = hidden(np.array([[0 + 0j], [50j], [20 + 0j], [-50 + 0j], [9 + 3j]]), 10 + 5j)
+        assert areas == pytest.approx([1.5 * (5 + 10), 1.5 * 10, 0.0, 1.5 * 20, 1.5 * (1 + 8)], abs=0.4)
+
+    @pytest.mark.parametrize("look", ["plain", "solid"])
+    def test_the_value_hides_neither_its_dot_nor_the_arrow(self, look):
+        bent = deflection(load("offset_slider_crank"))
+        style = Style(size=(960, 540), look=look)
+        with off_screen(), Picture(bent, "deflection", style) as picture:
+            value, dot = picture._labels[0], picture.shapes[-1]
+            (arrow,) = (shape for shape in picture.shapes[:-1] if shape.level == "mark")
+            view = picture.view
+        covered = 0
+        for position in range(0, 360, 5):
+            left, right, low, high = box(Words(value.at(position), value.middle[position], value.height, 0))
+            spot, curve = view.flat(dot.place(position)).mean(), view.flat(arrow.place(position))
+            assert not (left < spot.real < right and low < spot.imag < high)
+            covered += bool(
+                np.any((left < curve.real) & (curve.real < right) & (low < curve.imag) & (curve.imag < high))
+            )
+        assert covered == 0

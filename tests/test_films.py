@@ -13,11 +13,12 @@ from animations import Picture, Style, movie, off_screen
 from animations.attachments import attachment_shapes
 from animations.diagrams import diagram_named
 from animations.extents import stack_of
-from animations.labels import Label, name_labels, peak_label
+from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
 from animations.marks import drive_shapes, path_shapes
 from animations.paints import paints
 from animations.picture import shapes_of, view_for
+from animations.placing import Label, ink_of
 from animations.shapes import NEGATIVE, POSITIVE
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
@@ -165,6 +166,8 @@ class TestAround:
         short = deflection(motion(mechanism, np.zeros((2, 1))), [STEEL] * 2)
         assert scales_of(wide, DEFLECTION, SMALL).pin == pytest.approx(0.026 * 4.0)
         assert scales_of(short, DEFLECTION, SMALL).pin <= 0.5 * 0.06
+        arrow = shapes_of(short, DEFLECTION, scales_of(short, DEFLECTION, SMALL), Style(show=("drives",)))[0].place(0)
+        assert abs(arrow[:-3]) == pytest.approx(2 * 0.016 * 2.06)  # but arrows are seen
 
 
 class TestWords:
@@ -179,7 +182,7 @@ class TestWords:
         assert [label.at(0), label.at(1)] == ["-100 N·m", "100 N·m"]
         assert place == pytest.approx(np.array([-1j, -1j]) * 100.0 * scales.scale)  # at the root, below it both times
         assert np.all(label.middle.imag < view.flat(place).imag)
-        name = Label("root", label.middle, label.height, "ink")
+        name = Label("root", label.middle, label.height, "ink", label.half)
         _, moved = peak_label(bent, diagram, scales, view, style, [name])
         assert np.all(abs(moved.middle - label.middle).real > 10)
 
@@ -187,8 +190,8 @@ class TestWords:
         style = Style(size=(640, 384), show=("names", "links"))
         scales = scales_of(four_bar, DEFLECTION, style)
         view = view_for(shapes_of(four_bar, DEFLECTION, scales, style), [], range(12), style)
-        drawn = {position: np.zeros(0, complex) for position in range(0, 12, 3)}
-        labels = name_labels(four_bar, scales, view, style, drawn, 0.0)
+        drawn = range(0, 12, 3)
+        labels = name_labels(four_bar, scales, view, style, ink_of([], view, drawn, 5.0), 0.0)
         assert sorted(label.text for label in labels) == ["A", "B", "D", "O", "coupler", "crank", "rocker"]
         for position in drawn:
             at = {label.text: label.middle[position] for label in labels}
@@ -226,6 +229,23 @@ class TestColours:
         mixed = [np.count_nonzero(np.abs(part - wanted).max(axis=2) < 3) for part in parts]
         assert mixed[0] > 20
         assert max(mixed[1:]) > 50
+
+    @pytest.mark.parametrize("background", ["white", "#101418"])
+    def test_the_front_of_a_body_has_the_colour_of_its_value(self, background):
+        import matplotlib as mpl
+
+        bent = deflection(cantilever([0.0]).motion, [section_of(rectangle(0.2, 0.1), 210e9)])
+        style = Style(size=(640, 360), look="solid", show=(), background=background)
+        with off_screen(), Picture(bent, "von-mises-stress", style) as picture:
+            image = picture.show(0).astype(int)
+            points = picture.bodies[0].place(0)[0].reshape(len(STATIONS), -1, 3)
+            front = points[points[..., 2] == points[..., 2].max()].reshape(len(STATIONS), -1, 3).mean(axis=1)
+            pixels = picture.view.solid(front)
+            values = picture.bodies[0].values(0).reshape(len(STATIONS), -1)[:, 0] / picture.scales.peak
+        for station in range(6, 43, 6):
+            x, y = pixels[station, :2]
+            wanted = 255 * np.array(mpl.colormaps["YlOrRd"](values[station])[:3])
+            assert np.abs(image[int(360 - y), int(x)] - wanted).max() < 14
 
     def test_lines_are_light_on_a_dark_background(self, four_bar):
         with off_screen(), Picture(four_bar, "motion", Style(size=(320, 192), background="#101418")) as picture:
