@@ -16,8 +16,9 @@ from animations.legend import Words, drive_words, headings, legend
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import Shape
+from elastic import deflection as bend
 from kinelast import deflection, load
-from rigid import Link, Mechanism, PinDrive
+from rigid import Link, Mechanism, PinDrive, motion, position_of
 
 EVERYTHING = ("names", "links", "peak", "drives", "paths", "deformed")
 SIZES = [(1280, 720), (720, 1280), (400, 1000), (1920, 480), (480, 270)]
@@ -138,6 +139,34 @@ class TestNames:
             if label.text in pins:
                 away = {name: np.abs(label.middle - view.flat(place)) for name, place in pins.items()}
                 assert all(np.all(away[label.text] <= each) for each in away.values())
+
+    def test_a_name_stands_nearer_to_its_own_point_than_to_a_next_one(self):
+        links = (Link("ground", {"O": 0.0}), steel_bar("arm", "O", "A", 0.5), steel_bar("end", "A", "B", 0.02))
+        drives = PinDrive("arm", "O"), PinDrive("end", "A", "arm")
+        mechanism = Mechanism(links, drives, {"O": 0, "A": 0.5, "B": 0.52})
+        bent = bend(motion(mechanism, [[np.pi / 4] * 3, [0.0] * 3]), [STEEL] * 2)
+        places = self.named(bent)
+        for label in places:
+            away = abs(label.middle - places[label])
+            assert all(np.all(away < abs(label.middle - other)) for name, other in places.items() if name is not label)
+
+    def test_two_names_at_one_place_are_both_told(self):
+        bars = steel_bar("one", "O", "A", 0.1), steel_bar("two", "P", "B", 0.1)
+        links = (Link("ground", {"O": 0.0, "P": 0.0}), *bars)
+        mechanism = Mechanism(links, (PinDrive("one", "O"), PinDrive("two", "P")), {"O": 0, "A": 0.1, "P": 0, "B": 0.1})
+        labels = list(self.named(bend(motion(mechanism, [[0.0, 1.0, 2.0]] * 2), [STEEL] * 2)))
+        assert sorted(label.text for label in labels) == ["A", "B", "O", "P"]
+        assert all(label.at(position) for label in without_overlaps(labels) for position in range(3))
+
+    def named(self, bent):
+        """Labels of the points of a mechanism of which nothing is drawn, and where these are [pixels]."""
+        style = Style(size=(640, 384), show=("names",))
+        scales = scales_of(bent, diagram_named("motion"), style)
+        view = view_for(shapes_of(bent, diagram_named("motion"), scales, style), [], range(3), style)
+        labels = name_labels(bent, scales, view, style, ink_of([], view, range(3), 3.0), 0.0)
+        places = {name: position_of(bent.motion, at, name) for at, link in enumerate(bent.motion.mechanism.links)
+                  for name in link.points}  # fmt: skip
+        return {label: view.flat(places[label.text]) for label in labels}
 
     def test_what_is_hidden_is_length_times_width(self):
         cross = Shape("link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3])))
