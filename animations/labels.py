@@ -19,6 +19,7 @@ from elastic import Deflection, sample
 
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # of its place, where a name may stand
 AWAY = (0.25, 1.0)  # from what it names, in heights of letters
+BEYOND = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # the ordinate, or where a value hides least
 DOT = 0.35  # radius of the dot at the peak, of a pin's diameter
 FARTHER, OVER, WRONG, OUT = (
     1.0,
@@ -42,35 +43,37 @@ def name_labels(
     """
     height = 0.026 * style.unit
     labels: list[Label] = []
-    named = [(text, view.flat(place), pin) for text, place, pin in _named(deflection, style, moved)]
-    pins = np.array([anchor for _, anchor, pin in named if pin])
-    for text, anchor, pin in named:
+    named = list(_named(deflection, style, moved))
+    points = np.array([view.flat(place) for _, place, _, is_point in named if is_point])
+    for text, place, pin, is_point in named:
+        anchor = view.flat(place)
         half = half_of(text, height)
         away = [0.5 * pin * scales.pin * view.pixels + share * height for share in AWAY]
         ways = np.concatenate([_reach(SIDES, half) + SIDES * each for each in away])
         there = anchor + ways[:, None]
         cost = ink.hidden(there, half) / height + FARTHER * (np.arange(len(ways)) >= len(SIDES))
         cost += OUT * np.mean(np.abs(kept_inside(there, half, style) - there) > 0, axis=1)
-        if pin:
-            nearest = np.min(np.abs(there - pins[:, None]), axis=0)
+        if is_point:
+            nearest = np.min(np.abs(there - points[:, None]), axis=0)
             cost += WRONG * np.mean(nearest < (1 - 1e-9) * np.abs(there - anchor), axis=1)
         for other in labels:
             cost += OVER * np.mean(within(there - other.middle, half + other.half), axis=1)
         best = kept_inside(there[int(np.argmin(cost))], half, style)
-        labels.append(Label(text, best, height, "ink" if pin else "soft", half))
+        labels.append(Label(text, best, height, "ink" if is_point else "soft", half))
     return labels
 
 
-def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, float]]:
-    """Names, their places [m] at all positions, and 1.0 where a pin is to be left free."""
+def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:
+    """Names, their places [m] at all positions, whether a pin is to be left free, and whether a point's or a link's."""
     links = deflection.motion.mechanism.links
     if "names" in style.show:
         points = {name: number for number, link in reversed(list(enumerate(links))) for name in link.points}
         for name, number in points.items():
-            yield name, moved_place(deflection, number, name, moved), 1.0
+            yield name, moved_place(deflection, number, name, moved), True, True
     for number, link in enumerate(links[1:] if "links" in style.show else (), 1):
         names = list(link.points)[:2]
-        yield link.name, np.mean([moved_place(deflection, number, name, moved) for name in names], axis=0), 0.0
+        middle = np.mean([moved_place(deflection, number, name, moved) for name in names], axis=0)
+        yield link.name, middle, len(names) == 1, False
 
 
 def _reach(way: Complexes, half: complex) -> Complexes:
@@ -122,9 +125,10 @@ def peak_label(
     written = steady(scales.peak, diagram.unit)
     text, height = [written(float(each)) for each in value], 0.03 * style.unit
     half = half_of(max(text, key=len), height)
-    ways = way * np.array([1, -1, 1j, -1j])[:, None]  # beyond the ordinate, or where it hides least
+    ways = way * BEYOND[:, None]
     off = (DOT * scales.pin + depth / 2) * view.pixels + 0.2 * height
-    middles = view.flat(place) + _reach(ways, half) + ways * off
+    corner = ways / np.maximum(np.abs(ways.real), np.abs(ways.imag))
+    middles = view.flat(place) + _reach(corner, half) + ways * off
     hides: Any = 1.0 * (np.abs(kept_inside(middles, half, style) - middles) > 0)
     hides = hides + sum(within(name.middle - middles, half + name.half) for name in names)
     for mark in marks:

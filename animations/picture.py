@@ -154,7 +154,7 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
     shapes = drive_shapes(deflection, max(scales.pin, ARROW * scales.size), moved) if "drives" in style.show else []
     if "paths" in style.show:
-        shapes += path_shapes(deflection, drawable(deflection, diagram))
+        shapes += path_shapes(deflection, drawable(deflection, diagram), moved)
     if style.look == "plain":
         shapes += outline_shapes(deflection, style.outlines)
         shapes += link_shapes(deflection, 0.75 * scales.pin, QUIET if diagram is SHAPE else INK)

@@ -158,15 +158,32 @@ class TestNames:
         assert sorted(label.text for label in labels) == ["A", "B", "O", "P"]
         assert all(label.at(position) for label in without_overlaps(labels) for position in range(3))
 
-    def named(self, bent):
+    def test_the_name_of_a_link_of_one_point_leaves_its_pin_free(self):
+        bent = deflection(load("offset_slider_crank"))
+        (piston,) = (label for label in self.named(bent, "links") if label.text == "piston")
+        pin = position_of(bent.motion, "piston", "B")
+        view, scales = self.seen(bent)
+        away = piston.middle - view.flat(pin)
+        assert np.all((abs(away.real) > piston.half.real) | (abs(away.imag) > piston.half.imag))
+        free = np.maximum(abs(away.real) - piston.half.real, abs(away.imag) - piston.half.imag)
+        assert np.all(free > 0.3 * scales.pin * view.pixels)
+
+    def named(self, bent, show="names"):
         """Labels of the points of a mechanism of which nothing is drawn, and where these are [pixels]."""
-        style = Style(size=(640, 384), show=("names",))
-        scales = scales_of(bent, diagram_named("motion"), style)
-        view = view_for(shapes_of(bent, diagram_named("motion"), scales, style), [], range(3), style)
+        style = Style(size=(640, 384), show=(show,))
+        view, scales = self.seen(bent)
         labels = name_labels(bent, scales, view, style, ink_of([], view, range(3), 3.0), 0.0)
+        if show == "links":
+            return labels
         places = {name: position_of(bent.motion, at, name) for at, link in enumerate(bent.motion.mechanism.links)
                   for name in link.points}  # fmt: skip
         return {label: view.flat(places[label.text]) for label in labels}
+
+    def seen(self, bent):
+        """View and scales of a picture of a mechanism."""
+        style = Style(size=(640, 384), show=("names",))
+        scales = scales_of(bent, diagram_named("motion"), style)
+        return view_for(shapes_of(bent, diagram_named("motion"), scales, style), [], range(3), style), scales
 
     def test_what_is_hidden_is_length_times_width(self):
         cross = Shape("link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3])))
@@ -186,8 +203,8 @@ class TestNames:
         covered = 0
         for position in range(0, 360, 5):
             left, right, low, high = box(Words(value.at(position), value.middle[position], value.height, 0))
-            spot, curve = view.flat(dot.place(position)).mean(), view.flat(arrow.place(position))
-            assert not (left < spot.real < right and low < spot.imag < high)
+            spots, curve = view.flat(dot.place(position)), view.flat(arrow.place(position))
+            assert not np.any((left < spots.real) & (spots.real < right) & (low < spots.imag) & (spots.imag < high))
             covered += bool(
                 np.any((left < curve.real) & (curve.real < right) & (low < curve.imag) & (curve.imag < high))
             )
