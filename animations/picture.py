@@ -35,7 +35,7 @@ from elastic import Deflection
 from rigid import Reals
 
 LOOKED_AT = 120  # positions by which view and labels are chosen
-FEW = 12  # of these for labels
+SOME, FEW = 40, 12  # of these for solid bodies and for labels
 ARROW = 0.016  # of the mechanism's size, half the radius of a drive's arrow at least
 BODY_WIDTH = 8.0  # of a line that stands for a body, see `Shape.width`
 
@@ -172,7 +172,8 @@ def view_for(shapes: list[Shape], bodies: list[Body], positions: Any, style: Sty
     turn = turn_of(style.look)
     unscaled = View(0j, 1.0, turn)
     flat = (unscaled.flat(shape.place(position)) for shape in shapes for position in positions)
-    solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in positions)
+    some = positions[:: -(-len(positions) // SOME)]
+    solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in some)
     return view_of([*flat, *solid], style, turn)
 
 
