@@ -24,10 +24,13 @@ class Stack:
 
     Attributes
     ----------
+    layer
+        The number of every link's layer; the ground's, behind all, is -1.
     middle, thick
-        z of every link's middle, and the thickness of its layer [m]; the ground is behind all.
+        z of every link's middle, and the thickness of its layer [m].
     """
 
+    layer: Sequence[int]
     middle: Sequence[float]
     thick: Sequence[float]
 
@@ -41,7 +44,8 @@ def stacked(found: Sequence[int], thick: Sequence[float]) -> Stack:
     steps = APART * (np.array(of_layer[:-1]) + np.array(of_layer[1:])) / 2
     heights = np.concatenate([[0.0], np.cumsum(steps)])
     heights -= (heights[1] + heights[-1]) / 2
-    return Stack([float(heights[layer + 1]) for layer in found], [of_layer[layer + 1] for layer in found])
+    middle = [float(heights[layer + 1]) for layer in found]
+    return Stack(list(found), middle, [of_layer[layer + 1] for layer in found])
 
 
 def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Reals]]) -> list[int]:

@@ -22,6 +22,7 @@ THIN = 0.55  # of a pin's diameter, where a section's dimensions are not known
 LESS, HEAD, WIDER = 0.55, 0.58, 0.65  # thicknesses of a layer that axles, their heads and rails reach from its middle
 EYE, AXLE = 0.62, 0.34  # radii at the ends of links and of axles, of a pin's diameter
 SHEER = 0.4  # opacity of outlines
+GREYS = "metal", "iron"  # of rigid bodies in one layer and the next, which are told apart by them
 
 
 def mechanism_bodies(
@@ -48,7 +49,8 @@ def mechanism_bodies(
         bodies += [place(EYE * scales.pin * CIRCLE, point, smooth=True) for point in link.points]
         if not link.beams and len(link.points) > 1:
             corners = np.array(list(link.points.values()), complex)
-            bodies.append(place(hull((corners[:, None] + 0.5 * scales.pin * CIRCLE).ravel())))
+            fill = GREYS[stack.layer[at] % 2]
+            bodies.append(place(hull((corners[:, None] + 0.5 * scales.pin * CIRCLE).ravel()), fill=fill))
     return bodies + _joints(deflection, scales, stack)
 
 

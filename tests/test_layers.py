@@ -1,6 +1,6 @@
 """Claims about solid links: none goes through another, axles are short and go through none that they do not join."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -122,6 +122,21 @@ class TestMechanisms:
         assert apart[1] == apart[2]
         wide = stack(bent, Style(look="solid", outlines={"one": [0, 1.2, 1.2 + 0.2j]})).middle
         assert wide[1] != wide[2]
+
+    def test_rigid_bodies_that_are_joined_have_different_greys(self):
+        bent = deflection(load("andrews_driven"))
+        motion = diagram_named("motion")
+        scales = scales_of(bent, motion, SOLID)
+        found = stack_of(bent, scales, SOLID, drawable(bent, motion))
+        bodies = [body for body in mechanism_bodies(bent, motion, scales, SOLID, found) if body.fill != "soft"]
+        fills = {round(float(body.place(0)[0][:, 2].mean()), 9): set() for body in bodies}
+        for body in bodies:
+            if len(body.place(0)[0]) > 6 * 24:  # more corners than a round eye has
+                fills[round(float(body.place(0)[0][:, 2].mean()), 9)].add(body.fill)
+        told = [fill for _, fill in sorted(fills.items()) if fill]
+        assert all(len(fill) == 1 for fill in told)
+        assert len(told) >= 3
+        assert all(one != other for one, other in pairwise(told))
 
     def test_axles_reach_all_that_they_join_and_no_more(self):
         """Of a crank, a rod over it and a piston: the bodies about the pin A are the eyes of both and the axle."""
