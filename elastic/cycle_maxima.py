@@ -2,7 +2,8 @@
 
 Between stations h apart a polynomial p is no further than h^2/8 max |p''| from the chord through its values there, and
 |p''| no greater than its greatest Bernstein coefficient. Where that bound stays below what is reached at a station of
-another position, the greatest value is not; the others are searched as `extremes` does.
+another position, the greatest value is not; the others are looked at in closer stations, and those that are left then
+are searched as `extremes` does.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from elastic.beams.polynomials import at_marks, derivative, evaluate, greatest_at, turning_points
+from elastic.beams.polynomials import at_marks, greatest_at, turning_points
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
 from elastic.solution import Deflection
 from rigid import Reals
 
-STATIONS = (0.25, 0.5, 0.75)  # besides the ends
+COARSE, FINE = 4, 16  # steps from station to station along a piece
 SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
 
 
@@ -72,7 +73,10 @@ def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
         if roots and (_of_beams(_ceiling(deflection, roots), owner, beams) < floor).all():
             continue
         values = sum_of_squares(deflection, roots) if roots else coefficients(deflection, name)
-        parts.append(_bounds(values, bool(roots), counted))
+        low, high = _bounds(values, COARSE, bool(roots))
+        if counted is not None:
+            low, high = (np.where(counted, one, np.nan) for one in (low, high))
+        parts.append(_Part(values, bool(roots), low, high))
         floor = np.maximum(floor, _of_beams(np.fmax.reduce(parts[-1].low, axis=-1), owner, beams))
     best = np.full(floor.shape, -1.0)
     place = np.full(best.shape, -1)
@@ -80,11 +84,15 @@ def _maximum(deflection: Deflection, key: str, counted: Any) -> Maximum:
         where = np.nonzero(part.high >= floor[owner][..., None])
         if not len(where[0]):
             continue
-        chosen = part.values[(slice(None), *where)]
+        chosen, position = part.values[(slice(None), *where)], where[-1]
+        row = np.ravel_multi_index((owner[where[0]], *where[1:-1]), best.shape)
+        low, high = _bounds(chosen, FINE, part.square)
+        np.maximum.at(floor.reshape(-1), row, low)
+        near = high >= floor.reshape(-1)[row]
+        chosen, position, row = chosen[:, near], position[near], row[near]
         size = np.abs(greatest_at(*at_marks(chosen, turning_points(chosen)))[0])
         size = np.sqrt(size) if part.square else size
-        row = np.ravel_multi_index((owner[where[0]], *where[1:-1]), best.shape)
-        _keep(best, place, row, size, where[-1])
+        _keep(best, place, row, size, position)
     return Maximum(np.where(best < 0.0, np.nan, best), place)
 
 
@@ -119,18 +127,25 @@ def _parts_of(key: str) -> list[str]:
     return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
-def _bounds(values: Any, square: bool, counted: Any) -> _Part:
-    """Bounds of the magnitude of polynomials on [0, 1], nan where they do not count."""
-    inner = (evaluate(values, xi) for xi in STATIONS)
-    low = reduce(np.maximum, (np.abs(one) for one in (values[0], *inner, reduce(np.add, values))))
-    high = low.copy()
-    if len(values) > 2:
-        step = STATIONS[0]
-        high += step**2 / 8 * _greatest(derivative(derivative(values)))
-    high *= SLACK
-    if counted is not None:
-        low, high = (np.where(counted, one, np.nan) for one in (low, high))
-    return _Part(values, square, *(np.sqrt(one) for one in (low, high))) if square else _Part(values, square, low, high)
+def _bounds(values: Any, steps: int, square: bool) -> tuple[Any, Any]:
+    """Bounds of the magnitude on [0, 1] of polynomials, or of the roots of such, by values so many steps apart."""
+    seen = _looks(len(values), steps) @ values.reshape(len(values), -1)
+    np.abs(seen, out=seen)
+    low = seen[: steps + 1].max(axis=0)
+    high = SLACK * (low + seen[steps + 1 :].max(axis=0, initial=0.0) / (8 * steps**2))
+    low, high = (one.reshape(values.shape[1:]) for one in (low, high))
+    return (np.sqrt(low), np.sqrt(high)) if square else (low, high)
+
+
+@lru_cache(maxsize=64)
+def _looks(count: int, steps: int) -> Any:
+    """What makes values at stations of coefficients in powers, then the second derivative's in Bernstein's basis."""
+    values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
+    twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
+    bernstein = np.zeros((max(count - 2, 0),) * 2)
+    for row, own in zip(bernstein, _to_bernstein(count - 2), strict=True):
+        row[: len(own)] = own
+    return np.vstack([values, bernstein @ twice]) if count > 2 else values
 
 
 def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Any:

@@ -84,8 +84,11 @@ def _lines(table: Reals) -> bytes:
     if np.isinf(table).any():  # for which JSON has no word
         rows = (",".join("" if value != value else repr(value) for value in row) for row in table.tolist())  # noqa: PLR0124
         return ("\n".join(rows) + "\n").encode()
-    lines = msgspec.json.encode(table.tolist())[2:-2].replace(b"],[", b"\n")
-    return (lines.replace(b"null", b"") if np.isnan(table).any() else lines) + b"\n"
+    encode = msgspec.json.Encoder().encode
+    lines = [encode(row)[1:-1] for row in table.tolist()]
+    if np.isnan(table).any():
+        lines = [line.replace(b"null", b"") for line in lines]
+    return b"\n".join(lines) + b"\n"
 
 
 class FieldFile:

@@ -120,7 +120,7 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
 def per_row(values: Any, ndim: int, kind: type) -> Any:
     """Values that are scalars or of shape (designs, 1) as one array of shape (rows, ..., 1) with `ndim` axes a row."""
     values = list(values)
-    if values and all(isinstance(value, float | int) for value in values):
+    if values and all(isinstance(value, float | int | complex) for value in values):
         return np.array(values, kind).reshape(-1, *(1,) * ndim)
     wide = [np.reshape(value, (1,) * (ndim - np.ndim(value)) + np.shape(value)) for value in values]
     return np.array(np.broadcast_arrays(*wide), kind) if wide else np.zeros((0,) + (1,) * ndim, kind)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from elastic import FIELDS, deflection, extremes, sample
-from elastic.cycle_maxima import _bounds, cycle_maxima
+from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
@@ -307,16 +307,19 @@ def test_the_largest_over_the_cycle_is_that_of_all_positions(name):
 
 
 def test_no_polynomial_is_larger_than_its_bound():
-    """By which positions are passed over; the values at some stations are no more than they reach."""
+    """By which positions are passed over; values at stations are no more than they reach, and closer ones nearer."""
     rng = np.random.default_rng(8)
     for count in range(1, 9):
         values = rng.normal(size=(count, 5, 40)) * 4.0 ** rng.integers(-2, 3, (count, 1, 1))
-        xi = np.linspace(0, 1, 501)[:, None, None]
+        xi = np.linspace(0, 1, 481)[:, None, None]
         greatest = np.abs(np.polynomial.polynomial.polyval(xi, values, tensor=False)).max(axis=0)
-        bounds = _bounds(values, False, None)
-        assert (greatest <= bounds.high).all()
-        assert (bounds.low <= greatest * (1 + 1e-12)).all()
-        assert count < 3 or (bounds.low < greatest).any()
+        for steps in (COARSE, FINE):
+            low, high = _bounds(values, steps, False)
+            assert (greatest <= high).all()
+            assert (low <= greatest * (1 + 1e-12)).all()
+            assert count < 3 or (low < greatest).any()
+            curved = sum(k * (k - 1) * np.abs(value) for k, value in enumerate(values))
+            assert (high - low <= curved / (8 * steps**2) + 1e-8 * high).all()
 
 
 def test_designs_may_be_driven_at_rates_and_from_places_of_their_own():

@@ -17,8 +17,11 @@ CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence i
 
 def evaluate(values: Any, xi: Any) -> Any:
     """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
-    result = np.array(np.broadcast_to(values[-1], np.broadcast_shapes(np.shape(xi), values.shape[1:])))
-    for value in values[-2::-1]:
+    if len(values) == 1:
+        return values[0] + np.zeros(np.shape(xi))
+    result = values[-1] * xi
+    result += values[-2]
+    for value in values[-3::-1]:
         result *= xi
         result += value
     return result
@@ -77,8 +80,10 @@ def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:
 
 def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
     """The value of largest magnitude and its mark; nan where a value is."""
-    best = np.abs(heights).argmax(axis=0)[None]
-    return np.take_along_axis(heights, best, 0)[0], np.take_along_axis(marks, best, 0)[0]
+    best = np.abs(heights).argmax(axis=0)
+    best *= best.size  # numbers in the flat arrays, faster than take_along_axis
+    best += np.arange(best.size).reshape(best.shape)
+    return heights.take(best), marks.take(best)
 
 
 def zeros_of(values: Any, turning: Any = ()) -> Any:

@@ -114,6 +114,35 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
 
+def uncoupled(stiffness: Any, mass: Any, level: Any) -> tuple[Any, Any]:
+    """Stiffness and mass when the ends move the beams as loads at the ends do, and what is within is orthonormal.
+
+    Every coordinate within is made of those of lower levels and its own, so that each level spans what it did. Shapes
+    (..., n, n).
+
+    References
+    ----------
+    Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968) 1313-1319.
+    """
+    ends, within = np.flatnonzero(level == 0), np.flatnonzero(level)
+    within = within[np.argsort(level[within], kind="stable")]
+    if not len(within):
+        return stiffness, mass
+    rows = within[:, None]
+    own = stiffness[..., rows, within]
+    scale = 1.0 / np.sqrt(np.diagonal(own, axis1=-2, axis2=-1))[..., None]
+    factor = np.linalg.inv(np.linalg.cholesky(own * scale * scale.swapaxes(-1, -2))) * scale.swapaxes(-1, -2)
+    back = factor.swapaxes(-1, -2)
+    taken = np.broadcast_to(np.eye(len(level)), stiffness.shape).copy()
+    taken[..., rows, within] = back
+    taken[..., rows, ends] = -back @ (factor @ stiffness[..., rows, ends])
+    moved = taken[..., ends]
+    found = np.zeros_like(stiffness)
+    found[..., within, within] = 1.0
+    found[..., ends[:, None], ends] = moved.swapaxes(-1, -2) @ stiffness @ moved
+    return found, taken.swapaxes(-1, -2) @ mass @ taken
+
+
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Any:
     """Coordinates of a beam, as many as told, per coordinate of its link."""
     rows = np.zeros((count, size))

@@ -12,7 +12,7 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
-from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, vibrating_link
+from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, uncoupled, vibrating_link
 from rigid import Link, Motion
 from rigid.gears import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
@@ -29,7 +29,7 @@ class VibratingStructure:
     Attributes
     ----------
     stiffness, mass
-        Of all links' coordinates, shape (positions, n, n).
+        Of all links' coordinates, shape (positions, n, n): those within beams have no stiffness but their own, 1.
     held
         Combinations of coordinates that joints keep zero, shape (rows, positions, n).
     level
@@ -60,8 +60,9 @@ class VibratingStructure:
         self.stiffness, self.mass = (np.zeros((len(positions), size, size)) for _ in range(2))
         for first, own_links in zip(self._first[1:], self._links[1:], strict=True):
             part = slice(first, first + len(own_links[0].mass))
-            self.stiffness[:, part, part] = np.array([one.stiffness for one in own_links])
-            self.mass[:, part, part] = np.array([one.mass for one in own_links])
+            stiffness = np.array([one.stiffness for one in own_links])
+            mass = np.array([one.mass for one in own_links])
+            self.stiffness[:, part, part], self.mass[:, part, part] = uncoupled(stiffness, mass, own_links[0].level)
         self.level = np.concatenate([np.zeros(0, int), *(own_links[0].level for own_links in self._links[1:])])
         self.held: list[Any] = []
         for number, place in enumerate(self._places):
@@ -85,8 +86,7 @@ class VibratingStructure:
     def _unheld(self) -> list[tuple[Any, Any, Any]]:
         """Mass per stiffness of what the joints leave free, by the number of conditions: positions, matrices, levels.
 
-        Joints hold but what is at the ends of beams, so what is within them stays as it is. Levels rise: triangular
-        factors of the first coordinates are the first parts of those of all.
+        Joints hold but what is at the ends of beams; what is within has no stiffness but its own and stays as it is.
         """
         at_ends = self.level == 0
         rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
@@ -97,10 +97,23 @@ class VibratingStructure:
         for rank in sorted(set(ranks.tolist())):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
-            both = [_reduced(whole[chosen], free, at_ends, within) for whole in (self.stiffness, self.mass)]
             level = np.concatenate([np.zeros(free.shape[1], int), self.level[within]])
-            found.append((chosen, _mass_per_stiffness(*both), level))
+            found.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
         return found
+
+    def _per_stiffness(self, chosen: Any, free: Any, at_ends: Any, within: Any) -> Any:
+        """Symmetric matrices whose eigenvalues are 1/omega^2, so that no coordinate needs to have mass.
+
+        Of what is free of the ends' coordinates, shape (positions, n free, n ends), and those within.
+        """
+        stiffness = free @ self.stiffness[chosen][:, at_ends][:, :, at_ends] @ free.swapaxes(-1, -2)
+        scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
+        factor = np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :]))
+        unit = (factor * scale[:, None, :]) @ free
+        mass = self.mass[chosen]
+        across = unit @ mass[:, at_ends][:, :, within]
+        own = unit @ mass[:, at_ends][:, :, at_ends] @ unit.swapaxes(-1, -2)
+        return np.block([[own, across], [across.swapaxes(-1, -2), mass[:, within[:, None], within]]])
 
     def _unit_of_length(self) -> float:
         """About the size of the mechanism [m]."""
@@ -232,22 +245,6 @@ def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
 def _block(number: int | None) -> str:
     """Name of the point under the block of a joint."""
     return f"under joint {number}"
-
-
-def _reduced(whole: Any, free: Any, at_ends: Any, within: Any) -> Any:
-    """A matrix for what is free of the coordinates at the ends, shape (positions, n free, n ends), and those within."""
-    ends = whole[:, at_ends]
-    across = free @ ends[:, :, within]
-    own = free @ ends[:, :, at_ends] @ free.swapaxes(-1, -2)
-    return np.block([[own, across], [across.swapaxes(-1, -2), whole[:, within[:, None], within]]])
-
-
-def _mass_per_stiffness(stiffness: Any, mass: Any) -> Any:
-    """Symmetric matrices whose eigenvalues are 1/omega^2, so that no coordinate needs to have mass."""
-    scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
-    factor = np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :]))
-    factor = factor * scale[:, None, :]
-    return factor @ mass @ factor.swapaxes(-1, -2)
 
 
 def _lowest(per_stiffness: Any, modes: int) -> Any:

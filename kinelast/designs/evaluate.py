@@ -22,6 +22,7 @@ from rigid.positions import of_designs
 
 BLOCK = 4096  # designs that are built at once
 KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
+WIDE = 2  # times the columns of a motion go together: the greatest values are searched in many steps of few columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +171,7 @@ def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
         yield from _answered(base, scene, group.rows)
         return
     positions = max(scene.run.positions, KNOTS)
-    step = max(columns_of(scene.mechanism, positions) // positions, 2) - 1
+    step = max(WIDE * columns_of(scene.mechanism, positions) // positions, 2) - 1
     for first in range(0, len(group.rows), step):
         yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
 

@@ -29,7 +29,8 @@ def at_position(results: Results, position: int) -> dict[str, Any]:
 
 def largest(results: Results, values: Any, unit: str, **more: Any) -> dict[str, Any]:
     """The value of largest magnitude over the positions that count, with time and drive."""
-    values = np.broadcast_to(values, results.motion.columns)
+    if np.shape(values) != results.motion.columns:
+        values = np.broadcast_to(values, results.motion.columns)
     size = np.where(np.isfinite(values) & results.counted, np.abs(values), -1.0)
     at = int(size.argmax())
     if size[at] < 0:

@@ -26,24 +26,24 @@ class Peak:
     refined: bool = False
 
 
-def peak_positions(results: Results, extreme: Extreme) -> Any:
-    """Number of the counted position at which every beam's extreme is largest, -1 where none is known, per beam."""
-    size = np.where(np.isfinite(extreme.value) & results.counted, np.abs(extreme.value), -1.0)
-    at = size.argmax(axis=-1)
-    return np.where(np.take_along_axis(size, at[:, None], -1)[:, 0] >= 0.0, at, -1)
+def peak_positions(results: Results, values: Any) -> Any:
+    """Number of the counted position at which values of shape (..., positions) are largest, -1 where none is known."""
+    size = np.where(np.isfinite(values) & results.counted, np.abs(values), -1.0)
+    return np.where(size.max(axis=-1) >= 0.0, size.argmax(axis=-1), -1)
 
 
 def peaks(results: Results) -> dict[str, list[Peak]]:
     """Per field, the peak of every beam at the positions of the run; nan where no position could be computed."""
-    found = {}
-    motion = results.motion
-    for field, extreme in results.extremes.items():
-        rows = []
-        for beam, at in enumerate(peak_positions(results, extreme)):
-            if at < 0:
-                rows.append(Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive)))
-                continue
-            value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
-            rows.append(Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist())))
-        found[field] = rows
-    return found
+    extremes, motion = results.extremes, results.motion
+    positions = peak_positions(results, np.array([extreme.value for extreme in extremes.values()]))
+
+    def peak(extreme: Extreme, beam: int, at: int) -> Peak:
+        if at < 0:
+            return Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive))
+        value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
+        return Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist()))
+
+    return {
+        field: [peak(extreme, beam, at) for beam, at in enumerate(row)]
+        for (field, extreme), row in zip(extremes.items(), positions.tolist(), strict=True)
+    }

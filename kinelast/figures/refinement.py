@@ -25,7 +25,7 @@ def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, l
     as it is where the condition at its neighbours, or at any instant looked at between them, is beyond `WELL`.
     """
     names = [(field, beam) for field, extreme in results.extremes.items()
-             for beam, at in enumerate(peak_positions(results, extreme)) if at >= 0]  # fmt: skip
+             for beam, at in enumerate(peak_positions(results, extreme.value)) if at >= 0]  # fmt: skip
     if not names or len(results.motion.time) < 2:
         return found
     low, high = np.array([_bracket(results, found[field][beam].time) for field, beam in names]).T

@@ -84,7 +84,8 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     every = len(kept) == count
 
     def taken(values: Any) -> Any:
-        values = np.broadcast_to(values, (*np.shape(values)[:-1], count))
+        if np.shape(values)[-1:] != (count,):
+            values = np.broadcast_to(values, (*np.shape(values)[:-1], count))
         return values if every else values[..., kept]
 
     store.add("time", taken(motion.time))

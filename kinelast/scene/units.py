@@ -141,7 +141,7 @@ class Quantity(float):
     @classmethod
     def holds(cls, number: Any) -> Any:
         """Whether a number in SI units, or every one of an array, is within the bounds."""
-        occurs = (abs(number) < cls.most) & ~((cls.above == 0) & (number > 0) & (number < SMALLEST))
+        occurs = (abs(number) < cls.most) & ((cls.above != 0) | (number <= 0) | (number >= SMALLEST))
         return occurs & (number > cls.above) & (number >= cls.least)
 
     @classmethod

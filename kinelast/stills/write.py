@@ -19,7 +19,7 @@ def write_stills(folder: Path, results: Results, found: dict[str, list[Peak]]) -
     """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
     folder.mkdir()
     beam = greatest_beam(found, "w")
-    position = 0 if beam is None else int(peak_positions(results, results.extremes["w"])[beam])
+    position = 0 if beam is None else int(peak_positions(results, results.extremes["w"].value)[beam])
     pictures = {"mechanism": mechanism_drawing(results, position)[0]}
     over, charts = axis(results), cycle_charts(results)
     for chart, svg in zip(charts, line_charts(over, charts), strict=True):
