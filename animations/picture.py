@@ -37,7 +37,6 @@ from rigid import Reals
 LOOKED_AT = 120  # positions by which view and labels are chosen
 SOME, FEW = 40, 12  # of these for solid bodies and for labels
 ARROW = 0.016  # of the mechanism's size, half the radius of a drive's arrow at least
-BODY_WIDTH = 8.0  # of a line that stands for a body, see `Shape.width`
 
 
 class Picture:
@@ -120,11 +119,7 @@ class Picture:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]
         moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
-        seen = self.shapes
-        if stack:  # lines where the bodies stand
-            seen = seen + deformed_shapes(deflection, moved, width=BODY_WIDTH)
-            seen = seen + symbol_shapes(deflection, self.scales.pin, moved)
-        ink = ink_of(seen, self.view, [int(position) for position in some], 0.008 * style.unit)
+        ink = ink_of(self.shapes, self.bodies, self.view, [int(position) for position in some], 0.008 * style.unit)
         names = name_labels(deflection, self.scales, self.view, style, ink, moved)
         if "peak" not in style.show or not self.scales.peak:
             return without_overlaps(names)

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from animations.layout import FOOT, HEAD, View
 from animations.legend import LETTER
 from animations.shapes import Complexes, Shape
+from animations.solid import Body
 from animations.style import Style
 from rigid import Reals
+
+SPOT = 2.0  # area of a point of a body [pixels^2]: most of them are at eyes and axles
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +82,7 @@ def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class Ink:
-    """The lines of a drawing at some positions, cut into short pieces.
+    """What is drawn at some positions, in small pieces.
 
     Attributes
     ----------
@@ -110,8 +113,8 @@ class Ink:
         return total / len(self.positions)
 
 
-def ink_of(shapes: Sequence[Shape], view: View, positions: Sequence[int], step: float) -> Ink:
-    """The lines of shapes, in pieces not longer than a step [pixels]."""
+def ink_of(shapes: Sequence[Shape], bodies: Sequence[Body], view: View, positions: Sequence[int], step: float) -> Ink:
+    """The lines of shapes, in pieces not longer than a step [pixels], and the points of bodies, each of an area."""
     pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
     for shape in shapes:
         for line in shape.lines:
@@ -127,6 +130,7 @@ def ink_of(shapes: Sequence[Shape], view: View, positions: Sequence[int], step: 
         count = np.maximum(np.ceil(np.abs(way) / step), 1).astype(int)
         piece = np.repeat(np.arange(len(count)), count)
         share = (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[piece]
-        places.append(points[start][piece] + share * way[piece])
-        areas.append((np.abs(way) * width / count)[piece])
+        solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
+        places.append(np.append(points[start][piece] + share * way[piece], solid[:, 0] + 1j * solid[:, 1]))
+        areas.append(np.append((np.abs(way) * width / count)[piece], np.full(len(solid), SPOT)))
     return Ink(list(positions), places, areas)

@@ -16,6 +16,7 @@ from animations.legend import Words, drive_words, headings, legend
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import Shape
+from animations.solid import prism
 from elastic import deflection as bend
 from kinelast import deflection, load
 from rigid import Link, Mechanism, PinDrive, motion, position_of
@@ -132,7 +133,7 @@ class TestNames:
         scales = scales_of(four_bar, diagram, style)
         shapes = shapes_of(four_bar, diagram, scales, style)
         view = view_for(shapes, [], range(12), style)
-        labels = name_labels(four_bar, scales, view, style, ink_of(shapes, view, range(12), 3.0), 0.0)
+        labels = name_labels(four_bar, scales, view, style, ink_of(shapes, [], view, range(12), 3.0), 0.0)
         turn = 2 * np.pi * np.arange(12) / 12
         pins = {"O": np.zeros(12), "D": np.full(12, 0.35), "A": 0.1 * np.exp(1j * turn)}
         for label in labels:
@@ -172,7 +173,7 @@ class TestNames:
         """Labels of the points of a mechanism of which nothing is drawn, and where these are [pixels]."""
         style = Style(size=(640, 384), show=(show,))
         view, scales = self.seen(bent)
-        labels = name_labels(bent, scales, view, style, ink_of([], view, range(3), 3.0), 0.0)
+        labels = name_labels(bent, scales, view, style, ink_of([], [], view, range(3), 3.0), 0.0)
         if show == "links":
             return labels
         places = {name: position_of(bent.motion, at, name) for at, link in enumerate(bent.motion.mechanism.links)
@@ -188,9 +189,19 @@ class TestNames:
     def test_what_is_hidden_is_length_times_width(self):
         cross = Shape("link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3])))
         view = View(0j, 1.0, np.eye(3))
-        hidden = ink_of([cross], view, [0], 0.1).hidden
+        hidden = ink_of([cross], [], view, [0], 0.1).hidden
         areas = hidden(np.array([[0 + 0j], [50j], [20 + 0j], [-50 + 0j], [9 + 3j]]), 10 + 5j)
         assert areas == pytest.approx([1.5 * (5 + 10), 1.5 * 10, 0.0, 1.5 * 20, 1.5 * (1 + 8)], abs=0.4)
+
+    def test_bodies_are_hidden_by_what_is_seen_of_them(self):
+        square = prism(lambda _: np.array([0, 4, 4 + 4j, 4j]) + 50, 4, 0.0, 30.0)
+        turn = turn_of("solid")
+        ink = ink_of([], [square], View(0j, 1.0, turn), [0], 1.0)
+        front, back = (complex(*(turn @ [52, 2, z])[:2]) for z in (30, 0))  # seen apart
+        areas = ink.hidden(np.array([[front], [back], [(front + back) / 2], [0j]]), 6 + 6j)
+        assert areas[:2] == pytest.approx(areas[0])
+        assert areas[0] > 0
+        assert areas[2:] == pytest.approx([0.0, 0.0])
 
     @pytest.mark.parametrize("look", ["plain", "solid"])
     def test_the_value_hides_neither_its_dot_nor_the_arrow(self, look):

@@ -203,7 +203,7 @@ class TestWords:
         scales = scales_of(four_bar, DEFLECTION, style)
         view = view_for(shapes_of(four_bar, DEFLECTION, scales, style), [], range(12), style)
         drawn = range(0, 12, 3)
-        labels = name_labels(four_bar, scales, view, style, ink_of([], view, drawn, 5.0), 0.0)
+        labels = name_labels(four_bar, scales, view, style, ink_of([], [], view, drawn, 5.0), 0.0)
         assert sorted(label.text for label in labels) == ["A", "B", "D", "O", "coupler", "crank", "rocker"]
         for position in drawn:
             at = {label.text: label.middle[position] for label in labels}
