@@ -194,10 +194,10 @@ class TestNames:
         assert areas == pytest.approx([1.5 * (5 + 10), 1.5 * 10, 0.0, 1.5 * 20, 1.5 * (1 + 8)], abs=0.4)
 
     def test_bodies_are_hidden_by_what_is_seen_of_them(self):
-        square = prism(lambda _: np.array([0, 4, 4 + 4j, 4j]) + 50, 4, 0.0, 30.0)
+        square = prism(lambda _: np.array([0, 4, 4 + 4j, 4j]) + 50, 4, 0.0, 60.0)
         turn = turn_of("solid")
         ink = ink_of([], [square], View(0j, 1.0, turn), [0], 1.0)
-        front, back = (complex(*(turn @ [52, 2, z])[:2]) for z in (30, 0))  # seen apart
+        front, back = (complex(*(turn @ [52, 2, z])[:2]) for z in (60, 0))  # seen apart
         areas = ink.hidden(np.array([[front], [back], [(front + back) / 2], [0j]]), 6 + 6j)
         assert areas[:2] == pytest.approx(areas[0])
         assert areas[0] > 0
