@@ -21,12 +21,9 @@ SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # of its pla
 AWAY = (0.25, 1.0)  # from what it names, in heights of letters
 BEYOND = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # the ordinate, or where a value hides least
 DOT = 0.35  # radius of the dot at the peak, of a pin's diameter
-FARTHER, OVER, WRONG, OUT = (
-    1.0,
-    25.0,
-    25.0,
-    50.0,
-)  # what is as bad as so many letters' heights of a line hidden, one pixel wide
+# As bad as so many heights of a letter of a line hidden, one pixel wide: a name farther off, over another, nearer to
+# another point than its own, partly outside.
+FARTHER, OVER, WRONG, OUT = 1.0, 25.0, 25.0, 50.0
 
 
 def name_labels(

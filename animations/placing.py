@@ -16,7 +16,7 @@ from animations.solid import Body
 from animations.style import Style
 from rigid import Reals
 
-SPOT = 2.0  # area of a point of a body [pixels^2]: most of them are at eyes and axles
+SPOT = 0.35  # steps of a line, one pixel wide, that are as bad to hide as a point of a body: most are at eyes and axles
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,8 @@ class Ink:
     positions
         Their numbers.
     places, areas
-        Middles [pixels], complex, and areas [pixels^2] of the pieces, an array each for every position.
+        Middles [pixels], complex, and areas of the pieces, an array each for every position: length [pixels] times
+        `Shape.width`.
     """
 
     positions: list[int]
@@ -97,7 +98,7 @@ class Ink:
     areas: list[Reals]
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Area of lines under texts of one size [pixels^2], a mean over the positions.
+        """Area of what is under texts of one size, a mean over the positions.
 
         Parameters
         ----------
@@ -114,7 +115,7 @@ class Ink:
 
 
 def ink_of(shapes: Sequence[Shape], bodies: Sequence[Body], view: View, positions: Sequence[int], step: float) -> Ink:
-    """The lines of shapes, in pieces not longer than a step [pixels], and the points of bodies, each of an area."""
+    """The lines of shapes, in pieces not longer than a step [pixels], and the points of bodies."""
     pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
     for shape in shapes:
         for line in shape.lines:
@@ -132,5 +133,5 @@ def ink_of(shapes: Sequence[Shape], bodies: Sequence[Body], view: View, position
         share = (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[piece]
         solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
         places.append(np.append(points[start][piece] + share * way[piece], solid[:, 0] + 1j * solid[:, 1]))
-        areas.append(np.append((np.abs(way) * width / count)[piece], np.full(len(solid), SPOT)))
+        areas.append(np.append((np.abs(way) * width / count)[piece], np.full(len(solid), SPOT * step)))
     return Ink(list(positions), places, areas)
