@@ -9,7 +9,7 @@ import measuring
 import numpy as np
 from jobs import steel_four_bar
 
-from elastic import Deflection, Section, deflection
+from elastic import Deflection, Section, deflection, share_base
 from elastic.assessment import introduction_share, shear_share
 from fem_check import compare_solid
 from rigid import Beam, LineLoad, Link, Mechanism, Motion, PinDrive, PointLoad, Slider, motion
@@ -40,7 +40,8 @@ def driven(load: Any) -> Motion:
 def estimated(solved: Deflection) -> float:
     """Largest part that beam theory leaves out, over the largest deflection of all beams."""
     largest = compare_solid(solved).largest
-    return float((np.maximum(shear_share(solved), introduction_share(solved)) * largest).max() / largest.max())
+    share = np.maximum(shear_share(solved), introduction_share(solved))
+    return float((share * share_base(largest)).max() / largest.max())
 
 
 def family() -> list[dict[str, Any]]:

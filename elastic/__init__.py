@@ -10,7 +10,7 @@ from elastic.chunks import deflection_in_chunks
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, Kind
-from elastic.sampling import displacement_of, sample
+from elastic.sampling import displacement_of, sample, share_base
 from elastic.solution import Deflection, deflection, marked
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "rectangle",
     "sample",
     "section_of",
+    "share_base",
     "tapered",
     "tube",
 ]

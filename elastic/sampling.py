@@ -13,6 +13,7 @@ from elastic.fields import field_named
 from elastic.solution import Deflection
 
 STATIONS = 101
+UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
 def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Any:
@@ -85,3 +86,8 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:
                 return along * (deflection.u[0, pieces[0]] + 1j * deflection.w[0, pieces[0]])
             return along * (deflection.u[:, pieces[-1]].sum(0) + 1j * deflection.w[:, pieces[-1]].sum(0))
     return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
+
+
+def share_base(largest: Any) -> Any:
+    """What errors of beams are shares of: the largest deflection of each or what counts as that, shape (beams, ...)."""
+    return np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))

@@ -166,15 +166,19 @@ def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request,
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
     """A table of all scenes, where there is anything to tell."""
+    from dataclasses import replace
+
     from kinelast.request import RequestError
     from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
-    if not options.out.is_dir():
+    if not (outcomes or options.out.is_dir()):
         return
-    rows = {
-        (name := str(task.folder.relative_to(options.out))): summary_row(outcome, name) for task, outcome in outcomes
-    }
+    rows = {}
+    for task, outcome in outcomes:
+        name = str(task.folder.relative_to(options.out))
+        rows[name] = summary_row(replace(outcome, line=_named_once(outcome.line, task)), name)
     try:
+        options.out.mkdir(parents=True, exist_ok=True)
         whole = write_summary(options.out, {row[0]: row for row in rows.values()})
         seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
         write_index(options.out, whole, seconds)

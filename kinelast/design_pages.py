@@ -136,7 +136,7 @@ def _folders(task: Task, texts: Mapping[int, str], asked: Pages, progress: Progr
                 if (folder / "report.html").is_file():
                     pages.append(number)
                 if outcome.status >= BAD_INPUT:
-                    failed.append(outcome.line)
+                    failed.append(outcome.line.replace(str(part), str(target)))
                     status = max(status, outcome.status if outcome.status == BUG else FINE)
             lasting = {"kinelast": version(), "made_from": made, "pages": pages, "failed": failed}
             write_json(part / "summary.json", {**lasting, "files": sizes(part)})

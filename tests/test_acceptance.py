@@ -10,11 +10,13 @@ import pytest
 from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.command import main
+from kinelast.compute import computed
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.peaks import peaks
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.page.data import BUDGET, kept_positions, numbers_of
+from kinelast.request import Request
 from kinelast.scene.error import SceneError
 from kinelast.scene.reading import scene_from_text, scene_motion
 from kinelast.scene.shipped import shipped_scenes
@@ -118,13 +120,9 @@ def test_mistakes_in_them_are_told(words, limits, told):
     assert told in str(error.value)
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"])
-def test_shares_are_what_each_link_alone_would_cause(name):
-    """Against all other links rigid: the forces of statics alone do not ask how stiff the links are."""
-    scene = scene_from_text(shipped_scenes()[name].read_text())
-    course = scene_motion(scene, 36)
-    bent = deflection(course, scene.sections)
-    results = Results(scene, bent)
+def check_shares(results, course):
+    """Shares against all other links rigid: the forces of statics alone do not ask how stiff the links are."""
+    scene, bent = results.scene, results.deflection
     output = output_figure(results, point_figures(results), angle_figures(results))
     shares = {row["link"]: row["value"] for row in output_shares(results, output)}
     assert sum(shares.values()) == pytest.approx(output["value"], rel=1e-9)
@@ -142,9 +140,25 @@ def test_shares_are_what_each_link_alone_would_cause(name):
             section if scene.mechanism.links[number].name == link else replace(RIGID, area=section.area)
             for (number, _), section in zip(scene.mechanism.beams, scene.sections, strict=True)
         ]
-        alone = error(deflection(course, own))
+        alone = error(deflection(course, own, added=bent.added))
         along = alone if output["kind"] == "angle" else (alone * np.conj(whole) / abs(whole)).real
         assert share == pytest.approx(along, rel=1e-8, abs=1e-10 * abs(output["value"]))
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", "quick_return", "flapping_wing", "offset_slider_crank"])
+def test_shares_are_what_each_link_alone_would_cause(name):
+    scene = scene_from_text(shipped_scenes()[name].read_text())
+    course = scene_motion(scene, 36)
+    check_shares(Results(scene, deflection(course, scene.sections)), course)
+
+
+@pytest.mark.parametrize("name", ["steel_four_bar", "offset_slider_crank"])
+def test_shares_of_links_that_vibrate(name):
+    """Under the forces of that instant, those of the vibration among them."""
+    scene = scene_from_text(shipped_scenes()[name].read_text())
+    results = computed(scene, Request())
+    assert results.vibrates
+    check_shares(results, results.motion)
 
 
 def test_shares_of_a_frame_with_rings_add_up():

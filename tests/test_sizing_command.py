@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import tomllib
 import xml.etree.ElementTree as ET
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -10,12 +11,16 @@ from pathlib import Path
 import browser
 import pytest
 
-from kinelast import read_scene, scene_motion, shipped_scenes
+from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.command import main
+from kinelast.designs.asked import scattered, sought
 from kinelast.designs.bars import Bars, bars_svg
+from kinelast.designs.plan import plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.together import together
+from kinelast.designs.variables import numbers, place_of
 from kinelast.scene.error import SceneError
+from kinelast.scene.parsing import parse_scene
 
 ASKED = """
 [tolerances]
@@ -160,6 +165,99 @@ class TestRewritten:
         text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
         with pytest.raises(SceneError, match="no such number"):
             rewritten(text, {"sections.root.height": 0.02})
+
+
+BARE = """
+units = "{units}"
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 20
+width = [5, 4]
+[points]
+O = [0, 0]
+A = [40, 0]
+B = ["{quoted}", 66.2]
+D = [310, 0]
+[links.ground]
+points = ["O", "D"]
+[links.crank]
+points = ["O", "A"]
+length = 40
+section = "bar"
+material = "steel"
+[links.rod]
+points = ["A", "B"]
+length = 300
+section = "bar"
+material = "steel"
+[links.rocker]
+points = {{D = [0, 0], B = [70, 0], T = [434.67, -116.47]}}
+beams = [
+  {{from = "D", to = "B", section = "bar", material = "steel"}},
+  {{from = "D", to = "T", section = "bar", material = "steel"}},
+]
+masses = {{T = 0.25}}
+[[drives]]
+link = "crank"
+speed = 6
+[[loads]]
+link = "rocker"
+point = "T"
+force = [3, 4]
+[run]
+positions = 12
+gravity = [0, -9.81]
+output = "T"
+[limits]
+deflection = 3
+output = 2
+"""
+
+
+class TestBareLengths:
+    """Numbers without a unit are in the file's own, wherever they stand."""
+
+    @pytest.mark.parametrize(("units", "metres"), [("mm", 1e-3), ("in", 0.0254)])
+    def test_every_number_of_a_rewritten_file_is_the_one_asked_for(self, units, metres):
+        text = BARE.format(units=units, quoted=f"{332.6 * metres} m")
+        table = parse_scene(tomllib.loads(text))
+        paths = [path for path in numbers(table) if path not in ("run.positions", "run.steps")]
+        assert {"sections.bar.depth", "points.A.x", "links.rocker.points.T.y", "limits.output"} <= set(paths)
+        before = {path: place_of(table, path).variable.base for path in paths}
+        for path, base in before.items():
+            value = base * 1.03125 if base else 0.3125 * metres
+            new = parse_scene(tomllib.loads(rewritten(text, {path: value})))
+            found = {each: place_of(new, each).variable.base for each in paths}
+            assert found == {**before, path: pytest.approx(value, rel=1e-11)}
+
+    @pytest.mark.parametrize(("units", "metres"), [("m", 1.0), ("mm", 1e-3)])
+    def test_what_is_asked_of_them_is_in_the_files_unit_too(self, units, metres):
+        text = BARE.format(units=units, quoted=f"{332.6 * metres} m")
+        text += '[sweep.vary]\n"sections.bar.depth" = {from = 15, to = 24, count = 4}\n"drives.crank.speed" = [6, 7]\n'
+        text += '[tolerances]\n"links.crank.length" = 0.1\n'
+        text += '[optimize]\nminimize = "mass"\n[optimize.variables]\n"points.A.x" = [30, 50]\n'
+        text += "[optimize.limits]\nchord = 4\n"
+        tables = tomllib.loads(text)
+        table = parse_scene(tables)
+        values = plan_of(tables, Path()).values(0, 8)
+        assert sorted(values[:, 0] / metres) == pytest.approx([15, 15, 18, 18, 21, 21, 24, 24])
+        assert set(values[:, 1]) == {6.0, 7.0}
+        assert scattered(tables, table).tolerances[0].half == pytest.approx(0.1 * metres)
+        asked = sought(tables, table, {"mass": "kg", "chord": "m", "deflection": "m", "output_error": "m"})
+        assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
+        bounds = {limit.figure: limit.bound for limit in asked.limits}
+        assert bounds == pytest.approx({"deflection": 3 * metres, "output_error": 2 * metres, "chord": 4 * metres})
+        limits = {limit.kind: (limit.value, limit.unit) for limit in scene_from_text(text).limits}
+        assert limits == {"deflection": (pytest.approx(3 * metres), "m"), "output": (pytest.approx(2 * metres), "m")}
+
+    def test_a_limit_of_a_guessed_output_says_its_unit(self):
+        text = BARE.format(units="mm", quoted="332.6 mm").replace('output = "T"', "")
+        with pytest.raises(SceneError, match=r"limits\] output: expected a length or an angle with its unit"):
+            scene_from_text(text)
+        assert scene_from_text(text.replace("output = 2", 'output = "2 mm"')).limits[-1].value == pytest.approx(2e-3)
 
 
 class TestTogether:

@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic.beams.section import Section, Taper
 from elastic.links.beam_trees import trees_of
-from elastic.sampling import sample
+from elastic.sampling import sample, share_base
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from rigid import Reals
@@ -19,7 +19,6 @@ from rigid.constants import per_row
 POISSON = 0.3  # of metals, where none is known
 STATIONS = 33  # along a beam, at which deflections are compared
 INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
-UNBENT = 1e-6  # of the mechanism's largest deflection, below which a beam's own counts as that
 
 
 def sections_with_shear(sections: Sequence[Section], poisson: float = POISSON) -> tuple[Section, ...]:
@@ -157,6 +156,6 @@ def _greatest(values: Any) -> Any:
 
 def _over_largest(change: Any, largest: Any) -> Reals:
     """Changes over the largest deflection of every beam, or what counts as that; 0 where nothing bends."""
-    taken = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    taken = share_base(largest)
     share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
     return share

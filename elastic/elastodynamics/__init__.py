@@ -5,7 +5,7 @@ from elastic.elastodynamics.speed_map import SpeedMap, critical_speeds, speed_ma
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
-from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, share_base, theory_error
+from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
 from elastic.elastodynamics.transient import transient
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "critical_speeds",
     "elastodynamic",
     "large_displacement_error",
-    "share_base",
     "speed_map",
     "theory_error",
     "transient",

@@ -11,14 +11,13 @@ import numpy as np
 from elastic.elastodynamics.second_order import second_order
 from elastic.elastodynamics.solution import Elastodynamic
 from elastic.extreme_values import extremes
-from elastic.sampling import sample
+from elastic.sampling import sample, share_base
 from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
 STRAIGHT = 1e-6  # of the largest stretch, below which what all beams bend is round-off
 TINY = float(np.finfo(float).tiny)
-UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +48,6 @@ def theory_error(found: Elastodynamic) -> TheoryError:
     history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
     peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
     return TheoryError(history, peak, large_displacement_error(found))
-
-
-def share_base(largest: Any) -> Any:
-    """What errors of beams are shares of: the largest deflection of each, or what counts as that, shape (beams,)."""
-    return np.maximum(largest, UNBENT * largest.max(initial=0.0))
 
 
 def large_displacement_error(found: Elastodynamic) -> float:

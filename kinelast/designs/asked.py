@@ -14,7 +14,8 @@ from kinelast.designs.variables import Variable, read_value, variable
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
-from kinelast.scene.format_sizing import Amount, BoundTable, OptimizeTable, ToleranceTable
+from kinelast.scene.format_motion import PER_LENGTH
+from kinelast.scene.format_sizing import Amount, BoundTable, ToleranceTable
 from kinelast.scene.units import Quantity
 
 Tables = Mapping[str, Any]
@@ -102,7 +103,7 @@ def sought(tables: Tables, table: SceneTable, units: Mapping[str, str]) -> Sough
         )
     paths = list(asked.variables)
     bounds = np.array([_range(tables, path, *asked.variables[path]) for path in paths])
-    limits = (*_own_limits(table, units), *_limits(asked, units))
+    limits = (*_own_limits(table, units), *_limits(table, units))
     return Sought(
         tuple(variable(tables, path) for path in paths), bounds[:, 0], bounds[:, 1], figure, asked.maximize is not None,
         limits, asked.method == "evolution", asked.seed,
@@ -124,7 +125,7 @@ def _own_limits(table: SceneTable, units: Mapping[str, str]) -> list[Limit]:
     for name, own in limits.links.items():
         found += _of_links(name, own, units)
     if limits.output is not None and "output_error" in units:
-        found.append(Limit("output_error", float(limits.output)))
+        found.append(Limit("output_error", float(limits.output.within(units["output_error"]))))
     return found
 
 
@@ -144,24 +145,24 @@ def _each(kind: str, units: Mapping[str, str], link: str = "") -> list[str]:
     return own or [kind]
 
 
-def _limits(asked: OptimizeTable, units: Mapping[str, str]) -> Sequence[Limit]:
+def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
     """The limits under [optimize.limits]."""
     limits = []
-    for name, given in asked.limits.items():
+    for name, given in table.optimize.limits.items():
         known_name("optimize.limits", f'"{name}"', name, units, "figure")
         bound = given if isinstance(given, BoundTable) else BoundTable(most=given)
         if bound.most is None and bound.least is None:
             raise fault("optimize.limits", f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
         for value, least in ((bound.most, False), (bound.least, True)):
             if value is not None:
-                bound_ = figure_value(value, units[name], name)
+                bound_ = _bound(value, units[name], name, PER_LENGTH[table.units])
                 limits += [Limit(each, bound_, least) for each in _each(name, units)]
     return limits
 
 
-def figure_value(given: Amount, unit: str, name: str) -> float:
-    """A bound of a figure in its SI unit."""
+def _bound(given: Amount, unit: str, name: str, per_length: float) -> float:
+    """A bound of a figure in its SI unit; a bare length is in the file's."""
     try:
-        return Quantity.of_unit(unit, given)
+        return Quantity.of_unit(unit, given, per_length)
     except ValueError as error:
         raise fault("optimize.limits", f'"{name}"', str(error)) from None

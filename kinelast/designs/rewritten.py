@@ -10,7 +10,6 @@ import tomlkit
 from kinelast.designs.variables import Place, place_of
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction
-from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import FORM, TYPESET, Quantity
 
 DIGITS = 12
@@ -67,7 +66,6 @@ def _written(place: Place, there: Any, value: float) -> Any:
     if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
         own = Quantity.of_unit(unit, f"1 {form[2]}")
         return f"{value / own:.{DIGITS}g} {form[2].strip()}"
-    bare = getattr(place.leaf[0] if isinstance(place.leaf, Sizes) else place.leaf, "per_length", 1.0) == 1.0
-    if isinstance(there, int | float) and bare and not isinstance(place.leaf, Direction):
-        return float(f"{value:.{DIGITS}g}")
+    if isinstance(there, int | float) and not isinstance(place.leaf, Direction):
+        return float(f"{value / place.per_bare:.{DIGITS}g}")
     return f"{value:.{DIGITS}g} {unit}" if unit != "1" else float(f"{value:.{DIGITS}g}")

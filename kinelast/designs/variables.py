@@ -19,6 +19,7 @@ import numpy as np
 
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import SceneTable
+from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.gears import UNITS
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
@@ -56,12 +57,20 @@ class Place:
         From the tables of the file down to it.
     leaf
         What stands there.
+    per_length
+        Metres in the unit that the file has bare lengths in.
     """
 
     variable: Variable
     keys: tuple[Any, ...]
     names: tuple[Any, ...]
     leaf: Any
+    per_length: float
+
+    @property
+    def per_bare(self) -> float:
+        """SI units in a bare number of the file that stands there."""
+        return self.per_length if self.variable.unit == "m" else 1.0
 
 
 def variable(tables: Tables, path: str) -> Variable:
@@ -86,6 +95,8 @@ def variable(tables: Tables, path: str) -> Variable:
 def read_value(tables: Tables, path: str, text: Any) -> float:
     """A value for a variable as it may stand in a file, a number or a text with its unit, in the variable's SI unit.
 
+    Bare lengths are in the file's `units`.
+
     Raises
     ------
     SceneError
@@ -107,11 +118,12 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
     """The same for a place in parsed tables."""
     found = place.variable
     try:
-        value = _read(place.leaf, text)
+        value = _read(place, text)
     except ValueError as error:
         raise fault("", found.path, str(error)) from None
     if isinstance(value, Quantity):
-        if value.unit not in ("", found.unit):
+        bare_speed = found.unit == "m/s" and not value.unit and place.per_length != 1.0
+        if value.unit not in ("", found.unit) or bare_speed:
             raise fault("", found.path, f"expected {value.expected}, in {found.unit}, got {text}")
         return float(value.within(found.unit))
     require_bounds(table, place, value)
@@ -165,7 +177,7 @@ def place_of(table: SceneTable, path: str) -> Place:
     if not isinstance(node, int | float | Sizes | Direction) or isinstance(node, bool):
         raise _unknown(table, path)
     unit = _unit(table, keys, parents, node)
-    return Place(Variable(path, unit, _base(node, unit)), tuple(keys), tuple(names), node)
+    return Place(Variable(path, unit, _base(node, unit)), tuple(keys), tuple(names), node, PER_LENGTH[table.units])
 
 
 def numbers(table: SceneTable) -> Iterator[str]:
@@ -224,14 +236,14 @@ def _unknown(table: SceneTable, path: str) -> SceneError:
     return fault("", path, f"there is no such number in the scene{near}")
 
 
-def _read(leaf: Any, text: Any) -> Any:
+def _read(place: Place, text: Any) -> Any:
     """A value as the one that stands in a place would be read."""
-    if isinstance(leaf, Sizes):
-        return Size.read(text, leaf[0].per_length if isinstance(leaf[0], Size) else 1.0)
-    if isinstance(leaf, Direction):
+    if isinstance(place.leaf, Sizes):
+        return Size.read(text, place.per_length)
+    if isinstance(place.leaf, Direction):
         return Angle.read(text)
-    if isinstance(leaf, Quantity):
-        return type(leaf).read(text, leaf.per_length)
+    if isinstance(place.leaf, Quantity):
+        return type(place.leaf).read(text, place.per_length)
     if isinstance(text, bool) or not isinstance(text, int | float):
         raise ValueError(f"expected a number, got {text}")
     return text

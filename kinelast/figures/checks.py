@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import Deflection, sample
-from elastic.elastodynamics import share_base
+from elastic import Deflection, sample, share_base
 from kinelast.figures.comparisons import NonlinearCheck
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError

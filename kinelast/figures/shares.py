@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
+from elastic.links.added_loads import AddedLoads
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from kinelast.scene.motion import scene_motion_near
@@ -30,7 +32,7 @@ def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[
     output
         The error, see `kinelast.figures.output_error.output_figure`.
     """
-    if output is None or not output["value"] or not results.mechanism.beams or results.vibrates:
+    if output is None or not output["value"] or not results.mechanism.beams:
         return []
     pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
     links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
@@ -55,7 +57,24 @@ def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
     at = int(np.argmin(np.abs(results.motion.time - time)))  # the way there is known
     course = scene_motion_near(scene, np.array([time]), posture(results.motion, [at]))
-    return deflection(course, sections, scene.joints)
+    more = results.deflection.added
+    return deflection(course, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
+
+
+def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
+    """Loads at one of the positions, the same for all designs."""
+    count = loads.q.shape[-1]
+
+    def there(parts: Iterable[Any]) -> tuple[Any, ...]:
+        return tuple(np.broadcast_to(part, count)[at] for part in parts)
+
+    return AddedLoads(
+        np.repeat(loads.q[..., at, None, None], designs, axis=-2),
+        tuple((*item[:-2], *there(item[-2:])) for item in loads.points),
+        tuple((*item[:-2], *there(item[-2:])) for item in loads.blocks),
+        there(loads.gaps),
+        there(loads.turns),
+    )
 
 
 def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Any]:

@@ -9,13 +9,12 @@ from functools import partial
 
 import numpy as np
 
-from elastic import Deflection, extremes, sample
+from elastic import Deflection, extremes, sample, share_base
 from elastic.assessment import introduction_share, shear_share
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
     elastodynamic,
-    share_base,
     theory_error,
     transient,
 )

@@ -13,7 +13,7 @@ from kinelast.page.arrays import Numbers
 from kinelast.page.report import as_data, filled, shared_parts, text_of
 
 MARK = b'<script type="application/json" id="designs">'  # by which a page of this program is known
-SCRIPTS = ("numbers", "dom", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
+SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
 SHOWN = 10_000  # designs that a page holds: of more, the fronts and a random part
 FRONTS = 6  # figures of which every pair has its front among those
 GREATER = ("safety", "transmission_angle", "reach", "acceptable", "output_travel")  # figures that are better large

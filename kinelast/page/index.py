@@ -8,7 +8,7 @@ from pathlib import Path
 from kinelast.page.report import as_data, filled, shared_parts
 
 MARK = b'<script type="application/json" id="rows">'  # by which a page of this program is known
-SCRIPTS = ("numbers", "dom", "index")
+SCRIPTS = ("numbers", "dom", "theme", "index")
 TITLE = b"All scenes"  # whatever the folder is called: a batch made anew is the same byte for byte
 
 

@@ -51,12 +51,15 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         known_name("limits.links", name, name, elastic, "link with beams")
         yield from _of_links(own, name)
     if limits.output is not None:
-        output = build_output(table, mechanism)
-        unit = limits.output.unit
-        if output is not None and unit and unit != ("m" if output.point else "rad"):
-            expected = 'a length, as in "0.1 mm"' if output.point else 'an angle, as in "0.1 deg"'
+        output, unit = build_output(table, mechanism), limits.output.unit
+        meant = unit if output is None else "m" if output.point else "rad"
+        if unit not in ("", meant):
+            expected = 'a length, as in "0.1 mm"' if meant == "m" else 'an angle, as in "0.1 deg"'
             raise fault("limits", "output", f"expected {expected}, as the output is {table.run.output}")
-        yield Limit("output", "", real(limits.output), unit)
+        if not meant and table.units != "m":
+            expected = 'a length or an angle with its unit, as in "0.1 mm"'
+            raise fault("limits", "output", f"expected {expected}, as no output is named under [run]")
+        yield Limit("output", "", limits.output.within(meant), meant)
 
 
 def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit]:

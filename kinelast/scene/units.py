@@ -159,8 +159,8 @@ class Quantity(float):
         return quantity
 
     @classmethod
-    def of_unit(cls, unit: str, value: object) -> float:
-        """A number or a text with its unit in a given SI unit; "1" for none.
+    def of_unit(cls, unit: str, value: object, per_length: float = 1.0) -> float:
+        """A number or a text with its unit in a given SI unit; "1" for none. `per_length` as for `read`.
 
         Raises
         ------
@@ -170,7 +170,7 @@ class Quantity(float):
         none = unit in ("", "1")
         expected = "a number" if none else f"a number, or a text with a unit, in {unit}"
         kind: type[Quantity] = type("Any", (Quantity,), {"expected": expected, "units": ("",) if none else (unit,)})
-        return float(kind.read(value))
+        return float(kind.read(value, per_length))
 
     def within(self, unit: str) -> Any:
         """The number in the one of `units` that is meant: a bare length is in the file's own."""

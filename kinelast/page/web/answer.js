@@ -13,7 +13,7 @@ function acceptance() {
   const failed = limits.filter((limit) => limit.passed === false);
   const weak = failed.length ? "" : yielding();
   const level = failed.length || weak ? "poor" : passed ? "good" : "open";
-  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: all ${limits.length} limits of the scene are kept.` : "No limits are set.";
+  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : "No limits are set.";
   const note = passed === null && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
@@ -49,7 +49,7 @@ function trustLine() {
 }
 
 function tile(heading, figure, words, { level = "", means = null, at = null } = {}) {
-  const go = at ? h("button", { type: "button", class: "go", onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
+  const go = at && at.value !== null ? h("button", { type: "button", class: "go", "aria-label": `show ${heading}`, onclick: () => { stop(); showPosition(positionOf(at)); $("mechanism").scrollIntoView(); } }, "show") : null;
   return h("div", { class: "tile" }, h("h3", {}, means ? jargon(heading, means) : heading), h("b", { class: level }, figure), h("span", {}, words, " ", go));
 }
 
@@ -57,7 +57,7 @@ function placeWords(label, figure) {
   const link = summary.links.find((each) => each.label === label);
   if (!figure?.along || figure.along.value === null || !link) return "";
   const way = figure.along.value / link.length.value;
-  return way < 1e-6 ? `at ${link.from}` : way > 1 - 1e-6 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
+  return way < 5e-4 ? `at ${link.from}` : way > 1 - 5e-4 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;
@@ -93,11 +93,10 @@ function tiles() {
 // How much of the output's error every link causes.
 function contributions() {
   const { output } = summary;
-  if (output?.value && summary.theory.name === "elastodynamic") return soft("Who causes the error of the output is told of the answer without vibration: ask for it by --theory quasi-static.");
   if (!output?.shares?.length || !output.value) return null;
   const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)), rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)), idle = ranked.filter((each) => !rows.includes(each));
   const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
-  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft("At the instant where it is largest: what every link's own giving way adds; together they are the whole. A negative part makes up for others."),
+  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft(`At the instant where it is largest${summary.theory.name === "elastodynamic" ? ", under the forces there, those of the vibration among them" : ""}: what every link's own giving way adds; together they are the whole. A negative part makes up for others.`),
     h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value * output.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))), idle.length ? soft(`Nothing by ${idle.map((each) => each.link).join(", ")}.`) : null);
 }
 

@@ -2,6 +2,8 @@
 const charts = [];
 const CHART_HEIGHT = 210, MOST_CURVES = 10;
 const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3]];
+const ANGLES = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720];
+const turned = (degrees) => number(((degrees % 360) + 360) % 360); // as everywhere on the page, within a turn
 const colour = (k) => variable(`--l${k % LINK_COLOURS}`);
 
 // The positions in the order of the axis, null where some were left out between two.
@@ -28,7 +30,7 @@ function chart(holder, heading, unit, curves, options = {}) {
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
   const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) ? value * factor : null)));
   const marks = curves.map((curve, k) => {
-    const words = h("output", {});
+    const words = h("output", { "aria-live": "off" });
     const button = h("button", { type: "button", "aria-pressed": "true", onclick: () => {
       made.hidden[made.hidden.has(k) ? "delete" : "add"](k);
       button.setAttribute("aria-pressed", String(!made.hidden.has(k)));
@@ -53,11 +55,18 @@ function chart(holder, heading, unit, curves, options = {}) {
       return made.tell(null);
     }
     if (!made.cycle) return made.tell(null);
-    const index = orderOf.get(i);
-    at.style.transform = `translateX(${made.plot.valToPos(xs[index], "x")}px)`;
-    made.tell(index);
+    mark();
+    made.tell(orderOf.get(i));
   };
+  // The line of the instant: drawn anew with the curves, and not where these are zoomed away from it.
+  function mark() {
+    if (!made.plot || !made.cycle) return;
+    const x = made.plot.valToPos(xs[orderOf.get(instant.position)], "x");
+    at.style.transform = `translateX(${x}px)`;
+    at.hidden = !(x >= -1 && x <= made.plot.over.clientWidth + 1);
+  }
   made.build = () => {
+    const seen = made.plot?.scales.x, part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
     made.rows = read();
     made.greatest = greatest(made.rows);
@@ -67,7 +76,7 @@ function chart(holder, heading, unit, curves, options = {}) {
     made.curves = curves;
     const ink = variable("--soft"), rule = variable("--rule"), font = "11px system-ui, sans-serif";
     const axes = { stroke: ink, font, labelFont: font, grid: { stroke: rule, width: 1 }, ticks: { show: false } };
-    const steps = axis.angular && made.cycle ? { incrs: [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720] } : {};
+    const steps = axis.angular && made.cycle ? { incrs: ANGLES, values: (_, marks) => marks.map(turned) } : {};
     const bound = options.largest ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] } : {};
     made.plot = new uPlot({
       width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
@@ -75,15 +84,16 @@ function chart(holder, heading, unit, curves, options = {}) {
       axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
       series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      hooks: { setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
+      hooks: { draw: [mark], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
     }, [xs, ...clean(made.rows, made.factor)], canvas);
+    if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
     const canvasElement = canvas.querySelector("canvas");
     canvasElement.setAttribute("aria-hidden", "true");
     if (made.cycle) {
       made.plot.over.append(at);
       let pressed = 0;
       made.plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
-      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) showPosition(order[made.plot.cursor.idx]); });
+      made.plot.over.addEventListener("click", (event) => { if (Math.abs(event.clientX - pressed) < 4 && made.plot.cursor.idx !== null && order[made.plot.cursor.idx] !== null) { stop(); showPosition(order[made.plot.cursor.idx]); } });
     }
     made.follow(instant.position);
   };
@@ -107,25 +117,49 @@ const SAVES = {
     download(`${fileName(made.heading)}.csv`, "text/csv", [heads, ...lines].join("\n") + "\n");
   },
   PNG(made) {
-    const from = made.plot.ctx.canvas, to = h("canvas", { width: from.width, height: from.height }), pen = to.getContext("2d");
+    // The heading and the names stand above the curves, as many on a line as there is room for.
+    const from = made.plot.ctx.canvas, one = devicePixelRatio || 1, font = `${13 * one}px system-ui, sans-serif`, to = h("canvas"), pen = to.getContext("2d");
+    pen.font = font;
+    let x = 10 * one, y = 44 * one;
+    const names = made.curves.flatMap((curve, k) => {
+      if (made.hidden.has(k)) return [];
+      const wide = pen.measureText(curve.name).width + 44 * one;
+      if (x > 10 * one && x + wide > from.width) { x = 10 * one; y += 18 * one; }
+      x += wide;
+      return [{ k, name: curve.name, x: x - wide, y }];
+    });
+    to.width = from.width; to.height = from.height + y + 8 * one;
     pen.fillStyle = variable("--paper");
     pen.fillRect(0, 0, to.width, to.height);
-    pen.drawImage(from, 0, 0);
+    pen.drawImage(from, 0, y + 8 * one);
+    pen.fillStyle = variable("--ink");
+    pen.font = `600 ${font}`;
+    pen.fillText(made.heading, 10 * one, 20 * one);
+    pen.font = font; pen.lineWidth = 2 * one;
+    for (const { k, name, x, y } of names) {
+      pen.fillText(name, x + 30 * one, y);
+      pen.strokeStyle = made.colours[k];
+      pen.setLineDash(DASHES[(made.curves[k].dash ?? 0) % 4].map((long) => long * one));
+      pen.stroke(new Path2D(`M${x} ${y - 4 * one}h${24 * one}`));
+    }
     to.toBlob((blob) => download(`${fileName(made.heading)}.png`, "image/png", blob));
   },
   SVG(made) {
-    const wide = 720, tall = 300, left = 70, foot = 250, head = 40, right = 700;
+    const wide = 900, tall = 300, left = 70, foot = 250, head = 40, right = 700;
     const rows = made.rows.filter((_, k) => !made.hidden.has(k)).flat().filter(isFinite).map((value) => value * made.factor);
-    const low = Math.min(0, ...rows), high = Math.max(0, ...rows, low + 1e-300), [first, last] = [made.xs[0], made.xs[made.xs.length - 1]];
+    const low = rows.reduce((a, b) => Math.min(a, b), 0), high = rows.reduce((a, b) => Math.max(a, b), low < 0 ? 0 : 1e-300), [first, last] = [made.xs[0], made.xs[made.xs.length - 1]];
     const x = (value) => left + ((right - left) * (value - first)) / (last - first || 1), y = (value) => foot - ((foot - head) * (value * made.factor - low)) / (high - low);
+    const step = ANGLES.find((each) => each >= (last - first) / 9) ?? 360, angles = made.cycle && axis.angular;
+    const marks = angles ? Array.from({ length: Math.floor(last / step) - Math.ceil(first / step) + 1 }, (_, k) => (Math.ceil(first / step) + k) * step) : ticks(first, last, 8);
+    const dash = (k) => DASHES[(made.curves[k].dash ?? 0) % 4].join(" "), mark = (from, to, more) => s("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "#888", ...more });
     const path = (row) => made.xs.map((value, k) => (isFinite(row[k]) ? `${k && isFinite(row[k - 1]) ? "L" : "M"}${x(value).toFixed(2)} ${y(row[k]).toFixed(2)}` : "")).join("");
     const words = (at, text, anchor = "middle") => s("text", { x: at[0], y: at[1], "text-anchor": anchor, "font-size": 12, "font-family": "sans-serif" }, text);
     const picture = s("svg", { xmlns: SVG, viewBox: `0 0 ${wide} ${tall}`, width: wide, height: tall },
       words([left, 20], `${made.heading} [${unitWords(made.prefixed)}]`, "start"),
       s("path", { d: `M${left} ${head}V${foot}H${right}M${left} ${y(0)}H${right}`, fill: "none", stroke: "#888" }),
-      words([left - 6, foot], number(low), "end"), words([left - 6, head + 4], number(high), "end"), words([left, foot + 16], number(first)), words([right, foot + 16], number(last)), words([(left + right) / 2, foot + 34], made.xLabel),
-      made.rows.map((row, k) => made.hidden.has(k) ? null : s("path", { d: path(row), fill: "none", stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": DASHES[(made.curves[k].dash ?? 0) % 4].join(" ") }, s("title", {}, made.curves[k].name))),
-      made.rows.map((_, k) => words([right, head + 16 * k - 22], made.curves[k].name, "end")).map((label, k) => put(label, { fill: made.colours[k] }, [])));
+      ticks(low, high, 6).map((value) => [mark([left - 4, y(value / made.factor)], [left, y(value / made.factor)]), words([left - 7, y(value / made.factor) + 4], number(value), "end")]), marks.map((value) => [mark([x(value), foot], [x(value), foot + 4]), words([x(value), foot + 17], angles ? turned(value) : number(value))]), words([(left + right) / 2, foot + 34], made.xLabel),
+      made.rows.map((row, k) => made.hidden.has(k) ? null : s("path", { d: path(row), fill: "none", stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": dash(k) }, s("title", {}, made.curves[k].name))),
+      made.rows.map((_, k) => k).filter((k) => !made.hidden.has(k)).map((k, n) => [mark([right + 12, head + 18 * n], [right + 36, head + 18 * n], { stroke: made.colours[k], "stroke-width": 1.6, "stroke-dasharray": dash(k) }), words([right + 42, head + 18 * n + 4], short(made.curves[k].name), "start")]));
     download(`${fileName(made.heading)}.svg`, "image/svg+xml", new XMLSerializer().serializeToString(picture));
   },
 };

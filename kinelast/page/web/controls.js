@@ -7,27 +7,29 @@ function check(words, on, change, attributes = {}) {
 
 function mechanismSection() {
   const words = h("output", { id: "instant", class: "instant" });
-  const slider = h("input", { type: "range", id: "position", min: 0, max: N - 1, value: 0, step: 1, "aria-label": "position in the cycle", oninput: (event) => { halt(); showPosition(Number(event.target.value)); } });
+  const slider = h("input", { type: "range", id: "position", min: 0, max: N - 1, value: 0, step: 1, "aria-label": "position in the cycle", oninput: (event) => { stop(); showPosition(Number(event.target.value)); } });
   const button = h("button", { type: "button", id: "play", class: "main", "aria-pressed": "false", onclick: toggle }, "Play");
   const speed = h("select", { id: "speed", "aria-label": "speed" }, [["slow", 20], ["medium", 8], ["fast", 3]].map(([name, seconds]) => h("option", { value: seconds, selected: seconds === 8 }, name)));
   function toggle() {
-    if (instant.playing !== null) return halt();
+    if (instant.playing !== null) return stop();
     play(() => Number(speed.value));
-    button.textContent = "Pause";
-    button.setAttribute("aria-pressed", "true");
+    tell(true);
   }
-  function halt() {
-    stop();
-    button.textContent = "Play";
-    button.setAttribute("aria-pressed", "false");
+  // What passes while it plays is not read aloud.
+  function tell(playing) {
+    button.textContent = playing ? "Pause" : "Play";
+    button.setAttribute("aria-pressed", String(playing));
+    words.setAttribute("aria-live", playing ? "off" : "polite");
   }
-  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true });
+  instant.stopped = () => tell(false);
+  const holder = h("div", { class: "stage", id: "stage" }), tip = h("div", { class: "tip", hidden: true }), drawn = h("p", { class: "paper" });
+  addEventListener("beforeprint", () => (drawn.textContent = [instantWords(instant.position), ...Array.from(view.fields, (field) => `${FIELDS[field].name}, up to ${quantity(scaleOfField(field), FIELDS[field].unit, 3)}`)].join("; ")));
   holder.append(tip);
   const part = section("mechanism", "Mechanism", "The mechanism, moving",
-    soft("Drag the slider or any link; hover for values, click a link to see its fields below. Keys: space plays, ← and → step."),
+    hint(`Drag the slider or any link${model.beams.length ? "; hover for values, click a link to see its fields below" : ""}. Keys: space plays, ← and → step.`),
     h("div", { class: "bar" }, button, speed, slider, words),
-    holder, exaggeration(), diagramChoice(),
-    h("div", { class: "bar" }, show("rigid", "rigid position"), show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"),
+    holder, drawn, exaggeration(), diagramChoice(),
+    h("div", { class: "bar" }, suited ? show("rigid", "rigid position") : null, show("paths", "paths of the points"), show("reactions", "joint forces"), show("names", "names"),
       h("button", { type: "button", onclick: saveMechanism }, "SVG of this instant")));
   if (model.beams.length) view.fields.add(FIRST_FIELD);
   drawMechanism(holder, tip);
@@ -37,10 +39,11 @@ function mechanismSection() {
     words.textContent = instantWords(i) + (counted(i) ? "" : " – ill-conditioned: in no largest value");
   });
   part.addEventListener("keydown", (event) => {
-    if (event.target.matches("input, select, button, summary")) return;
+    if (event.target.matches("input:not([type=checkbox]), select, summary")) return;
     const steps = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 };
+    if (event.key === " " && event.target.matches("button, input")) return;
     if (event.key === " ") toggle();
-    else if (event.key in steps) { halt(); showPosition(instant.position + steps[event.key]); }
+    else if (event.key in steps) { stop(); showPosition(instant.position + steps[event.key]); }
     else return;
     event.preventDefault();
   });

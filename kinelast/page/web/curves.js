@@ -10,7 +10,7 @@ const beamStyle = (() => {
 
 function curvesSection() {
   const grid = h("div", { class: "charts" });
-  section("curves", "Curves", "Over the cycle", soft("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
+  section("curves", "Curves", "Over the cycle", hint("Hover for values, drag sideways to zoom, double-click for all, click to go to that instant; the names switch curves on and off. The line marks the instant that the mechanism is drawn at."), grid);
   for (const field of ["w", "chord", "mises", "M"]) {
     if (!has(`extreme.${field}`) || (field === "mises" && !stressed)) continue;
     const own = model.beams.map(({ label }, beam) => curve(label, (i) => Math.abs(row(`extreme.${field}`, beam)[i]), ...beamStyle[beam]));
@@ -123,7 +123,7 @@ function showBeam() {
     const { name, unit: own, value } = FIELDS[field], colour = beamStyle[beam][0];
     let most = 0;
     for (let i = 0; i < N; i++) for (let k = 0; counted(i) && k <= fine; k += 2) most = Math.max(most, Math.abs(value(beam, i, k / fine)) || 0);
-    chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${start} to ${end} [${unit}]`, live: true, largest: most });
+    chart(beamPanel.grid, `${label}: ${name} along it`, own, [curve(`${start} to ${end}`, (k) => value(beam, instant.position, k / fine), colour)], { xs, xLabel: `from ${short(start)} to ${short(end)} [${unit}]`, live: true, largest: most });
     const over = (i) => {
       let found = 0;
       for (let k = 0; k <= fine; k++) { const here = value(beam, i, k / fine); if (!(Math.abs(here) <= Math.abs(found))) found = here; }

@@ -44,13 +44,6 @@ function choose(k) {
   tell("choice");
 }
 
-// Round ticks between two values.
-function ticks(low, high, most) {
-  const raw = (high - low) / most || 1, power = Math.pow(10, Math.floor(Math.log10(raw))), step = [1, 2, 5, 10].map((f) => f * power).find((each) => each >= raw * 0.999);
-  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first;
-  return Array.from({ length: Math.max(0, Math.min(50, count + 1)) }, (_, k) => (first + k) * step);
-}
-
 // From few to many by one colour scale.
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [223, 197, 30]];
 function ramp(part) {

@@ -21,7 +21,7 @@ function tableSection() {
       axes.map((name) => h("td", { class: "figure" }, valueWords(name, k))), any ? h("td", { class: "message" }, reasonOf(k)) : null)));
     heads.forEach((head, n) => head.setAttribute("aria-sort", ["", ...axes][n] === order.by ? (order.falling ? "descending" : "ascending") : "none"));
     more.hidden = kept.length <= shown;
-    told.textContent = `${kept.length} designs${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.`;
+    told.textContent = `${kept.length} design${kept.length === 1 ? "" : "s"}${kept.length < COUNT ? " within the ranges chosen above" : ""}, ${Math.min(shown, kept.length)} shown. Click a heading to sort, a number to choose the design.`;
   }
   for (const what of ["change", "brush", "choice"]) listeners[what].push(draw);
   draw();

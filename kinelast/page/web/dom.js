@@ -27,6 +27,11 @@ function section(id, short, heading, ...children) {
   return part;
 }
 
+// Names as long as they are, but where there is no room.
+const short = (name) => (name.length > 24 ? `${name.slice(0, 23)}…` : name);
+const long = (words) => (/\S{25}/.test(words) ? "long" : null);
+
+const hint = (...words) => h("p", { class: "soft hint" }, words); // what to do here: not on paper
 const soft = (...words) => h("p", { class: "soft" }, words);
 const jargon = (word, means) => h("abbr", { title: means, tabindex: 0 }, word);
 const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

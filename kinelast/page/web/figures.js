@@ -9,12 +9,13 @@ function extremesSection() {
     return { name: field === "chord" ? name : `${symbol.replace("_v", "ᵥ")}, ${name}`, means, unit, of: (each) => value(each.peaks[field]), signed: false };
   };
   const link = { name: "Link", text: (each) => each.label };
-  const place = (field) => ({ name: "where", text: (each) => (each.peaks[field].value ? `${placeWords(each.label, each.peaks[field])}, ${atWords(each.peaks[field])}` : "") });
+  const whole = (words) => words.replaceAll(" ", "\u00a0");
+  const place = (field) => ({ name: "where", wraps: true, text: (each) => (each.peaks[field].value ? `${whole(placeWords(each.label, each.peaks[field]))}, ${whole(atWords(each.peaks[field]))}` : "") });
   const pairs = (fields) => fields.flatMap((field, k) => [{ ...columns(field), worst: k === 0 }, place(field)]);
   section("extremes", "Extremes", "Largest values over the cycle", soft("Largest magnitude along each link with its sign, exact along it, ", summary.made_from.options.refine ? "searched between the positions too" : "at the positions of the run", ". Where: the point or the distance from the link's first point, and the drive's coordinate. Displacements are measured from the rigid position; the ", jargon("chord", CHORD), " is the line through a link's own ends. Click a heading to sort."),
     table(rows, [link, ...pairs(["w", "chord", "u", "phi"])], "Displacements"),
     table(rows, [link, ...pairs(["M", "N", "V"])], "Section forces"),
-    summary.stressed ? table(rows, [link, ...pairs(["mises", "normal", "shear"])], "Stresses") : soft("No stresses: the sections do not tell their dimensions."));
+    summary.stressed ? table(rows, [link, ...pairs(["mises", "normal", "shear"])], "Stresses") : soft(stressed ? "No stresses: there is no position without a singularity." : "No stresses: the sections do not tell their dimensions."));
 }
 
 function strengthSection() {
@@ -38,7 +39,7 @@ function vibrationSection() {
   if (!vibration?.natural.length) return;
   const rows = vibration.natural.map((mode, k) => ({ ...mode, k: k + 1 })), hertz = (figure) => (figure.value === null ? NaN : figure.value / (2 * Math.PI));
   const { load, drive_speed: speed, drive_to_lowest: ratio } = vibration;
-  section("vibration", "Frequencies", "Natural frequencies", soft(`Of the mechanism as a structure, its drives held, at ${vibration.positions} positions of the cycle.`),
+  section("vibration", "Frequencies", "Natural frequencies", soft(`Of the mechanism as a structure, its drives held, at ${vibration.positions} position${vibration.positions === 1 ? "" : "s"} of the cycle.`),
     table(rows, [
       { name: "Mode", text: (each) => String(each.k) },
       { name: "lowest [Hz]", of: (each) => hertz(each.lowest) }, where("at", (each) => each.lowest),

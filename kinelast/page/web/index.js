@@ -8,11 +8,14 @@ const rows = timed ? ownRows.map((row) => beforeLast(row, row[0] in seconds ? St
 const linked = new Set(reports);
 const columns = head.map((name) => {
   const [, words, unit] = name.match(/^(.*?)(?: \[(.*)\])?$/), numeric = unit !== undefined;
-  return { words: words.replace(/_/g, " "), unit: unit === "1" ? "" : unit, numeric };
+  return { words: `${words.replace(/_/g, " ")}${unit === "rad" ? ", angle" : ""}`, unit: unit === "1" ? "" : unit, numeric };
 });
-// What went wrong stands beside the scene's name; a column that says nothing is left out.
-const message = head.length - 1;
-const order = [0, 1, message, ...head.map((_, k) => k).slice(2, message)].filter((k) => k < 2 || rows.some((cells) => cells[k] !== ""));
+// The verdicts and what went wrong stand beside the scene's name; a column that says nothing is left out.
+const message = head.length - 1, first = ["scene", "state", "message", "accepted", "grade"], last = ["took [s]", "status"];
+const rank = (k) => (first.includes(head[k]) ? first.indexOf(head[k]) - first.length : last.indexOf(head[k]) + 1);
+const said = head.map((_, k) => k).sort((a, b) => rank(a) - rank(b)).filter((k) => k < 2 || rows.some((cells) => cells[k] !== ""));
+const figures = said.filter((k) => k > 1 && k !== message && !last.includes(head[k])), bare = (cells) => figures.every((k) => cells[k] === "");
+const order = said.filter((k) => k !== message || !figures.length || rows.some((cells) => cells[message] !== "" && !bare(cells)));
 const state = { by: 0, falling: false, shown: STEP, words: "" };
 const numberIn = (cell) => (cell === "" ? NaN : Number(cell));
 
@@ -27,6 +30,7 @@ function matching() {
 function cellOf(cells, k) {
   const { numeric, unit } = columns[k], text = cells[k];
   if (k === 0 && linked.has(text)) return h("a", { href: `${text.split("/").map(encodeURIComponent).join("/")}/report.html` }, text);
+  if (numeric && unit === "rad" && text !== "") return `${number((numberIn(text) * 180) / Math.PI)}°`;
   if (numeric) return text === "" ? "" : unit ? quantity(numberIn(text), unit) : number(numberIn(text));
   const level = { failed: "poor", poor: "poor", differs: "poor", no: "poor", caution: "caution", good: "good", agrees: "good", yes: "good" }[text];
   return level ? h("span", { class: level }, text) : text;
@@ -41,9 +45,17 @@ function sort(k) {
   draw();
 }
 
+// A scene without figures has its message in their place.
+function lineOf(cells) {
+  const told = figures.length > 0 && cells[message] !== "" && bare(cells), kept = told ? order.filter((k) => k !== message && !figures.includes(k)) : order;
+  const line = kept.map((k) => (k === 0 ? h("th", { scope: "row", class: long(cells[k]) }, cellOf(cells, k)) : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : long(cells[k]) }, cellOf(cells, k))));
+  if (told) line.splice(2, 0, h("td", { class: "message", colspan: order.length - kept.length }, cells[message]));
+  return h("tr", { class: cells[1] === "failed" ? "worst" : null }, line);
+}
+
 function draw() {
   const found = matching(), shown = found.slice(0, state.shown);
-  body.replaceChildren(...shown.map((cells) => h("tr", { class: cells[1] === "failed" ? "worst" : null }, order.map((k) => (k === 0 ? h("th", { scope: "row" }, cellOf(cells, k)) : h("td", { class: columns[k].numeric ? "figure" : k === message ? "message" : null }, cellOf(cells, k)))))));
+  body.replaceChildren(...shown.map(lineOf));
   heads.forEach((each, k) => each.setAttribute("aria-sort", k === state.by ? (state.falling ? "descending" : "ascending") : "none"));
   more.hidden = shown.length === found.length;
   const count = (what) => rows.filter((cells) => cells[1] === what).length;
@@ -52,6 +64,6 @@ function draw() {
 
 $("filter").addEventListener("input", (event) => { state.words = event.target.value; state.shown = STEP; draw(); });
 $("main").append(h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Scenes" }, h("table", {}, h("caption", {}, "Scenes"), h("thead", {}, h("tr", {}, order.map((k) => heads[k]))), body)), more);
-document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+theme();
 draw();
 document.body.dataset.ready = "yes";

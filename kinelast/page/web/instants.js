@@ -1,5 +1,5 @@
 // The one instant that everything on the page shows, and its passing.
-const instant = { position: 0, listeners: [], playing: null };
+const instant = { position: 0, listeners: [], playing: null, stopped: () => {} };
 
 function showPosition(i) {
   const wrapped = ((Math.round(i) % N) + N) % N;
@@ -23,4 +23,5 @@ function play(seconds) {
 function stop() {
   if (instant.playing !== null) cancelAnimationFrame(instant.playing);
   instant.playing = null;
+  instant.stopped();
 }

@@ -1,19 +1,4 @@
 // From the data to the page.
-function theme() {
-  const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
-  const button = h("button", { type: "button", id: "theme", "aria-label": "dark or light page", onclick: () => set(root.dataset.theme === "dark" ? "light" : "dark") }, "◐");
-  function set(name) {
-    root.dataset.theme = name;
-    restyle();
-  }
-  root.dataset.theme = dark.matches ? "dark" : "light";
-  dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
-  let before = null;
-  addEventListener("beforeprint", () => { before = root.dataset.theme; set("light"); });
-  addEventListener("afterprint", () => { if (before) set(before); before = null; });
-  $("tools").append(button);
-}
-
 function aboutRun() {
   const { run } = summary, words = [`${run.positions} position${run.positions === 1 ? "" : "s"} from ${figureWords(run.start)} to ${figureWords(run.end)}`];
   if (run.singular) words.push(`, ${run.singular} of them singular`);
@@ -28,7 +13,7 @@ async function start() {
   script.textContent = new TextDecoder().decode(await inflated("uplot"));
   document.head.append(script);
   $("gist").remove();
-  theme();
+  theme(restyle);
   aboutRun();
   answerSection();
   mechanismSection();

@@ -12,7 +12,7 @@ function mapsSection() {
   if (!model.beams.length || N < 2) return;
   const pick = h("select", { id: "map-field", onchange: () => draw() }, fieldsShown.map((field) => h("option", { value: field, selected: field === FIRST_FIELD }, FIELDS[field].name)));
   const rows = h("div", { class: "maps" });
-  section("maps", "Maps", "Along each link, over the cycle", soft("Up: from the link's first point to its second; across: ", axis.label, ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range. Hover for values, click to go to that instant."), h("div", { class: "bar" }, h("label", { for: "map-field" }, "Field"), pick), rows);
+  section("maps", "Maps", "Along each link, over the cycle", soft("Up: from the link's first point to its second; across: ", axis.label, ". Blue is positive, red negative, white zero, grey without figures; each map spans its own range."), hint("Hover for values, click to go to that instant."), h("div", { class: "bar kept" }, h("label", { for: "map-field" }, "Field"), pick), rows);
   const lines = [];
   function draw() {
     lines.length = 0;
@@ -44,7 +44,7 @@ function map(beam, field, lines) {
   holder.addEventListener("pointermove", (event) => {
     const [k, xi] = place(event), i = order[k];
     if (i === null) return;
-    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${axis.angular ? `${number(axis.values[i])}°` : instantWords(i)}`;
+    told.textContent = `${quantity(value(beam, i, xi), unit)} at ${quantity(xi * length, "m", 3)}, ${axis.angular ? coordinateWords(row("drive")[i], "rad") : instantWords(i)}`;
   });
   holder.addEventListener("pointerleave", () => (told.textContent = `±${quantity(most, unit, 3)}`));
   holder.addEventListener("click", (event) => { const i = order[place(event)[0]]; if (i !== null) { stop(); showPosition(i); } });

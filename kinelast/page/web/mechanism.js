@@ -1,5 +1,5 @@
 // The mechanism, moving: links as they bend, diagrams on them, paths, reactions; to drag, hover and click.
-const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16;
+const STATIONS = 24, DIAGRAM_SHARE = 0.11, DEFORMED_SHARE = 0.06, ARROW_SHARE = 0.16, REACH = 14;
 const view = {
   factor: 1, fields: new Set(), names: true, paths: true, reactions: false, rigid: true, selected: null, redraw: () => {},
 };
@@ -66,7 +66,7 @@ function drawMechanism(holder, tip) {
   function layOut() {
     width = Math.max(280, holder.clientWidth);
     const [low, high] = corners, wide = high[0] - low[0], tall = high[1] - low[1];
-    const room = Math.min(60, 0.09 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
+    const room = Math.min(36, 0.09 * width), most = Math.max(300, Math.min(620, 0.72 * window.innerHeight));
     scale = Math.min((width - 2 * room) / Math.max(wide, 1e-12), (most - 2 * room) / Math.max(tall, 1e-12));
     height = Math.max(220, scale * tall + 2 * room);
     left = width / 2 - (scale * (low[0] + high[0])) / 2;
@@ -82,7 +82,7 @@ function drawMechanism(holder, tip) {
     parts = {
       paths: s("g", { class: "paths" }), ground: s("g"), rigid: s("g", { class: "rigid" }), diagrams: s("g"), links: s("g"), joints: s("g"), arrows: s("g"), names: s("g", { class: "names" }), dot: s("circle", { r: 4, class: "dot", visibility: "hidden" }),
     };
-    svg.replaceChildren(s("title", { id: "mechanism-words" }, "The mechanism"), ...Object.values(parts), scaleBar());
+    svg.replaceChildren(s("title", { id: "mechanism-words" }, `The mechanism: ${model.links.slice(1).map((link) => link.name).join(", ")}`), ...Object.values(parts), scaleBar());
     for (const { link, point } of movingPoints) {
       const places = Array.from({ length: N }, (_, i) => placeOf(link, localOf(link, point), i));
       places.push(closed() ? places[0] : [NaN, NaN]);
@@ -108,8 +108,8 @@ function drawMechanism(holder, tip) {
     parts.springs = model.springs.map((spring) => ({ spring, line: parts.joints.appendChild(s("path", { class: "spring" })) }));
     parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.joint ? "pin" : "spot", r: pin.joint ? 0.55 * unit : 0.32 * unit })) }));
     parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
-    parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, each.point)) }));
-    parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, link.name)) : null }));
+    parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, short(each.point))) }));
+    parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, short(link.name))) : null }));
     parts.forces = model.joints.map((joint) => ({ joint, arrow: parts.arrows.appendChild(s("path", { class: "force" })) }));
     parts.curves = [...view.fields].map((field) => model.beams.map(() => parts.diagrams.appendChild(s("path", { class: `diagram f-${field}` }))));
   }
@@ -155,7 +155,7 @@ function drawMechanism(holder, tip) {
 
   function scaleBar() {
     const [per] = scaleOf(1, "m"), length = roundDown((per * Math.min(0.22 * width, 200)) / scale) / per, x = 12, y = height - 10;
-    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m")));
+    return s("g", { class: "scale" }, s("path", { d: `M${x} ${y - 5}v5h${length * scale}v-5` }), s("text", { x: x + length * scale + 6, y }, quantity(length, "m"), view.factor > 1 ? `; displacements × ${number(view.factor)}` : ""), view.reactions && largestForce ? s("text", { x, y: y - 16 }, `arrows: up to ${quantity(largestForce, "N")}`) : null);
   }
 
   function update(i) {
@@ -169,9 +169,7 @@ function drawMechanism(holder, tip) {
       if (view.rigid) parts.beams[k].rigid.setAttribute("d", line([drawnOnBeam(k, 0, i, 0), drawnOnBeam(k, 1, i, 0)]));
     });
     for (const { k, rigid, line: path } of parts.bare) {
-      const names = Object.keys(model.links[k].points), outline = model.outlines[model.links[k].name];
-      const ring = (f) => outline ? outline.map((corner) => drawnCorner(k, corner, i, f)) : names.map((point) => drawnPlace(k, point, i, f));
-      const drawn = ring(factor), still = ring(0);
+      const drawn = ring(k, i, factor), still = ring(k, i, 0);
       path.setAttribute("d", drawn.length > 1 ? `${line(drawn)}Z` : "");
       rigid.setAttribute("d", still.length > 1 ? `${line(still)}Z` : "");
     }
@@ -187,6 +185,12 @@ function drawMechanism(holder, tip) {
     if (view.names) nameAll(i);
     if (view.reactions) for (const [k, each] of parts.forces.entries()) drawForce(k, each, i);
     [...view.fields].forEach((field, n) => model.beams.forEach((_, k) => drawDiagram(field, k, parts.curves[n][k], i)));
+  }
+
+  // Corners of a link without beams.
+  function ring(k, i, f) {
+    const outline = model.outlines[model.links[k].name];
+    return outline ? outline.map((corner) => drawnCorner(k, corner, i, f)) : Object.keys(model.links[k].points).map((point) => drawnPlace(k, point, i, f));
   }
 
   function drawnCorner(link, corner, i, f) {
@@ -264,10 +268,18 @@ function drawMechanism(holder, tip) {
     path.setAttribute("d", body ? `${body}Z` : "");
   }
 
+  // A name that would lie on another one is left out: points come first.
   function nameAll(i) {
+    const taken = [];
+    const put = (text, x, y, anchor) => {
+      const wide = (text.wide ??= text.getComputedTextLength() + 2), from = x - { start: 0, middle: wide / 2, end: wide }[anchor];
+      const free = isFinite(x + y) && !taken.some(([left, foot, far]) => Math.abs(y - foot) < 13 && from < far && from + wide > left);
+      if (free) taken.push([from, y, from + wide]);
+      for (const [name, size] of [["x", x || 0], ["y", y || 0], ["text-anchor", anchor], ["display", free ? "inline" : "none"]]) text.setAttribute(name, size);
+    };
     for (const { link, point, text } of parts.points) {
       const [x, y] = at(drawnPlace(link, point, i, view.factor));
-      text.setAttribute("x", (x || 0) + 0.9 * unit); text.setAttribute("y", (y || 0) - 0.9 * unit);
+      put(text, x + 0.9 * unit, y - 0.9 * unit, "start");
     }
     for (const { k, text } of parts.labels) {
       if (!text) continue;
@@ -283,24 +295,39 @@ function drawMechanism(holder, tip) {
         if (names.length === 1) aside = [0, 2.6 * unit];
       }
       const [x, y] = at(place);
-      text.setAttribute("x", (x || 0) + aside[0]); text.setAttribute("y", (y || 0) + aside[1]);
-      text.setAttribute("text-anchor", Math.abs(aside[0]) < 4 ? "middle" : aside[0] > 0 ? "start" : "end");
+      put(text, x + aside[0], y + aside[1], Math.abs(aside[0]) < 4 ? "middle" : aside[0] > 0 ? "start" : "end");
     }
   }
 
-  // What is under the pointer: the nearest beam within reach and where along it, or a link without beams.
+  // How far a place on the screen is from the way between two others, and at which part of it.
+  function beside(x, y, from, to) {
+    const dx = to[0] - from[0], dy = to[1] - from[1], t = Math.max(0, Math.min(1, ((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy || 1)));
+    return [Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy), t];
+  }
+
+  // What is under the pointer: the nearest beam within reach and where along it.
   function under(x, y) {
-    let best = null, nearest = 14;
+    let best = null, nearest = REACH;
     model.beams.forEach((_, beam) => {
       let from = at(drawnOnBeam(beam, 0, instant.position, view.factor));
       for (let n = 0; n < STATIONS; n++) {
-        const to = at(drawnOnBeam(beam, (n + 1) / STATIONS, instant.position, view.factor)), dx = to[0] - from[0], dy = to[1] - from[1];
-        const t = Math.max(0, Math.min(1, ((x - from[0]) * dx + (y - from[1]) * dy) / (dx * dx + dy * dy || 1)));
-        const distance = Math.hypot(x - from[0] - t * dx, y - from[1] - t * dy);
+        const to = at(drawnOnBeam(beam, (n + 1) / STATIONS, instant.position, view.factor)), [distance, t] = beside(x, y, from, to);
         if (distance < nearest) { nearest = distance; best = { beam, xi: (n + t) / STATIONS, link: model.beams[beam].link }; }
         from = to;
       }
     });
+    return best;
+  }
+
+  // A link without beams: what is pointed at, or the nearest edge within reach.
+  function bareUnder(event, x, y) {
+    const owner = event.target.getAttribute?.("data-link") ?? null;
+    if (owner !== null) return Number(owner);
+    let best = null, nearest = REACH;
+    for (const k of bareLinks) {
+      const places = ring(k, instant.position, view.factor).map(at);
+      places.forEach((from, n) => { const [distance] = beside(x, y, from, places[(n + 1) % places.length]); if (distance < nearest) { nearest = distance; best = k; } });
+    }
     return best;
   }
 
@@ -309,10 +336,10 @@ function drawMechanism(holder, tip) {
     return [((event.clientX - box.left) * width) / box.width, ((event.clientY - box.top) * height) / box.height];
   };
 
-  let grabbed = null;
+  let grabbed = null, last = null;
   function grab(event) {
-    const [x, y] = pointer(event), found = under(x, y), owner = event.target.getAttribute("data-link");
-    const link = found?.link ?? (owner === null ? null : Number(owner));
+    hover(event);
+    const [x, y] = pointer(event), found = under(x, y), link = found?.link ?? bareUnder(event, x, y);
     if (link === null) return;
     const world = [(x - left) / scale, (top - y) / scale], i = instant.position, [ox, oy] = placeOf(link, [0, 0], i), [dx, dy] = vector("direction", link - 1, i);
     const local = times([world[0] - ox, world[1] - oy], [dx, -dy]);
@@ -326,7 +353,7 @@ function drawMechanism(holder, tip) {
 
   // The neighbouring instant at which the place that was grabbed comes nearest to the pointer.
   function drag(event) {
-    if (Math.hypot(event.clientX - grabbed.x, event.clientY - grabbed.y) > 3) grabbed.moved = true;
+    if (Math.hypot(event.clientX - grabbed.x, event.clientY - grabbed.y) > 3) { grabbed.moved = true; leave(); }
     if (!grabbed.moved) return;
     const [x, y] = pointer(event), world = [(x - left) / scale, (top - y) / scale], far = Math.max(2, Math.floor(N / 5));
     let best = instant.position, nearest = Infinity;
@@ -341,20 +368,28 @@ function drawMechanism(holder, tip) {
 
   function hover(event) {
     if (grabbed) return drag(event);
+    last = event;
     const [x, y] = pointer(event), found = under(x, y);
-    svg.style.cursor = found || event.target.hasAttribute?.("data-link") ? "grab" : "default";
-    if (!found) return leave();
+    svg.style.cursor = found || bareUnder(event, x, y) !== null ? "grab" : "default";
+    if (!found) return hide();
     const [px, py] = at(drawnOnBeam(found.beam, found.xi, instant.position, view.factor));
     parts.dot.setAttribute("cx", px); parts.dot.setAttribute("cy", py); parts.dot.setAttribute("visibility", "visible");
     const { label, length } = model.beams[found.beam], fields = new Set([...view.fields, "w", "chord", "M", ...(stressed ? ["mises"] : [])]);
     tip.replaceChildren(h("b", {}, label), ` ${quantity(found.xi * length, "m", 3)} along it`, h("dl", {}, [...fields].map((field) => [h("dt", {}, FIELDS[field].name), h("dd", {}, quantity(FIELDS[field].value(found.beam, instant.position, found.xi), FIELDS[field].unit))])));
     const box = holder.getBoundingClientRect(), wide = 250;
     tip.style.left = `${Math.max(0, Math.min(event.clientX - box.left + 16, box.width - wide))}px`;
-    tip.style.top = `${event.clientY - box.top + 16}px`;
     tip.hidden = false;
+    // Below the pointer, or above it where it would be cut off.
+    const down = event.clientY - box.top, room = box.height - tip.offsetHeight;
+    tip.style.top = `${down + 16 <= room ? down + 16 : Math.max(0, down - 16 > tip.offsetHeight ? down - 16 - tip.offsetHeight : room)}px`;
   }
 
   function leave() {
+    last = null;
+    hide();
+  }
+
+  function hide() {
     tip.hidden = true;
     parts.dot.setAttribute("visibility", "hidden");
   }
@@ -369,9 +404,11 @@ function drawMechanism(holder, tip) {
   svg.addEventListener("pointerup", release);
   svg.addEventListener("pointercancel", () => (grabbed = null));
   svg.addEventListener("pointerleave", leave);
+  // A finger that takes a link drags it; one beside it scrolls the page.
+  svg.addEventListener("touchstart", (event) => { if (grabbed) event.preventDefault(); }, { passive: false });
   view.redraw = () => { build(); update(instant.position); };
   view.svg = () => svg;
   new ResizeObserver(() => { if (Math.abs(holder.clientWidth - width) > 2) layOut(); }).observe(holder);
   layOut();
-  follow(update);
+  follow((i) => { update(i); if (last && !grabbed) hover(last); });
 }

@@ -62,3 +62,10 @@ function withinTurn(angle) {
 function coordinateWords(value, unit) {
   return unit === "rad" ? `${number(withinTurn(value))}°` : quantity(value, unit);
 }
+
+// Round ticks between two values.
+function ticks(low, high, most) {
+  const raw = (high - low) / most || 1, power = Math.pow(10, Math.floor(Math.log10(raw))), step = [1, 2, 5, 10].map((f) => f * power).find((each) => each >= raw * 0.999);
+  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first;
+  return Array.from({ length: Math.max(0, Math.min(50, count + 1)) }, (_, k) => (first + k) * step);
+}

@@ -38,7 +38,7 @@ function scatterSection() {
     if (bestPlace !== null && isFinite(columnOf(state.x)[bestPlace] + columnOf(state.y)[bestPlace])) star(pen, at(bestPlace));
     if (state.colour) legend(pen);
     const left = COUNT - all.length;
-    told.textContent = `${among.length} designs drawn${left ? `, ${left} without these figures left out` : ""}${among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""}; ${front.length} on the front${bestPlace === null ? "" : "; the star is the best"}.`;
+    told.textContent = `${among.length} design${among.length === 1 ? "" : "s"} drawn${left ? `, ${left} without these figures left out` : ""}${among.length < all.length ? `, ${all.length - among.length} outside the ranges chosen below` : ""}; ${front.length} on the front${bestPlace === null ? "" : "; the star is the best"}.`;
     made.canvas.setAttribute("aria-label", `${axisWords(state.y)} against ${axisWords(state.x)}: ${told.textContent}`);
     mark();
   }

@@ -1,6 +1,6 @@
 // Tables that sort by any column, with one unit a column and the worst row marked.
 
-// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst}
+// Columns: {name, unit, means, of: row -> number, words: row -> text, text: row -> text, worst, wraps: only after a comma}
 function table(rows, columns, caption) {
   const shown = columns.map((column) => {
     if (!column.of) return { ...column, head: column.name, cell: column.text };
@@ -13,7 +13,7 @@ function table(rows, columns, caption) {
   const body = h("tbody");
   const heads = shown.map((column, k) => h("th", { scope: "col", class: column.of ? "figure" : null, "aria-sort": "none" },
     h("button", { type: "button", title: column.means, onclick: () => sort(k) }, column.name, column.unitShown ? h("small", {}, ` [${column.unitShown}]`) : null)));
-  const made = rows.map((each) => ({ each, line: h("tr", {}, shown.map((column, k) => (k === 0 ? h("th", { scope: "row" }, column.cell(each)) : h("td", { class: column.of ? "figure" : null }, column.cell(each))))) }));
+  const made = rows.map((each) => ({ each, line: h("tr", {}, shown.map((column, k) => { const words = column.cell(each); return k === 0 ? h("th", { scope: "row", class: long(words) }, words) : h("td", { class: column.of ? "figure" : long(words) ?? (column.wraps ? "wraps" : null) }, words); })) }));
   const worst = shown.find((column) => column.worst);
   if (worst && rows.length > 1) {
     const rank = (each) => (worst.worst === "least" ? -1 : 1) * Math.abs(valueOf(worst, each));
