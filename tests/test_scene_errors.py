@@ -302,7 +302,7 @@ MISTAKES = [
     # What only the mechanism as a whole tells.
     ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
-     r'"arm" are left with 1 freedom'),
+     r'link "arm" is left with 1 freedom: add a drive or a joint for each; of one link alone, and so no joint: "P"$'),
     ("two drives of one pin", FOUR_BAR, [add('[[drives]]\nlink = "crank"\nspeed = 1')], "drives", "", 'two drives move the joint "O"'),
     ("drawn in line", FOUR_BAR, [("B = [0.28, 0.24]", "B = [0.3, 0.0]"), ("A = [0.1, 0.0]", "A = [0.05, 0.0]")], "points", "", "drawn in line"),
     ("pin not drawn", FOUR_BAR, [('["A", "B"]', "{A = [0, 0], Q = [0.3, 0]}"), ('["D", "B"]', "{D = [0, 0], Q = [0.25, 0]}")],
