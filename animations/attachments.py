@@ -27,7 +27,7 @@ def attachment_shapes(deflection: Deflection, size: float, exaggeration: float =
         They move with the displacements, so many times as much.
     """
     mechanism = deflection.motion.mechanism
-    shapes = [_spring(deflection, load, size) for load in mechanism.loads if isinstance(load, Spring)]
+    shapes = [_spring(deflection, load, size, exaggeration) for load in mechanism.loads if isinstance(load, Spring)]
     for gear in mechanism.gears:
         for drive, radius in _wheels(deflection, gear):
             at = mechanism.index[drive.link]
@@ -36,8 +36,10 @@ def attachment_shapes(deflection: Deflection, size: float, exaggeration: float =
     return shapes
 
 
-def _spring(deflection: Deflection, spring: Spring, size: float) -> Shape:
-    ends = [position_of(deflection.motion, *end) for end in ((spring.link, spring.point), (spring.on, spring.anchor))]
+def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: float) -> Shape:
+    ends = [
+        moved_place(deflection, *end, exaggeration) for end in ((spring.link, spring.point), (spring.on, spring.anchor))
+    ]
     share = np.concatenate([[0.0, 0.15], 0.15 + 0.7 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.85, 1.0]])
     aside = 0.8j * size * np.concatenate([[0, 0], np.tile([1, -1], COILS), [0, 0]])
 

@@ -18,6 +18,7 @@ DEPTH = 1e4  # from the sheet's middle to its near and its far end, in pixels; s
 NEAR = 4e3  # where flat shapes begin that lie over solid bodies
 BEHIND = ("guide",)  # levels that lie under them
 SHINE = {"ambient": 0.5, "diffuse": 0.6, "specular": 0.25, "specular_power": 25}
+TRUE = SHINE | {"ambient": 0.75, "diffuse": 0.4}  # the front of a body has the colour that the legend shows
 COLOURS = {True: "coolwarm", False: "YlOrRd"}  # of bodies, by whether the field is signed: maps of matplotlib
 CLEAR = 0.75  # opacity of the paper behind labels
 
@@ -28,7 +29,7 @@ class Canvas:
     def __init__(self, style: Style) -> None:
         import pyvista as pv
 
-        self._paints, self._height = paints(style.background), style.size[1]
+        self._paints, self._unit = paints(style.background), style.unit
         self._plotter: Any = pv.Plotter(off_screen=True, window_size=list(style.size))
         window: Any = self._plotter.render_window
         window.SetDPI(72)  # a text's size is its height in pixels
@@ -71,7 +72,7 @@ class Canvas:
             lines = pv.PolyData()
             lines.SetPoints(mesh.GetPoints())
             lines.lines = cells(shape.lines)
-            width, paint = max(shape.width * self._height / 720, 0.6), self._paints[shape.ink]
+            width, paint = max(shape.width * self._unit / 720, 0.6), self._paints[shape.ink]
             actor = self._plotter.add_mesh(lines, color=paint, line_width=width, lighting=False, reset_camera=False)
             actor.position = (0.0, 0.0, 0.5)
         return mesh
@@ -84,12 +85,14 @@ class Canvas:
         mesh.points = points
         mesh.faces = cells(body.faces)
         mesh.point_data.active_normals = normals
-        look: dict[str, Any] = {"color": self._paints[body.fill], "opacity": body.opacity}
+        look: dict[str, Any] = {"color": self._paints[body.fill], "opacity": body.opacity, **SHINE}
         if body.values is not None:
             mesh.point_data["values"] = body.values(0)
             low = -most if signed else 0.0
-            look = {"scalars": "values", "cmap": COLOURS[signed], "clim": (low, most or 1.0), "show_scalar_bar": False}
-        self._plotter.add_mesh(mesh, **look, **SHINE, interpolation="phong", reset_camera=False, name=None)
+            look = {"scalars": "values", "cmap": COLOURS[signed], "clim": (low, most or 1.0), **TRUE}
+        self._plotter.add_mesh(
+            mesh, **look, show_scalar_bar=False, interpolation="phong", reset_camera=False, name=None
+        )
         return mesh
 
     def colour_bar(self, low: complex, high: complex, signed: bool) -> None:

@@ -85,7 +85,12 @@ def steady(greatest: float, unit: str) -> Callable[[float], str]:
     exponent = _exponent(float(f"{greatest:.2e}"))
     size = greatest / 10.0**exponent
     decimals = 2 - (len(str(int(size))) - 1) if size else 0
-    return lambda value: f"{value / 10.0**exponent:.{decimals}f} {PREFIXES[exponent]}{unit}"
+
+    def text(value: float) -> str:
+        rounded = round(value / 10.0**exponent, decimals) + 0.0  # no "-0"
+        return f"{rounded:.{decimals}f} {PREFIXES[exponent]}{unit}"
+
+    return text
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
@@ -97,6 +102,15 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     size = float(f"{abs(value):.{digits - 1}e}")
     exponent = _exponent(size)
     return f"{value / 10.0**exponent:.{digits}g} {PREFIXES[exponent]}{unit}"
+
+
+def times(exaggeration: float) -> str:
+    """An exaggeration as it is written.
+
+    >>> times(2e6).split(), times(0.5)
+    (['×', '2', '000', '000'], '× 0.5')
+    """
+    return f"{TIMES} {exaggeration:,.10g}".replace(",", "\N{THIN SPACE}")
 
 
 def _exponent(size: float) -> int:

@@ -2,96 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from animations.diagrams import SHAPE, STATIONS, Diagram, steady
-from animations.layout import FOOT, HEAD, Scales, View
-from animations.legend import LETTER
-from animations.shapes import Complexes, beams, moved_beams
-from animations.solid_mechanism import layers, widest
+from animations.layers import Stack
+from animations.layout import Scales, View
+from animations.placing import Ink, Label, half_of, kept_inside, within
+from animations.shapes import Complexes, Shape, beams, moved_beams
+from animations.solid_mechanism import sections_of
 from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection, sample
 
 SIDES = np.exp(0.25j * np.pi * np.array([1, 3, 2, 0, 4, 5, 7, 6]))  # of its place, where a name may stand
+AWAY = (0.25, 1.0)  # from what it names, in heights of letters
+BEYOND = np.exp(0.25j * np.pi * np.array([0, 1, -1, 4, 3, -3, 2, -2]))  # the ordinate, or where a value hides least
 DOT = 0.35  # radius of the dot at the peak, of a pin's diameter
-WORST = 40.0  # points of the drawing that are as bad to hide as another label
-
-
-@dataclass(frozen=True, eq=False)
-class Label:
-    """A text, one for all positions or one for each, and its middle at every position in pixels, complex."""
-
-    text: str | Sequence[str]
-    middle: Complexes
-    height: float
-    ink: str
-
-    def at(self, position: int) -> str:
-        """Its text at a position."""
-        return self.text if isinstance(self.text, str) else self.text[position]
+# As bad as so many heights of a letter of a line hidden, one pixel wide: a name farther off, over another, nearer to
+# another point than its own, partly outside.
+FARTHER, OVER, WRONG, OUT = 1.0, 25.0, 25.0, 50.0
 
 
 def name_labels(
-    deflection: Deflection, scales: Scales, view: View, style: Style, drawn: Mapping[int, Complexes], moved: float
+    deflection: Deflection, scales: Scales, view: View, style: Style, ink: Ink, moved: float
 ) -> list[Label]:
     """Names of points and links as the style asks for them, each on that side of its place where it hides least.
 
     Parameters
     ----------
-    drawn
-        Points of what is drawn at some positions, in pixels.
+    ink
+        What is drawn, at some positions.
     moved
         The exaggeration of the places.
     """
-    height, picked = 0.026 * style.size[1], list(drawn)
+    height = 0.026 * style.unit
     labels: list[Label] = []
-    for text, place, pin in _named(deflection, style, moved):
-        anchor, half = view.flat(place), _half(text, height)
-        ways = _reach(SIDES, half) + SIDES * (0.5 * pin * scales.pin * view.pixels + 0.25 * height)
-        cost = [_hidden(anchor[picked] + way, half, drawn, labels, style.size) for way in ways]
-        labels.append(Label(text, anchor + ways[int(np.argmin(cost))], height, "ink" if pin else "soft"))
+    named = list(_named(deflection, style, moved))
+    points = np.array([view.flat(place) for _, place, _, is_point in named if is_point])
+    for text, place, pin, is_point in named:
+        anchor = view.flat(place)
+        half = half_of(text, height)
+        away = [0.5 * pin * scales.pin * view.pixels + share * height for share in AWAY]
+        ways = np.concatenate([_reach(SIDES, half) + SIDES * each for each in away])
+        there = anchor + ways[:, None]
+        cost = ink.hidden(there, half) / height + FARTHER * (np.arange(len(ways)) >= len(SIDES))
+        cost += OUT * np.mean(np.abs(kept_inside(there, half, style) - there) > 0, axis=1)
+        if is_point:
+            nearest = np.min(np.abs(there - points[:, None]), axis=0)
+            cost += WRONG * np.mean(nearest < (1 - 1e-9) * np.abs(there - anchor), axis=1)
+        for other in labels:
+            cost += OVER * np.mean(within(there - other.middle, half + other.half), axis=1)
+        best = kept_inside(there[int(np.argmin(cost))], half, style)
+        labels.append(Label(text, best, height, "ink" if is_point else "soft", half))
     return labels
 
 
-def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, float]]:
-    """Names, their places [m] at all positions, and 1.0 where a pin is to be left free."""
+def _named(deflection: Deflection, style: Style, moved: float) -> Iterator[tuple[str, Complexes, bool, bool]]:
+    """Names, their places [m] at all positions, whether a pin is to be left free, and whether a point's or a link's."""
     links = deflection.motion.mechanism.links
     if "names" in style.show:
         points = {name: number for number, link in reversed(list(enumerate(links))) for name in link.points}
         for name, number in points.items():
-            yield name, moved_place(deflection, number, name, moved), 1.0
+            yield name, moved_place(deflection, number, name, moved), True, True
     for number, link in enumerate(links[1:] if "links" in style.show else (), 1):
         names = list(link.points)[:2]
-        yield link.name, np.mean([moved_place(deflection, number, name, moved) for name in names], axis=0), 0.0
-
-
-def _hidden(
-    middle: Complexes, half: complex, drawn: Mapping[int, Complexes], others: Sequence[Label], size: tuple[int, int]
-) -> float:
-    """How much a label hides, over some positions: points of the drawing, other labels, itself beyond the picture."""
-    hides: Any = 0.0
-    for centre, (position, points) in zip(middle, drawn.items(), strict=True):
-        hides += np.count_nonzero(_inside(points - centre, half))
-        for other in others:
-            hides += WORST * _inside(other.middle[position] - centre, half + _half(other.at(position), other.height))
-        low, high = centre - half, centre + half
-        hides += WORST * (low.real < 0 or high.real > size[0] or low.imag < FOOT * size[1])
-        hides += WORST * (high.imag > (1.0 - HEAD) * size[1])
-    return float(hides)
-
-
-def _inside(way: Any, half: complex) -> Any:
-    return (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
-
-
-def _half(text: str, height: float) -> complex:
-    """Half the width and the height of a text [pixels]."""
-    return complex(0.5 * LETTER * len(text) + 0.1, 0.55) * height
+        middle = np.mean([moved_place(deflection, number, name, moved) for name in names], axis=0)
+        yield link.name, middle, len(names) == 1, False
 
 
 def _reach(way: Complexes, half: complex) -> Complexes:
@@ -101,9 +80,23 @@ def _reach(way: Complexes, half: complex) -> Complexes:
 
 
 def peak_label(
-    deflection: Deflection, diagram: Diagram, scales: Scales, view: View, style: Style, names: Sequence[Label] = ()
+    deflection: Deflection,
+    diagram: Diagram,
+    scales: Scales,
+    view: View,
+    style: Style,
+    names: Sequence[Label] = (),
+    marks: Sequence[Shape] = (),
+    stack: Stack | None = None,
 ) -> tuple[Complexes, Label]:
     """The value of largest magnitude of every position, of those at 49 stations of every beam.
+
+    Parameters
+    ----------
+    names, marks
+        Labels, and lines, that it is not to hide where this can be helped.
+    stack
+        Of links that are drawn solid.
 
     Returns
     -------
@@ -119,19 +112,23 @@ def peak_label(
     value, along = values[beam, position, station], beams(deflection).along[beam, position]
     axis = moved_beams(deflection, 0.0 if scales.scale else scales.exaggeration)
     place = np.array([axis(int(p))[b, s] for p, b, s in zip(position, beam, station, strict=True)])
-    if style.look == "solid":
-        heights = layers(deflection, widest(deflection, scales))
-        place = place + np.array([view.aside(heights[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
+    depth = np.zeros(len(place))
+    if stack:
+        place = place + np.array([view.aside(stack.middle[at]) for at, _ in deflection.motion.mechanism.beams])[beam]
+        depth = np.array([section.depth for section in sections_of(deflection, scales)])[beam, station]
     if scales.scale:
         place = place + 1j * scales.scale * along * value
+    way = np.where(value < 0 if scales.scale else along.real < 0, -1j, 1j) * along
     written = steady(scales.peak, diagram.unit)
-    text, height = [written(float(each)) for each in value], 0.03 * style.size[1]
-    half = _half(max(text, key=len), height)
-    way = np.where(value < 0, -1j, 1j) * along if scales.scale else np.full(len(place), 1j)
-    ways = way * np.array([1, -1, 1j, -1j])[:, None]  # beyond the ordinate, or where it hides no name
-    middles = view.flat(place) + _reach(ways, half) + ways * (DOT * scales.pin * view.pixels + 0.2 * height)
-    hides = [_inside(name.middle - middles, half + _half(str(name.text), name.height)) for name in names]
-    middle = middles[np.any(hides, axis=0).argmin(0) if hides else 0, position]
-    low, high = complex(0, FOOT * style.size[1]) + half, complex(style.size[0], (1.0 - HEAD) * style.size[1]) - half
-    kept = np.clip(middle.real, low.real, high.real) + 1j * np.clip(middle.imag, low.imag, high.imag)
-    return place, Label(text, kept, height, "ink")
+    text, height = [written(float(each)) for each in value], 0.03 * style.unit
+    half = half_of(max(text, key=len), height)
+    ways = way * BEYOND[:, None]
+    off = (DOT * scales.pin + depth / 2) * view.pixels + 0.2 * height
+    corner = ways / np.maximum(np.abs(ways.real), np.abs(ways.imag))
+    middles = view.flat(place) + _reach(corner, half) + ways * off
+    hides: Any = 1.0 * (np.abs(kept_inside(middles, half, style) - middles) > 0)
+    hides = hides + sum(within(name.middle - middles, half + name.half) for name in names)
+    for mark in marks:
+        points = view.flat(np.array([mark.place(int(each)) for each in position]))
+        hides = hides + 0.5 * within(points - middles[..., None], half).any(axis=-1)
+    return place, Label(text, kept_inside(middles[hides.argmin(0), position], half, style), height, "ink", half)

@@ -19,7 +19,7 @@ from rigid import Reals, position_of
 TALLEST = 0.17  # greatest ordinate, of the mechanism's size
 FARTHEST = 0.10  # greatest displacement in an automatic exaggeration
 PIN, LEAST_PIN, SHARE = 0.026, 0.009, 0.4  # a pin's diameter, at least, and of the shortest link
-HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # of the picture's height: kept for words, for the legend, and empty
+HEAD, FOOT, MARGIN = 0.12, 0.095, 0.03  # of `Style.unit`: kept for words, for the legend, and empty
 TILT, YAW = np.radians(28.0), np.radians(-18.0)  # from which solid links are seen: from above, and from the left
 
 
@@ -147,12 +147,12 @@ def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
         (min(part.min() for part in parts), max(part.max() for part in parts))
         for parts in ([each.real for each in seen], [each.imag for each in seen])
     )
-    width, height = style.size
-    room = (width - 2 * MARGIN * height, (1.0 - HEAD - FOOT) * height)
+    (width, height), unit = style.size, style.unit
+    room = (width - 2 * MARGIN * unit, height - (HEAD + FOOT) * unit)
     if {"names", "links"} & set(style.show):
-        room = (room[0] - 0.1 * height, room[1] - 0.07 * height)
+        room = (room[0] - 0.1 * unit, room[1] - 0.07 * unit)
     pixels = min(size / extent for size, extent in zip(room, (right - left, high - low), strict=True) if extent)
-    middle = width / 2 + 1j * (FOOT + (1.0 - HEAD - FOOT) / 2) * height
+    middle = complex(width, height + (FOOT - HEAD) * unit) / 2
     return View(complex(left + right, low + high) / 2 - middle / pixels, float(pixels), turn)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from animations.diagrams import MOTION, SHAPE, TIMES, Diagram, quantity, round_below, steady
+from animations.diagrams import MOTION, SHAPE, Diagram, quantity, round_below, steady, times
 from animations.layout import FOOT, HEAD, MARGIN, Scales, View
 from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, Shape
 from animations.style import Style
@@ -31,19 +31,19 @@ class Words:
 
 def headings(diagram: Diagram, scales: Scales, style: Style, longest: int) -> list[Words]:
     """Title and name of the diagram, top left, and the place of the drives' words, of so many letters, top right."""
-    width, height = style.size
-    left = MARGIN * height
+    (width, height), unit = style.size, style.unit
+    left = MARGIN * unit
     kind = f"{diagram.title} {diagram.symbol}".strip()
     if diagram is not MOTION:
-        kind += f" {TIMES} {scales.exaggeration:g}, displacement" if diagram is SHAPE else ","
+        kind += f" {times(scales.exaggeration)}, displacement" if diagram is SHAPE else ","
         kind += f" at most {quantity(scales.peak, diagram.unit)} over the positions"
-    drives = min(0.03 * height, 0.4 * width / (LETTER * max(longest, 1)))
+    drives = min(0.03 * unit, 0.4 * width / (LETTER * max(longest, 1)))
     room = width - 4 * left - LETTER * drives * longest
-    lines = [Words(" ", width - left + 1j * (1 - 0.42 * HEAD) * height, drives, 1)]
+    lines = [Words(" ", width - left + 1j * (height - 0.42 * HEAD * unit), drives, 1)]
     rows = (style.title, 0.42, 0.036, INK, room), (kind, 0.82, 0.028, "soft", width - 2 * left)
     for text, y, size, ink, space in rows:
         fitting = space / (LETTER * max(len(text), 1))
-        lines.append(Words(text, left + 1j * (1 - y * HEAD) * height, min(size * height, fitting), ink=ink))
+        lines.append(Words(text, left + 1j * (height - y * HEAD * unit), min(size * unit, fitting), ink=ink))
     return lines
 
 
@@ -85,10 +85,10 @@ class Legend:
 
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
     """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length."""
-    width, height = style.size
-    letter, middle = max(0.026 * height, LEAST), 0.5j * FOOT * height
-    shapes, words = _length(view, width - MARGIN * height, middle.imag, letter)
-    left = MARGIN * height
+    unit = style.unit
+    letter, middle = max(0.026 * unit, LEAST), 0.5j * FOOT * unit
+    shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)
+    left = MARGIN * unit
 
     def add(text: str, size: float, *drawn: Shape) -> None:
         nonlocal left
@@ -106,15 +106,15 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
             bar = left + middle - 0.5j * letter, left + middle + (9.0 + 0.5j) * letter
             add(quantity(scales.peak, diagram.unit), 9.0 * letter)
         if scales.exaggeration:
-            add(f"deformed {TIMES} {scales.exaggeration:g}", -0.6 * letter)
+            add(f"deformed {times(scales.exaggeration)}", -0.6 * letter)
         return Legend(shapes, words, bar)
     if scales.exaggeration:
-        add(f"deformed {TIMES} {scales.exaggeration:g}", 2.2 * letter, _stroke(ends, 3.0, BENT))
+        add(f"deformed {times(scales.exaggeration)}", 2.2 * letter, _stroke(ends, 3.0, BENT))
     if diagram is SHAPE:
         add("rigid", 2.2 * letter, _stroke(left + middle + np.array([0.0, 2.2 * letter]), 3.0, QUIET))
     if diagram.field is None or not scales.peak:
         return Legend(shapes, words)
-    value = round_below(0.8 * FOOT * height / (scales.scale * view.pixels))
+    value = round_below(0.8 * FOOT * unit / (scales.scale * view.pixels))
     tall = value * scales.scale * view.pixels
     tick = 0.35 * letter
     add(quantity(value, diagram.unit), 2 * tick, _bar(left + tick + middle + np.array([-0.5j, 0.5j]) * tall, tick))
@@ -129,8 +129,10 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
 
 def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[Shape], list[Words]]:
     """A length of the mechanism, at the right, its measure over it."""
-    value = round_below(9.0 * letter / view.pixels)
-    ends = np.array([right - value * view.pixels, right]) + 1j * (middle - 0.5 * letter)
+    start, end = view.flat(np.array([0j, 1.0]))
+    metre = float(abs(end - start))  # a horizontal one, which is shorter where it is seen from a side
+    value = round_below(9.0 * letter / metre)
+    ends = np.array([right - value * metre, right]) + 1j * (middle - 0.5 * letter)
     words = Words(quantity(value, "m"), ends.mean() + 1.15j * letter, letter, 0)
     return [_bar(ends, 0.35 * letter)], [words]
 

@@ -10,7 +10,7 @@ import numpy as np
 from animations.shapes import Complexes, Shape
 from animations.symbols import moved_place
 from elastic import Deflection
-from rigid import PinDrive, position_of
+from rigid import PinDrive
 
 ARC = np.linspace(0.45, 2.0, 25)  # [rad] from the driven link on
 WAY = np.linspace(-1.7, 1.7, 25)  # [pins] along a slide
@@ -57,21 +57,21 @@ def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size
     def place(position: int) -> Complexes:
         shaft = line(position, sense[position])
         tip = shaft[-1] - shaft[-2]
-        head = shaft[-1] + 0.6 * size * HEAD * (tip / abs(tip) if tip else 0.0)
+        head = shaft[-1] + 0.6 * size * HEAD * (tip / abs(tip) if abs(tip) > 0 else 0.0)
         points: Complexes = np.concatenate([shaft, head])
         return points if sense[position] else np.full_like(points, shaft[0])
 
-    return Shape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC)),), "accent", "accent", 2.4)
+    return Shape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC) + 1),), "accent", "accent", 2.4)
 
 
-def path_shapes(deflection: Deflection, positions: Any) -> list[Shape]:
-    """The paths of all points that move, over some positions."""
+def path_shapes(deflection: Deflection, positions: Any, exaggeration: float = 0.0) -> list[Shape]:
+    """The paths of all points that move, over some positions, displaced so many times as much."""
     motion = deflection.motion
     seen, shapes = set(motion.mechanism.links[0].points), []
     for link in motion.mechanism.links[1:]:
         for name in [name for name in link.points if name not in seen]:
             seen.add(name)
-            shapes += _path(position_of(motion, link.name, name)[positions])
+            shapes += _path(moved_place(deflection, link.name, name, exaggeration)[positions])
     return shapes
 
 

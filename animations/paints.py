@@ -7,10 +7,10 @@ from collections.abc import Mapping
 Colour = tuple[float, float, float]  # red, green, blue from 0 to 1
 
 LIGHT = {"ink": "#22262e", "soft": "#4a515c", "fine": "#5d6675", "quiet": "#9aa1ab", "body": "#eceef1",
-         "metal": "#b8bec8", "bent": "#0f6b4f", "accent": "#b3261e", "positive": "#5096d5",
+         "metal": "#b8bec8", "iron": "#959daa", "bent": "#0f6b4f", "accent": "#b3261e", "positive": "#5096d5",
          "negative": "#eb5b2a"}  # fmt: skip
 DARK = {"ink": "#e9ebef", "soft": "#bcc3cc", "fine": "#98a1ad", "quiet": "#79828e", "body": "#333a44",
-        "metal": "#8b93a0", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
+        "metal": "#8b93a0", "iron": "#6b7380", "bent": "#4fd1a1", "accent": "#ff8a80", "positive": "#5aa9ee",
         "negative": "#f27a4d"}  # fmt: skip
 HALF = 0.45  # luminance below which a background is dark
 

@@ -10,10 +10,13 @@ import numpy as np
 from animations.attachments import attachment_shapes
 from animations.canvas import Canvas, move
 from animations.diagrams import MOTION, SHAPE, Diagram, diagram_named
-from animations.labels import DOT, Label, name_labels, peak_label
+from animations.extents import stack_of
+from animations.labels import DOT, name_labels, peak_label
+from animations.layers import Stack
 from animations.layout import Scales, View, drawable, scales_of, seen_solid, turn_of, view_of
 from animations.legend import Words, drive_words, headings, legend
 from animations.marks import drive_shapes, path_shapes
+from animations.placing import Label, ink_of, without_overlaps
 from animations.shapes import (
     INK,
     QUIET,
@@ -32,7 +35,8 @@ from elastic import Deflection
 from rigid import Reals
 
 LOOKED_AT = 120  # positions by which view and labels are chosen
-FEW = 12  # of these for labels
+SOME, FEW = 40, 12  # of these for solid bodies and for labels
+ARROW = 0.016  # of the mechanism's size, half the radius of a drive's arrow at least
 
 
 class Picture:
@@ -56,9 +60,12 @@ class Picture:
         possible = drawable(deflection, diagram)
         looked_at = possible[:: -(-len(possible) // LOOKED_AT)]
         self.shapes = shapes_of(deflection, diagram, self.scales, style)
-        self.bodies = mechanism_bodies(deflection, diagram, self.scales, style) if style.look == "solid" else []
+        self.bodies, stack = [], None
+        if style.look == "solid":
+            stack = stack_of(deflection, self.scales, style, possible)
+            self.bodies = mechanism_bodies(deflection, diagram, self.scales, style, stack)
         self.view = view_for(self.shapes, self.bodies, looked_at, style)
-        self._labels = self._labelled(deflection, diagram, style, looked_at)
+        self._labels = self._labelled(deflection, diagram, style, looked_at, stack)
         self._canvas = Canvas(style)
         first = int(possible[0])
         self.meshes = [self._canvas.flat(shape, self.view.flat(shape.place(first))) for shape in self.shapes]
@@ -94,7 +101,9 @@ class Picture:
                 mesh.point_data["values"][:] = body.values(position)
                 mesh.GetPointData().GetScalars().Modified()
         for label, text in zip(self._labels, self._texts, strict=True):
-            text.SetInput(label.at(position))
+            words = label.at(position)
+            text.SetVisibility(bool(words))
+            text.SetInput(words or " ")
             text.SetPosition(label.middle[position].real, label.middle[position].imag)
         self._drive.SetInput(self._drive_words(position))
         return self._canvas.image()
@@ -104,18 +113,20 @@ class Picture:
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
 
-    def _labelled(self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any) -> list[Label]:
+    def _labelled(
+        self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any, stack: Stack | None
+    ) -> list[Label]:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]
-        parts = {int(p): [np.zeros(0), *(shape.place(p) for shape in self.shapes)] for p in some}
-        drawn = {position: self.view.flat(np.concatenate(points)) for position, points in parts.items()}
-        moved = self.scales.exaggeration if diagram is SHAPE or style.look == "solid" else 0.0
-        labels = name_labels(deflection, self.scales, self.view, style, drawn, moved)
-        if "peak" in style.show and self.scales.peak:
-            place, label = peak_label(deflection, diagram, self.scales, self.view, style, labels)
-            self.shapes.append(_dot(place, DOT * self.scales.pin))
-            labels.append(label)
-        return labels
+        moved = self.scales.exaggeration if diagram is SHAPE or stack else 0.0
+        ink = ink_of(self.shapes, self.bodies, self.view, [int(position) for position in some], 0.008 * style.unit)
+        names = name_labels(deflection, self.scales, self.view, style, ink, moved)
+        if "peak" not in style.show or not self.scales.peak:
+            return without_overlaps(names)
+        marks = [shape for shape in self.shapes if shape.level == "mark"]
+        place, label = peak_label(deflection, diagram, self.scales, self.view, style, names, marks, stack)
+        self.shapes.append(_dot(place, DOT * self.scales.pin))
+        return without_overlaps([label, *names])
 
     def _write_around(self, deflection: Deflection, diagram: Diagram, style: Style, signed: bool) -> None:
         """Head and foot."""
@@ -136,9 +147,9 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
     """All that moves in a picture and is flat."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
-    shapes = drive_shapes(deflection, scales.pin, moved) if "drives" in style.show else []
+    shapes = drive_shapes(deflection, max(scales.pin, ARROW * scales.size), moved) if "drives" in style.show else []
     if "paths" in style.show:
-        shapes += path_shapes(deflection, drawable(deflection, diagram))
+        shapes += path_shapes(deflection, drawable(deflection, diagram), moved)
     if style.look == "plain":
         shapes += outline_shapes(deflection, style.outlines)
         shapes += link_shapes(deflection, 0.75 * scales.pin, QUIET if diagram is SHAPE else INK)
@@ -156,7 +167,8 @@ def view_for(shapes: list[Shape], bodies: list[Body], positions: Any, style: Sty
     turn = turn_of(style.look)
     unscaled = View(0j, 1.0, turn)
     flat = (unscaled.flat(shape.place(position)) for shape in shapes for position in positions)
-    solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in positions)
+    some = positions[:: -(-len(positions) // SOME)]
+    solid = (seen_solid(body.place(position)[0], turn) for body in bodies for position in some)
     return view_of([*flat, *solid], style, turn)
 
 

@@ -41,7 +41,7 @@ class Shape:
     fill, ink
         Names of their colours, see `paints`.
     width
-        Of the lines, in pixels of a picture 720 high.
+        Of the lines, in pixels of a picture whose `Style.unit` is 720.
     opacity
         Of the fill.
     """

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 
 import numpy as np
 
 from animations.diagrams import STATIONS, Diagram
+from animations.layers import Stack
 from animations.layout import Scales
 from animations.shapes import Complexes, carried, hull, moved_beams
-from animations.solid import ROUND, Body, beam_bodies, cross_sections, prism
+from animations.solid import ROUND, Body, CrossSections, beam_bodies, cross_sections, prism
 from animations.style import Style
 from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
 from elastic import Deflection, sample
@@ -18,56 +19,52 @@ from rigid import Reals, Slider
 
 CIRCLE = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
 THIN = 0.55  # of a pin's diameter, where a section's dimensions are not known
-APART = 1.2  # widths from one layer to the next
+LESS, HEAD, WIDER = 0.55, 0.58, 0.65  # thicknesses of a layer that axles, their heads and rails reach from its middle
 EYE, AXLE = 0.62, 0.34  # radii at the ends of links and of axles, of a pin's diameter
 SHEER = 0.4  # opacity of outlines
+GREYS = "metal", "iron"  # of rigid bodies in one layer and the next, which are told apart by them
 
 
-def mechanism_bodies(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[Body]:
+def mechanism_bodies(
+    deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
+) -> list[Body]:
     """Links, joints and ground as bodies; beams in the colours of the diagram's field, or of the displacement."""
     links = deflection.motion.mechanism.links
-    sections = [cross_sections(section, THIN * scales.pin) for section in deflection.sections]
+    sections = sections_of(deflection, scales)
     owners = [at for at, _ in deflection.motion.mechanism.beams]
-    width = widest(deflection, scales)
-    layer = layers(deflection, width)
     bodies = []
     if sections:
         axes = moved_beams(deflection, scales.exaggeration)
-        bodies.append(beam_bodies(axes, sections, [layer[at] for at in owners], _values(deflection, diagram)))
-    for at, link in enumerate(links):
+        heights = [stack.middle[at] for at in owners]
+        bodies.append(beam_bodies(axes, sections, heights, _values(deflection, diagram)))
+    for at, (link, z) in enumerate(zip(links, stack.middle, strict=True)):
         if link.name in style.outlines:
             outline = np.array(style.outlines[link.name], complex)
             half = 0.52 * THIN * scales.pin
-            bodies.append(_slab(deflection, at, scales.exaggeration, layer[at], half, outline, "", "quiet", SHEER))
-    for at, link in enumerate(links[1:], 1):
-        widths = [float(each.width.max()) for each, owner in zip(sections, owners, strict=True) if owner == at]
-        thick = max(*widths, THIN * scales.pin) if widths else THIN * scales.pin
-        place = partial(_slab, deflection, at, scales.exaggeration, layer[at], 0.52 * thick)
+            bodies.append(_slab(deflection, at, scales.exaggeration, z, half, outline, "", "quiet", SHEER))
+    for at, (link, thick) in enumerate(zip(links, thicknesses(deflection, scales), strict=True)):
+        if at == 0:
+            continue
+        place = partial(_slab, deflection, at, scales.exaggeration, stack.middle[at], 0.52 * thick)
         bodies += [place(EYE * scales.pin * CIRCLE, point, smooth=True) for point in link.points]
         if not link.beams and len(link.points) > 1:
             corners = np.array(list(link.points.values()), complex)
-            bodies.append(place(hull((corners[:, None] + 0.5 * scales.pin * CIRCLE).ravel())))
-    return bodies + _joints(deflection, scales, layer, width)
+            fill = GREYS[stack.layer[at] % 2]
+            bodies.append(place(hull((corners[:, None] + 0.5 * scales.pin * CIRCLE).ravel()), fill=fill))
+    return bodies + _joints(deflection, scales, stack)
 
 
-def widest(deflection: Deflection, scales: Scales) -> float:
-    """Width of the widest beam, across the plane of motion [m]."""
-    sections = (cross_sections(section, THIN * scales.pin) for section in deflection.sections)
-    return max([float(each.width.max()) for each in sections] + [THIN * scales.pin])
+def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
+    """What every beam looks like."""
+    return [cross_sections(section, THIN * scales.pin) for section in deflection.sections]
 
 
-def layers(deflection: Deflection, width: float) -> list[float]:
-    """z of every link's middle [m], the ground behind all: links that a joint joins are in different layers."""
-    links = deflection.motion.mechanism.links
-    beside: list[set[int]] = [set() for _ in links]
-    for joint in deflection.motion.structure.joints:
-        beside[joint.parent].add(joint.child)
-        beside[joint.child].add(joint.parent)
-    found = [-1] * len(links)
-    for at in range(1, len(links)):
-        taken = {found[other] for other in beside[at] if 0 < other < at}
-        found[at] = next(layer for layer in range(len(links)) if layer not in taken)
-    return [APART * width * (number - max(found) / 2) for number in found]
+def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
+    """How far every link reaches across the plane of motion [m]: as its widest beam, at least as a rigid body."""
+    found = [THIN * scales.pin] * len(deflection.motion.mechanism.links)
+    for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
+        found[at] = max(found[at], float(section.width.max()))
+    return found
 
 
 def _values(deflection: Deflection, diagram: Diagram) -> Callable[[int], Reals]:
@@ -98,29 +95,31 @@ def _slab(
     return prism(carried(deflection, at, local, exaggeration), len(local), z - half, z + half, fill, opacity, smooth)
 
 
-def _joints(deflection: Deflection, scales: Scales, layer: list[float], width: float) -> list[Body]:
+def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[Body]:
     """Axles through the links that they join, pedestals on the ground, sliding blocks and their rails."""
     motion, pin = deflection.motion, scales.pin
-    back = layer[0]
-    reach: dict[str, list[float]] = {}
-    child: dict[str, int] = {}
+    joined: dict[str, set[int]] = {}
     bodies: list[Body] = []
     for joint in motion.structure.joints:
         if joint.slider is not None:
-            bodies += _slider(deflection, joint.slider, scales, layer, width)
+            bodies += _slider(deflection, joint.slider, scales, stack)
             continue
-        child[joint.name] = joint.child
-        for link in (joint.parent, joint.child):
-            reach.setdefault(joint.name, []).append(layer[link])
-        if 0 in (joint.parent, joint.child):
-            corners = complex(motion.mechanism.links[0].points[joint.name]) + pin * PEDESTAL
-            bodies.append(prism(lambda _, still=corners: still, len(corners), back - 0.5 * width, back + 0.5 * width))  # type: ignore[misc]
-    for name, levels in reach.items():
-        middle = moved_place(deflection, child[name], name, scales.exaggeration)
-        low, high = min(levels) - 0.55 * width, max(levels) + 0.75 * width
-        axle = partial(_round, middle, AXLE * pin)
-        bodies.append(prism(axle, ROUND, low, high, "soft", smooth=True))
+        joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
+    for name, links in joined.items():
+        middle = moved_place(deflection, max(links), name, scales.exaggeration)
+        low, high = _between(stack, links, LESS, HEAD)
+        bodies.append(prism(partial(_round, middle, AXLE * pin), ROUND, low, high, "soft", smooth=True))
+        if 0 in links:
+            corners = complex(motion.mechanism.links[0].points[name]) + pin * PEDESTAL
+            foot = _between(stack, {0}, 0.5, 0.5)
+            bodies.append(prism(lambda _, still=corners: still, len(corners), *foot))  # type: ignore[misc]
     return bodies
+
+
+def _between(stack: Stack, links: Collection[int], below: float, above: float) -> tuple[float, float]:
+    """From the hindmost to the foremost of some links and so many of their thicknesses beyond their middles [m]."""
+    low = min(stack.middle[at] - below * stack.thick[at] for at in links)
+    return low, max(stack.middle[at] + above * stack.thick[at] for at in links)
 
 
 def _round(middle: Complexes, radius: float, position: int) -> Complexes:
@@ -128,18 +127,32 @@ def _round(middle: Complexes, radius: float, position: int) -> Complexes:
     return circle
 
 
-def _slider(deflection: Deflection, slider: Slider, scales: Scales, layer: list[float], width: float) -> list[Body]:
-    motion, pin = deflection.motion, scales.pin
-    on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
+def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
+    """Corners of a sliding block at all positions [m], shape (positions, 4)."""
+    motion = deflection.motion
+    along = motion.direction[motion.mechanism.index[slider.on]] * slider.direction
     middle = moved_place(deflection, slider.link, slider.point, scales.exaggeration)
-    along = motion.direction[on] * slider.direction
-    z = layer[at] if on == 0 else (layer[at] + layer[on]) / 2
-    half = 0.6 * width + abs(z - layer[at])
-    box = prism(lambda p: middle[p] + pin * along[p] * BLOCK, 4, z - half, z + half)
+    corners: Complexes = middle[:, None] + scales.pin * along[:, None] * BLOCK
+    return corners
+
+
+def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
+    """Corners of what a block slides along on the ground [m]."""
     start, end = slide(deflection, slider, pin)
-    if on:  # a thin bar, within the beam where there is one
-        bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
-        return [box, _slab(deflection, on, scales.exaggeration, layer[on], 0.05 * width, bar)]
     way = under(end - start)
-    rail = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
-    return [box, prism(lambda _: rail, 4, z - 1.2 * half, z + 1.2 * half, "quiet")]
+    corners: Complexes = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way
+    return corners
+
+
+def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[Body]:
+    """A block about the link that carries it, or on a rail on the ground."""
+    pin, motion = scales.pin, deflection.motion
+    on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]
+    corners = block(deflection, slider, scales)
+    box = prism(lambda p: corners[p], 4, *_between(stack, {on, at} - {0}, LESS, LESS))
+    if on:  # a thin bar, within the beam where there is one
+        start, end = slide(deflection, slider, pin)
+        bar = np.array([start, end])[[0, 1, 1, 0]] + 0.1j * pin * slider.direction * np.array([-1, -1, 1, 1])
+        return [box, _slab(deflection, on, scales.exaggeration, stack.middle[on], 0.05 * stack.thick[on], bar)]
+    under_it = rail(deflection, slider, pin)
+    return [box, prism(lambda _: under_it, 4, *_between(stack, {at}, WIDER, WIDER), "quiet")]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from animations.paints import colour
 
 LOOKS = ("plain", "solid")
+NARROW = 0.62  # of a picture's width: what its letters go with where it is higher
 SHOWN = ("names", "links", "peak", "drives", "paths", "deformed")
 
 
@@ -60,3 +61,8 @@ class Style:
             if word not in SHOWN:
                 raise ValueError(f'"{word}" cannot be shown: choose from {", ".join(SHOWN)}')
         colour(self.background)
+
+    @property
+    def unit(self) -> float:
+        """What letters, margins and lines go with [pixels]: the height, or less of a picture that is narrow."""
+        return min(float(self.size[1]), NARROW * self.size[0])

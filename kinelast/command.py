@@ -285,6 +285,7 @@ def _request(options: argparse.Namespace) -> Request | str:
         samples=options.samples,
         optimize=options.optimize,
         units=options.units,
+        changes=tuple(options.set),
     )
     try:
         require_pictures(request)

@@ -58,6 +58,8 @@ def parsed(argv: Sequence[str]) -> argparse.Namespace:
             parser.error(why)
     if options.scheduler and not options.sweep:
         parser.error("--scheduler belongs to --sweep, which is not asked for")
+    if options.set and (options.sweep or options.design is not None or options.structure):
+        parser.error("--set belongs to a report: a sweep varies numbers by [sweep]")
     if options.theory and options.accuracy:
         parser.error("--accuracy chooses the theory: leave out --theory or --accuracy")
     options.stations = options.stations or STATIONS
@@ -159,6 +161,13 @@ def _parser() -> argparse.ArgumentParser:
         "--scheduler",
         metavar="ADDRESS",
         help='of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
+    )
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="PATH=VALUE",
+        help='what if: another number for one of the scene, as in "links.rod.length=330 mm"; as often as needed',
     )
     add("--units", choices=UNITS, help="of the page and of positions.csv, instead of the scene's own [SI]")
     add("--structure", action="store_true", help="tell mobility, loops and groups instead, and draw the skeleton")

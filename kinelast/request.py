@@ -40,6 +40,7 @@ class Request:
     samples: int | None = None
     optimize: bool = False
     units: str | None = None
+    changes: tuple[str, ...] = ()
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""

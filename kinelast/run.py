@@ -25,7 +25,7 @@ from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Ou
 from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
-from kinelast.scene.reading import Scene, scene_from_bytes, scene_times
+from kinelast.scene.reading import Scene, scene_from_bytes, scene_from_text, scene_times
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 from rigid import MechanismError
@@ -82,6 +82,10 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
     scene = scene_from_bytes(content, task.path)
+    if request.changes:
+        from kinelast.designs.rewritten import with_changes
+
+        scene = scene_from_text(with_changes(scene.text, request.changes, scene.path), scene.name, scene.path)
     if request.units:
         scene = replace(scene, report_units=request.units)
     positions = request.positions or scene.run.positions
@@ -203,8 +207,9 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    for words in figures.get("optimum", {}).get("words", ()):
-        line += f"\n{task.name}: {words}"
+    for study in ("sensitivities", "tolerances", "optimum"):
+        for words in figures.get(study, {}).get("words", ()):
+            line += f"\n{task.name}: {words}"
     failed = figures["failed"]
     for name, fault in failed.items():
         line += f"\n{task.name}: the program failed on {name}, please report this:\n{fault}"

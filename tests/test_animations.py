@@ -313,7 +313,8 @@ class TestFiles:
             stills(bent, "deflection", [2], tmp_path / "x.png", SMALL)
         with pytest.raises(ValueError, match=f"3 frames from {len(possible)} positions"):
             movie(bent, "deflection", tmp_path / "x.gif", 3, SMALL)
-        assert stills(bent, "deflection", [0], tmp_path / "x.png", SMALL)
+        for look in ("plain", "solid"):
+            assert stills(bent, "deflection", [0], tmp_path / "x.png", Style(size=(320, 192), look=look))
 
     @pytest.mark.parametrize(
         ("change", "message"),

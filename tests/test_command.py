@@ -602,3 +602,26 @@ def test_the_table_of_a_batch_is_written_as_parquet_too(arm, tmp_path):
     (tmp_path / "out" / "summary.parquet").write_bytes(b"mine")
     assert main(call) == 2
     assert (tmp_path / "out" / "summary.parquet").read_bytes() == b"mine"
+
+
+def test_what_if_numbers_were_others(tmp_path, capsys):
+    given = tmp_path / "arm.toml"
+    given.write_text(ARM)
+    (tmp_path / "long.toml").write_text(edited(ARM, ("A = [0.2, 0]", "A = [0.25, 0]")))
+    options = ["--quiet", "--theory", "quasi-static", "-o", str(tmp_path / "out")]
+    assert main([str(given), *options, "--set", "points.A.x = 25 cm", "--set", "run.positions=4"]) == 0
+    assert main([str(tmp_path / "long.toml"), *options, "--positions", "4"]) == 0
+    one, other = (json.loads((tmp_path / "out" / name / "summary.json").read_text()) for name in ("arm", "long"))
+    assert one["peaks"] == other["peaks"]
+    assert one["scene"]["title"] == "A turning arm, points.A.x = 25 cm, run.positions=4"
+    assert main([str(given), *options, "--set", "points.A.x=25 cm", "--set", "run.positions=4", "--resume"]) == 0
+    capsys.readouterr()
+    for change, words in (
+        ("points.A.x", "expected a path and a value"),
+        ("points.A.z=1", 'did you mean "points.A.y"'),
+        ("points.A.x=1 N", 'got "1 N"'),
+    ):
+        assert main([str(given), *options, "--set", change]) == 2
+        assert words in capsys.readouterr().err
+    assert main([str(given), "--sweep", "--set", "points.A.x=1"]) == 2
+    assert "--set belongs to a report" in capsys.readouterr().err

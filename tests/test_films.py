@@ -12,15 +12,17 @@ from test_animations import SMALL, STEEL, cantilever, over, turned
 from animations import Picture, Style, movie, off_screen
 from animations.attachments import attachment_shapes
 from animations.diagrams import diagram_named
-from animations.labels import Label, name_labels, peak_label
+from animations.extents import stack_of
+from animations.labels import name_labels, peak_label
 from animations.layout import FOOT, HEAD, MARGIN, drawable, scales_of, turn_of
 from animations.marks import drive_shapes, path_shapes
 from animations.paints import paints
 from animations.picture import shapes_of, view_for
-from animations.shapes import NEGATIVE, POSITIVE
+from animations.placing import Label, ink_of
+from animations.shapes import NEGATIVE, POSITIVE, Shape
 from animations.solid import beam_bodies, cross_sections, prism
-from animations.solid_mechanism import layers, mechanism_bodies
-from elastic import Section, circle, deflection, rectangle, section_of, tapered, tube
+from animations.solid_mechanism import mechanism_bodies
+from elastic import Section, circle, deflection, displacement_of, rectangle, section_of, tapered, tube
 from kinelast.command import main
 from rigid import Gear, Link, Mechanism, PinDrive, Spring, motion
 
@@ -97,18 +99,13 @@ class TestSolid:
         bent = cantilever([0.0])
         style = Style(size=(320, 192), look="solid", exaggeration=0.25)
         scales = scales_of(bent, diagram_named("bending-moment"), style)
-        body = mechanism_bodies(bent, diagram_named("bending-moment"), scales, style)[0]
+        stack = stack_of(bent, scales, style, [0])
+        body = mechanism_bodies(bent, diagram_named("bending-moment"), scales, style, stack)[0]
         tip = body.place(0)[0].reshape(len(STATIONS), -1, 3)[-1].mean(axis=0)
         sag, stretch = -5.0 * 10.0 * 2.0**4 / (8 * 1e3), 5.0 * 3.0**2 * 2.0**3 / (3 * 1e6)
         assert tip[:2] == pytest.approx([2.0 + 0.25 * stretch, 0.25 * sag], abs=1e-12)
         values = body.values(0).reshape(len(STATIONS), -1)
         assert values == pytest.approx(np.tile(-25.0 * (2.0 - 2.0 * STATIONS[:, None]) ** 2, values.shape[1]))
-
-    def test_joined_links_are_in_different_layers(self, four_bar):
-        heights = layers(four_bar, 0.01)
-        for joint in four_bar.motion.structure.joints:
-            assert abs(heights[joint.parent] - heights[joint.child]) > 0.01
-        assert heights[0] == min(heights)
 
     def test_the_view_is_a_rotation(self):
         for look in ("plain", "solid"):
@@ -144,6 +141,10 @@ class TestAround:
         assert abs(crank.place(0)) == pytest.approx(0.1)
         assert crank.place(0)[0] == crank.place(0)[-1]  # joined
         assert abs(coupler.place(0) - 0.35) == pytest.approx(0.25)
+        moved = path_shapes(four_bar, np.arange(12), 20.0)[1].place(0)[:12]
+        apart = moved - coupler.place(0)[:12]
+        assert apart == pytest.approx(20.0 * displacement_of(four_bar, "rocker", "B"))
+        assert np.all(abs(apart) > 1e-6)
 
     def test_springs_reach_from_end_to_end_and_wheels_touch(self):
         links = (
@@ -157,6 +158,10 @@ class TestAround:
         mechanism = Mechanism(links, (PinDrive("one", "O"),), drawing, gears=(gear,), loads=(spring,))
         zigzag, first, second = attachment_shapes(turned(mechanism, [STEEL] * 2), 0.01)
         assert zigzag.place(0)[[0, -1]] == pytest.approx([0.1, 1j])
+        bent = turned(mechanism, [STEEL] * 2)
+        stretched = attachment_shapes(bent, 0.01, 50.0)[0].place(0)[[0, -1]]
+        assert stretched == pytest.approx([0.1 + 50.0 * displacement_of(bent, "one", "A")[0], 1j])
+        assert abs(stretched[0] - 0.1) > 1e-6
         radii = [abs(wheel.place(0)[:-1] - wheel.place(0)[-1]) for wheel in (first, second)]
         assert radii[0] == pytest.approx(0.2)  # the follower turns twice as fast
         assert radii[1] == pytest.approx(0.1)
@@ -169,6 +174,8 @@ class TestAround:
         short = deflection(motion(mechanism, np.zeros((2, 1))), [STEEL] * 2)
         assert scales_of(wide, DEFLECTION, SMALL).pin == pytest.approx(0.026 * 4.0)
         assert scales_of(short, DEFLECTION, SMALL).pin <= 0.5 * 0.06
+        arrow = shapes_of(short, DEFLECTION, scales_of(short, DEFLECTION, SMALL), Style(show=("drives",)))[0].place(0)
+        assert abs(arrow[:-3]) == pytest.approx(2 * 0.016 * 2.06)  # but arrows are seen
 
 
 class TestWords:
@@ -183,16 +190,20 @@ class TestWords:
         assert [label.at(0), label.at(1)] == ["-100 N·m", "100 N·m"]
         assert place == pytest.approx(np.array([-1j, -1j]) * 100.0 * scales.scale)  # at the root, below it both times
         assert np.all(label.middle.imag < view.flat(place).imag)
-        name = Label("root", label.middle, label.height, "ink")
+        name = Label("root", label.middle, label.height, "ink", label.half)
         _, moved = peak_label(bent, diagram, scales, view, style, [name])
         assert np.all(abs(moved.middle - label.middle).real > 10)
+        arrow = Shape("mark", lambda position: label.middle[[position]] / view.pixels + view.corner)
+        _, beside = peak_label(bent, diagram, scales, view, style, marks=[arrow])
+        way = beside.middle - label.middle
+        assert np.all((abs(way.real) >= label.half.real) | (abs(way.imag) >= label.half.imag))
 
     def test_names_hide_neither_each_other_nor_the_links(self, four_bar):
         style = Style(size=(640, 384), show=("names", "links"))
         scales = scales_of(four_bar, DEFLECTION, style)
         view = view_for(shapes_of(four_bar, DEFLECTION, scales, style), [], range(12), style)
-        drawn = {position: np.zeros(0, complex) for position in range(0, 12, 3)}
-        labels = name_labels(four_bar, scales, view, style, drawn, 0.0)
+        drawn = range(0, 12, 3)
+        labels = name_labels(four_bar, scales, view, style, ink_of([], [], view, drawn, 5.0), 0.0)
         assert sorted(label.text for label in labels) == ["A", "B", "D", "O", "coupler", "crank", "rocker"]
         for position in drawn:
             at = {label.text: label.middle[position] for label in labels}
@@ -230,6 +241,23 @@ class TestColours:
         mixed = [np.count_nonzero(np.abs(part - wanted).max(axis=2) < 3) for part in parts]
         assert mixed[0] > 20
         assert max(mixed[1:]) > 50
+
+    @pytest.mark.parametrize("background", ["white", "#101418"])
+    def test_the_front_of_a_body_has_the_colour_of_its_value(self, background):
+        import matplotlib as mpl
+
+        bent = deflection(cantilever([0.0]).motion, [section_of(rectangle(0.2, 0.1), 210e9)])
+        style = Style(size=(640, 360), look="solid", show=(), background=background)
+        with off_screen(), Picture(bent, "von-mises-stress", style) as picture:
+            image = picture.show(0).astype(int)
+            points = picture.bodies[0].place(0)[0].reshape(len(STATIONS), -1, 3)
+            front = points[points[..., 2] == points[..., 2].max()].reshape(len(STATIONS), -1, 3).mean(axis=1)
+            pixels = picture.view.solid(front)
+            values = picture.bodies[0].values(0).reshape(len(STATIONS), -1)[:, 0] / picture.scales.peak
+        for station in range(6, 43, 6):
+            x, y = pixels[station, :2]
+            wanted = 255 * np.array(mpl.colormaps["YlOrRd"](values[station])[:3])
+            assert np.abs(image[int(360 - y), int(x)] - wanted).max() < 14
 
     def test_lines_are_light_on_a_dark_background(self, four_bar):
         with off_screen(), Picture(four_bar, "motion", Style(size=(320, 192), background="#101418")) as picture:

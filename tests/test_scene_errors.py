@@ -54,7 +54,10 @@ def segments(*pieces: str) -> tuple[str, str]:
 MISTAKES = [
     # What stands in the file at all.
     ("syntax", FOUR_BAR, [("[run]", "[run")], "", "", r"not readable as TOML: .*line 43"),
-    ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: .*line 34"),
+    ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: Cannot declare \[links.crank\] twice .*line 34"),
+    ("quotes of a word processor", FOUR_BAR, [('"6 mm"', "“6 mm”")], "", "", "straight quotes"),
+    ("a decimal comma", FOUR_BAR, [('"6 mm"', "0,006  # m")], "", "", "write 0.006$"),
+    ("a text without quotes", FOUR_BAR, [('"rectangle"', "rectangle  # of steel")], "", "", 'as in "rectangle"$'),
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),
     ("unknown key of a link", FOUR_BAR, [("section =", "secton =")], "links.crank", "secton", 'did you mean "section"'),
@@ -108,6 +111,10 @@ MISTAKES = [
     ("a place with a word", FOUR_BAR, [("[0.1, 0.0]", '[0.1, "x"]')], "points", "A y", 'expected a length.* got "x"'),
     ("poisson", FOUR_BAR, [("0.3", "0.7")], "materials.steel", "poisson", r"expected a number <= 0.5"),
     ("poisson and G", FOUR_BAR, [("0.3", '0.3\nG = "80 GPa"')], "materials.steel", "poisson", "not both"),
+    ("a tube of no wall", FOUR_BAR, [('"rectangle"', '"tube"'), ("depth", "outer"), ('width = "10 mm"', "")], "sections.bar", "inner", "inner or wall"),
+    ("a tube of two walls", FOUR_BAR, [('"rectangle"', '"tube"\nwall = "1 mm"'), ("depth", "outer"), ("width", "inner")], "sections.bar", "inner", "one of them"),
+    ("a thick wall", FOUR_BAR, [('"rectangle"', '"tube"'), ("depth", "outer"), ('width = "10 mm"', 'wall = "3 mm"')], "sections.bar", "wall",
+     "less than half of outer, 0.003 m, got 0.003 m"),
     ("tube", FOUR_BAR, [('"rectangle"', '"tube"'), ("depth", "outer"), ("width", "inner")], "sections.bar", "inner",
      "below outer, 0.006 m, got 0.01 m"),
     ("positions", FOUR_BAR, [("= 36", "= 0")], "run", "positions", "expected a whole number >= 1"),
@@ -295,7 +302,7 @@ MISTAKES = [
     # What only the mechanism as a whole tells.
     ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "no drive turns steadily"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
-     r'"arm" are left with 1 freedom'),
+     r'link "arm" is left with 1 freedom: add a drive or a joint for each; of one link alone, and so no joint: "P"$'),
     ("two drives of one pin", FOUR_BAR, [add('[[drives]]\nlink = "crank"\nspeed = 1')], "drives", "", 'two drives move the joint "O"'),
     ("drawn in line", FOUR_BAR, [("B = [0.28, 0.24]", "B = [0.3, 0.0]"), ("A = [0.1, 0.0]", "A = [0.05, 0.0]")], "points", "", "drawn in line"),
     ("pin not drawn", FOUR_BAR, [('["A", "B"]', "{A = [0, 0], Q = [0.3, 0]}"), ('["D", "B"]', "{D = [0, 0], Q = [0.25, 0]}")],

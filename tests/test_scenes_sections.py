@@ -1,11 +1,14 @@
 """What a scene says of beams and joints that give way: tapers, shear, free strain, rings, guides, soft joints."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import deflection, displacement_of, extremes, sample
 from kinelast.command import main
+from kinelast.designs import evaluate
 from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
@@ -75,14 +78,32 @@ class TestSections:
         assert mass == pytest.approx(8000 * 0.01 * 0.015 * L)
         assert first / mass == pytest.approx(L * (20 + 2 * 10) / (3 * (20 + 10)))
 
-    @pytest.mark.parametrize("shape", ['"circle"\ndiameter', '"tube"\ninner = "5 mm"\nouter'])
-    def test_round_sections_taper_too(self, shape):
+    @pytest.mark.parametrize(
+        ("shape", "hole"),
+        [
+            ('"circle"\ndiameter', lambda outer: 0.0),
+            ('"tube"\ninner = "5 mm"\nouter', lambda outer: 0.005),
+            ('"tube"\nwall = "2 mm"\nouter', lambda outer: outer - 0.004),
+            ('"tube"\nwall = ["2 mm", "3 mm"]\nouter', lambda outer: outer - 0.004 - 0.002 * (0.02 - outer) / 0.01),
+        ],
+    )
+    def test_round_sections_taper_too(self, shape, hole):
         drawn = '"rectangle"\ndepth = "20 mm"\nwidth = "10 mm"'
         text = edited(LOADED_ARM, (drawn, f'{shape} = ["20 mm", "10 mm"]'))
-        hole = 0.005 if "inner" in shape else 0.0
         x = (np.arange(200000) + 0.5) / 200000 * L
-        inertia = np.pi * ((0.02 - 0.01 * x / L) ** 4 - hole**4) / 64
+        outer = 0.02 - 0.01 * x / L
+        inertia = np.pi * (outer**4 - hole(outer) ** 4) / 64
         assert tip(text) == pytest.approx(-1j * np.mean(P * (L - x) ** 2 / (E * inertia)) * L, rel=1e-8)
+
+    def test_a_tube_by_its_wall(self):
+        drawn = '"rectangle"\ndepth = "20 mm"\nwidth = "10 mm"'
+        outer, wall = np.array([0.018, 0.03]), np.array([0.001, 0.004])
+        inertia = np.pi * (outer**4 - (outer - 2 * wall) ** 4) / 64
+        text = edited(LOADED_ARM, (drawn, f'"tube"\nouter = {outer[0]}\nwall = {wall[0]}'))
+        assert tip(text) == pytest.approx(-1j * P * L**3 / (3 * E * inertia[0]), rel=1e-12)
+        paths = ["sections.bar.outer", "sections.bar.wall"]
+        found = evaluate(tomllib.loads(text), paths, np.array([outer, wall]).T, ["deflection"])
+        np.testing.assert_allclose(found.columns["deflection"], P * L**3 / (3 * E * inertia), rtol=1e-9)
 
     def test_stress_and_yield_come_from_shape_and_material(self):
         text = edited(LOADED_ARM, ("force", "moment = 0\nforce"))

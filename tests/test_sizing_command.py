@@ -19,6 +19,7 @@ from kinelast.designs.plan import plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.together import together
 from kinelast.designs.variables import numbers, place_of
+from kinelast.numbers import quantity
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_scene
 
@@ -85,7 +86,11 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
         assert {len(row) for row in rows} == {len(rows[0])}
     for name in ("sensitivities.svg", "tolerances.svg"):
         assert ET.fromstring((folder / name).read_text(encoding="utf-8")).tag.endswith("svg")
-    assert "held by deflection" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "held by deflection" in told
+    assert f"four: {summary['sensitivities']['figures'][0]['words'][0]}\n" in told
+    low, median, high = (quantity(ranges["whole_error"]["sampled"][key], "rad") for key in ("low", "median", "high"))
+    assert f"four: whole_error of 95 % of the machines: {low} to {high}, of half of them below {median}\n" in told
     text = (folder / "optimum.toml").read_text(encoding="utf-8")
     assert 'mm"     # in the plane' in text  # its comments and units stay
     assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0  # acceptable

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import tomlkit
 
-from kinelast.designs.variables import Place, place_of
-from kinelast.scene.parsing import parse_scene
+from kinelast.designs.variables import Place, place_of, read_value
+from kinelast.scene.error import fault
+from kinelast.scene.parsing import parse_scene, parse_toml
 from kinelast.scene.quantities import Direction
+from kinelast.scene.text import of_file
 from kinelast.scene.units import FORM, TYPESET, Quantity
 
 DIGITS = 12
@@ -42,6 +45,40 @@ def rewritten(text: str, values: Mapping[str, float], head: str = "", which: str
     lines = tomlkit.dumps(document).splitlines(keepends=True)
     kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
     return "".join([f"# {head}\n" if head else "", *kept])
+
+
+def with_changes(text: str, changes: Sequence[str], path: str = "") -> str:
+    """A scene's text with other values as they were typed, each as in "links.rod.length=330 mm"; its title tells them.
+
+    Parameters
+    ----------
+    path
+        Of the scene's file, for messages.
+
+    Raises
+    ------
+    SceneError
+        No number of a name, or a value that cannot stand there.
+    """
+    with of_file(path):
+        tables = parse_toml(text)
+        values = {}
+        for change in changes:
+            name, equals, value = (part.strip() for part in change.partition("="))
+            if not equals:
+                raise fault(
+                    "", "", f'--set: expected a path and a value, as in "links.rod.length=330 mm", got "{change}"'
+                )
+            values[name] = read_value(tables, name, _typed(value))
+        return rewritten(text, values, which=", ".join(changes))
+
+
+def _typed(value: str) -> int | float | str:
+    """A number, or else a text with a unit."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(value)
+    return value
 
 
 def _put(document: Any, place: Place, value: float) -> None:

@@ -18,14 +18,17 @@ from kinelast.numbers import number, quantity
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by")  # fmt: skip
 MOST_BARS = 12
+TOLD = 2  # figures of which the closing words tell
 SIZED = 5e-4  # per cent to one per cent: what changes a figure by less is not drawn
 
 
 def sensitivity_figures(
     found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Sensitivities as plain data that JSON can hold; what is not known is null."""
+    """Sensitivities as plain data that JSON can hold, what is not known null; `words` tell what matters most."""
+    rows = range(min(TOLD, len(found.figures)))
     return {
+        "words": [words for row in rows for _, words in _ranked(found, variables, row)[:1]],
         "numbers": [{"path": one.path, "value": one.base, "unit": one.unit} for one in variables],
         "figures": [
             {

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.designs.accuracy import GEOMETRIC, WHOLE
 from kinelast.designs.bars import Bars, bars_svg
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import FirstOrder, Scatter, Tolerance
 from kinelast.designs.variables import Variable
 from kinelast.numbers import number, quantity
 
+TOLD = 2  # figures of which the closing words tell, where there are no errors of the output
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
 
 
@@ -53,7 +55,7 @@ class Toleranced:
 
 
 def tolerance_figures(found: Toleranced) -> dict[str, Any]:
-    """Ranges of figures as plain data that JSON can hold; what is not known is null."""
+    """Ranges of figures as plain data that JSON can hold, what is not known null; `words` tell the first of them."""
     numbers = [
         {
             "path": one.path,
@@ -65,7 +67,15 @@ def tolerance_figures(found: Toleranced) -> dict[str, Any]:
         for one, tolerance in zip(found.variables, found.tolerances, strict=True)
     ]
     figures = [_figure(found, row, name) for row, name in enumerate(found.nominal.figures)]
-    return {"designs": found.designs, "numbers": numbers, "figures": figures}
+    names = [name for name in (GEOMETRIC, WHOLE) if name in found.sampled] or found.nominal.figures[:TOLD]
+    words = [_told(name, found.sampled[name], found.units[name]) for name in names]
+    return {"designs": found.designs, "words": words, "numbers": numbers, "figures": figures}
+
+
+def _told(name: str, sampled: Scatter, unit: str) -> str:
+    """The range of a figure in words."""
+    low, median, high = (quantity(value, unit) for value in (sampled.low, sampled.median, sampled.high))
+    return f"{name} of 95 % of the machines: {low} to {high}, of half of them below {median}"
 
 
 def _figure(found: Toleranced, row: int, name: str) -> dict[str, Any]:

@@ -76,10 +76,11 @@ class Circle(Table, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
 
 
 class Tube(Table, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
-    """A circular tube by its diameters."""
+    """A circular tube by its outer diameter, and its inner one or its wall."""
 
     outer: Sizes
-    inner: Sizes
+    inner: Sizes | None = None
+    wall: Sizes | None = None
 
 
 class Properties(Table, frozen=True, kw_only=True, tag_field="shape", tag="properties"):

@@ -16,8 +16,8 @@ from kinelast.scene.error import fault
 
 
 def real(quantity: Any) -> Any:
-    """A quantity as a number, or as an array where it differs by design."""
-    each = getattr(quantity, "each", None)
+    """A quantity as a number, or as an array where it differs by design; such an array stays."""
+    each = quantity if isinstance(quantity, np.ndarray) else getattr(quantity, "each", None)
     return float(quantity) if each is None else each
 
 

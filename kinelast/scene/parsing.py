@@ -62,9 +62,32 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise fault("", "", f"not readable as TOML: {error}{_toml_hint(text, str(error))}") from None
+        told = re.sub(r"\('(.*?)',?\)", lambda names: f"[{names[1]}]".replace("', '", "."), str(error))
+        raise fault("", "", f"not readable as TOML: {told}{_toml_hint(text, str(error))}") from None
     except ValueError:  # Python's bound on the digits of a whole number
         raise fault("", "", "not readable as TOML: a whole number of thousands of digits") from None
+
+
+KEY = r"""\s*[\w."'-]+\s*=\s*"""
+HINTS: tuple[
+    tuple[str, Callable[[re.Match[str]], str]], ...
+] = (  # what a line looks like that is no TOML, and its likely correction
+    (
+        r"[^#]*?([\u201a-\u201f\u2018\u2019\u00ab\u00bb])",
+        lambda found: f'a text stands in straight quotes, ", not in {found[1]}',
+    ),
+    (KEY + r"([-+]?\d+),(\d+)\s*(?:#|$)", lambda found: f"a decimal point is a point: write {found[1]}.{found[2]}"),
+    (
+        KEY + r"([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)",
+        lambda found: f'a number with a unit stands in quotes, as in "{found[1]}"',
+    ),
+    (
+        r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=",
+        lambda found: f"a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}",
+    ),
+    (r'[^"]*"[^"]*(?:"[^"]*"[^"]*)*$', lambda _: "is a closing quote missing?"),
+    (KEY + r"""([^\W\d][^"'\[{#]*)""", lambda found: f'a text stands in quotes, as in "{found[1].strip()}"'),
+)
 
 
 def _toml_hint(text: str, message: str) -> str:
@@ -72,13 +95,8 @@ def _toml_hint(text: str, message: str) -> str:
     at = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     line = lines[int(at[1]) - 1][:200] if at and int(at[1]) <= len(lines) else ""
-    if found := re.match(r"\s*[\w.\"'-]+\s*=\s*([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)", line):
-        return f'; a number with a unit stands in quotes, as in "{found[1]}"'
-    if found := re.match(r"\s*\[+\s*(?:[\w-]+\.)*([\w-]+(?:\s+[\w-]+)+)|\s*([\w-]+(?:\s+[\w-]+)+)\s*=", line):
-        return f"; a name holds no spaces: write {'_'.join((found[1] or found[2]).split())}"
-    if line.count('"') % 2:
-        return "; is a closing quote missing?"
-    return ""
+    matches = ((re.match(pattern, line), words) for pattern, words in HINTS)
+    return next((f"; {words(found)}" for found, words in matches if found), "")
 
 
 def is_chain(raw: Mapping[str, Any]) -> bool:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Any, TypeVar
 
+import numpy as np
+
 from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
 from kinelast.scene.data import Making
 from kinelast.scene.error import fault, likely
@@ -105,35 +107,50 @@ def _made(
         return made, (1.0,)
     function, start, end = _dimensions(shape, name)
     if start == end:
-        whole = function(*(real(size) for size in start))
-        return section_of(whole, real(stuff.E), poisson, limit, shear=shear), (1.0,)
+        return section_of(function(*start), real(stuff.E), poisson, limit, shear=shear), (1.0,)
     taper, mass_taper = tapered(function, start, end, poisson or 0.0)
     return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
 
 
 def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], Any, Any]:
     """What makes the shape, and its dimensions at the two ends [m]."""
-    start: Any
-    end: Any
+    made: Callable[..., Shape]
+    sizes: tuple[Any, ...]
     if isinstance(shape, Rectangle):
-        start, end = zip(shape.depth, shape.width, strict=True)
-        return rectangle, start, end
-    if isinstance(shape, Circle):
-        return circle, shape.diameter[:1], shape.diameter[1:]
-    assert isinstance(shape, Tube)
-    for outer, inner in zip(shape.outer, shape.inner, strict=True):
-        require_smaller(name, real(inner), real(outer))
-    start, end = zip(shape.outer, shape.inner, strict=True)
-    return tube, start, end
+        made, sizes = rectangle, (shape.depth, shape.width)
+    elif isinstance(shape, Circle):
+        made, sizes = circle, (shape.diameter,)
+    else:
+        assert isinstance(shape, Tube)
+        made, sizes = tube, (shape.outer, _inner(shape, name))
+    start, end = (tuple(real(size[at]) for size in sizes) for at in (0, 1))
+    return made, start, end
 
 
-def require_smaller(name: str, inner: Any, outer: Any) -> None:
-    """Raise where a tube's inner diameter is not below the outer one [m]."""
+def _inner(shape: Tube, name: str) -> Any:
+    """Inner diameters of a tube at its two ends [m], quantities or numbers."""
+    table = f"sections.{name}"
+    if (shape.inner is None) == (shape.wall is None):
+        raise fault(table, "inner", "a tube needs inner or wall, one of them")
+    if shape.inner is not None:
+        for outer, inner in zip(shape.outer, shape.inner, strict=True):
+            _require_smaller(table, "inner", "a diameter below outer", real(inner), real(outer))
+        return shape.inner
+    assert shape.wall is not None
+    found = []
+    for outer, wall in zip(shape.outer, shape.wall, strict=True):
+        _require_smaller(table, "wall", "less than half of outer", real(wall), real(outer) / 2)
+        found.append(real(outer) - 2 * real(wall))
+    return [found[0]] * 2 if np.array_equal(*found) else found
+
+
+def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:
+    """Raise where a size of a tube is not below its bound [m]."""
 
     def problem(of: Any) -> str:
-        return f"expected a diameter below outer, {of(outer):g} m, got {of(inner):g} m"
+        return f"expected {expected}, {of(bound):g} m, got {of(size):g} m"
 
-    require(inner < outer, f"sections.{name}", "inner", problem)
+    require(size < bound, table, key, problem)
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:
@@ -179,8 +196,9 @@ def making(scene: SceneTable, link: str, number: int) -> Making:
     dimensions: dict[Any, tuple[str, ...]] = {
         Rectangle: ("depth", "width"),
         Circle: ("diameter",),
-        Tube: ("outer", "inner"),
+        Tube: ("outer", "inner", "wall"),
     }
-    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in dimensions.get(type(section), ())}
+    keys = (key for key in dimensions.get(type(section), ()) if getattr(section, key) is not None)
+    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in keys}
     shape = section.__struct_config__.tag
     return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")

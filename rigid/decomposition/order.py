@@ -13,6 +13,8 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
 
+MOST_NAMED = 3  # points in a message
+
 
 @lru_cache(maxsize=64)
 def structure(mechanism: Mechanism) -> Structure:
@@ -96,15 +98,26 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
     """Why no further group is found."""
     joints = net.joints(sorted(unknown), known)
     freedoms = 3 * len(unknown) - 2 * len(joints) - sum(joint.moved for joint in joints)
-    who, names = net.quoted(unknown), net.names(unknown)
+    names = net.names(unknown)
+    who = f"link {net.quoted(unknown)} is" if len(unknown) == 1 else f"links {net.quoted(unknown)} are"
     if freedoms > 0:
-        left = f"links {who} are left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
-        return MechanismError(left, kind="freedoms", links=names)
+        left = f"{who} left with {counted(freedoms, 'freedom')}: add a drive or a joint for each"
+        return MechanismError(left + _unshared(net, unknown), kind="freedoms", links=names)
     if freedoms < 0:
-        held = f"links {who} are held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
+        held = f"{who} held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
         return MechanismError(held, kind="freedoms", links=names)
-    uneven = f"links {who} hold one another in some places twice and in others not at all: check their joints"
+    uneven = f"links {net.quoted(unknown)} hold one another in some places twice and in others not at all: check their joints"
     return MechanismError(uneven, kind="freedoms", links=names)
+
+
+def _unshared(net: Net, links: set[int]) -> str:
+    """Points of some links that no joint is at, for a message: one of them may have been meant to be."""
+    joined = {*net.pins, *(slider.point for slider, _, _ in net.sliders.values())}
+    alone = [name for at in sorted(links) for name in net.links[at].points if name not in joined]
+    if not alone:
+        return ""
+    named = ", ".join(f'"{name}"' for name in alone[:MOST_NAMED])
+    return f"; of one link alone, and so no joint: {named}"
 
 
 def _require_all(net: Net, joints: Sequence[Joint]) -> None:
