@@ -1,10 +1,10 @@
 """What reduced coordinates leave out, put right: the answer becomes that in which all elastic coordinates vibrate.
 
 There are two routes to an answer: the reduced coordinates, and the exact quasi-static answer under the loads that they
-give, which is taken. The inertia of what the second has and the first has not, and what it feels of the rigid motion's
-forces, is felt by neither. It goes as a load into the equations of the reduced coordinates, where it may resonate, and
-into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned with.
-What an iteration is about to change is how far the answer is off. What damps it in springs and soft joints is left out.
+give, which is taken. What the second has and the first has not is felt by neither: its inertia, its damping, and the
+rigid motion's forces on it. These go as a load into the equations of the reduced coordinates, where they may resonate,
+and into the exact answer; and so on, the reduced equations being what iterations of the whole ones are preconditioned
+with. What an iteration is about to change is how far the answer is off. Dashpots and soft joints do not damp it.
 """
 
 from __future__ import annotations
