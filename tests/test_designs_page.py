@@ -85,7 +85,7 @@ def test_a_design_is_chosen_by_its_number_and_by_its_dot(page, columns):
     page.run("document.querySelectorAll('#designs-table tbody button')[4].click()")
     chosen = int(page.run("return document.querySelectorAll('#designs-table tbody tr')[4].dataset.design"))
     lines = page.run("return document.getElementById('lines').textContent").splitlines()
-    assert lines[0] == f'sections.bar.depth = "{float(columns["sections.bar.depth"][chosen])!r} m"'
+    assert lines[0] == f'sections.bar.depth = "{columns["sections.bar.depth"][chosen]:.12g} m"'
     order = np.argsort(columns["deflection"], kind="stable")
     assert chosen == order[4]
     from selenium.webdriver import ActionChains

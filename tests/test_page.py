@@ -560,6 +560,17 @@ def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
     assert errors(page) == []
 
 
+def test_limits_that_are_not_looked_at_against_the_speed_are_told(driver, tmp_path):
+    text = shipped_scenes()["steel_four_bar"].read_text() + '[limits]\ndeflection = "1 cm"\noutput = "1 mrad"\n'
+    page = page_of(
+        driver, tmp_path, text, "--theory", "quasi-static", "--positions", "8", "--speeds", "20 rad/s:40 rad/s:2"
+    )
+    told = page.run("return document.getElementById('speeds').innerText")
+    assert (
+        "All limits of the links hold up to 40 rad/s (382 rpm). The limit of the output is not looked at here" in told
+    )
+
+
 @pytest.mark.parametrize(
     ("system", "length", "stress", "unit"), [("mm", 1e3, 1e-6, "MPa"), ("in", 39.37008, 1.450377e-4, "psi")]
 )

@@ -106,7 +106,8 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
     if freedoms < 0:
         held = f"{who} held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
         return MechanismError(held, kind="freedoms", links=names)
-    uneven = f"links {net.quoted(unknown)} hold one another in some places twice and in others not at all: check their joints"
+    who = f"links {net.quoted(unknown)}"
+    uneven = f"{who} hold one another in some places twice and in others not at all: check their joints"
     return MechanismError(uneven, kind="freedoms", links=names)
 
 

@@ -57,7 +57,7 @@ function commandsOf(design) {
   return h("div", {}, h("h3", {}, "Its page is made by"), h("pre", { tabindex: 0, id: "commands" }, lines.join("\n")));
 }
 
-// As a scene's file has it, in SI units.
+// As --design writes it.
 function numberText(name, k) {
   const unit = data.units[name], value = Number(columnOf(name)[k].toPrecision(12));
   return unit === "1" || unit === "" ? `${value}` : `"${value} ${unit}"`;
