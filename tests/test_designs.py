@@ -324,7 +324,7 @@ def test_between_the_positions_of_a_cycle_the_largest_is_that_of_a_parabola(fiel
 
 
 def test_a_fibre_that_only_a_closer_look_passes_over():
-    """An arm under an even load, pulled a little: its right fibre is stressed half a per cent less than its left one."""
+    """An arm under an even load, pulled a little: one fibre is stressed half a per cent less than the other."""
     section = section_of(rectangle(0.006, 0.01), 210e9)
     bending = 10.0 / 2 * 0.003 / 1.8e-10
     pull = 0.0025 * bending * 6e-5
