@@ -69,7 +69,9 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
         if figures[key] and figures[key]["largest"] is not None:
             failed = " FAILED" if figures[key].get("passed") is False else ""
-            words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart)")
+            without = figures[key].get("left_out")
+            more = f", without {', '.join(without)}" if without else ""
+            words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart{more})")
     return words
 
 

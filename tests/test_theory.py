@@ -254,6 +254,11 @@ class TestFurtherChecks:
         assert found["passed"]
         assert found["nonlinear_check"]["passed"]
         assert set(found["solid_check"]["links"]) == {"crank", "coupler", "rocker"}
+        assert "without" not in said
+        stiff = edited(FOUR_BAR, ('points = ["O", "A"]', 'points = ["O", "A"]\nrigid = true'))
+        (tmp_path / "bars.toml").write_text(stiff)
+        assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "solid"]) == 0
+        assert " apart, without crank)" in capsys.readouterr().out
 
 
 class TestSpeeds:
