@@ -207,7 +207,7 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
-    for study in ("sensitivities", "tolerances", "optimum"):
+    for study in ("speeds", "sensitivities", "tolerances", "optimum"):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
     failed = figures["failed"]

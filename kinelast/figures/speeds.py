@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from elastic import Deflection
 from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
 from kinelast.figures.theory import damping_of
+from kinelast.numbers import quantity
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
@@ -162,7 +163,7 @@ def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
 
 
 def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
-    """Speeds as plain data; largest values per field and beam, null where there is no steady state."""
+    """Speeds as plain data; largest values per field and beam, null where there is no steady state; and in words."""
     ways = {"values": found.found.values, "without_vibration": found.found.quasi_static}
     curves = {
         way: {
@@ -172,6 +173,7 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
         for way, values in ways.items()
     }
     return {
+        "words": list(_words(found, scene)),
         "unit": _unit(scene),
         "speed": found.speed.tolist(),
         **curves,
@@ -183,3 +185,13 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
         "unstable": [float(speed) for speed in found.speed[~found.found.stable]],
         "critical": {str(harmonic): list(span) for harmonic, span in found.critical.items()},
     }
+
+
+def _words(found: Speeds, scene: Scene) -> Iterator[str]:
+    """What the speeds come to."""
+    unit, unstable = _unit(scene), found.speed[~found.found.stable]
+    if found.highest is not None:
+        kept = "all limits of links hold up to" if found.highest else "limits do not hold at the lowest speed,"
+        yield f"{kept} {quantity(found.highest or found.speed[0], unit)}"
+    if len(unstable):
+        yield f"no steady state at {len(unstable)} of {len(found.speed)} speeds, from {quantity(unstable[0], unit)}"
