@@ -7,6 +7,7 @@ import os
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
@@ -151,9 +152,11 @@ def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
     while True:
         try:
             task = line.recv()
-        except EOFError:
+        except (EOFError, OSError):  # the other end is closed, or gone with something unread
             return
-        line.send(work(task))
+        answer = work(task)
+        with suppress(OSError):
+            line.send(answer)
 
 
 def _die_with_parent() -> None:

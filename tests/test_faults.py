@@ -17,6 +17,7 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 import kinelast.folder as folders
+from kinelast import processes
 from kinelast.command import main
 from kinelast.folder import complete, finished, held, made_from
 from kinelast.outcome import BUG, FINE, Task
@@ -459,3 +460,20 @@ def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
     assert b"PARTIAL: interrupted at" in said
     assert finished(out / "squeezer", figures["made_from"]) is not None
     assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000))) is None
+
+
+def test_a_worker_whose_line_is_closed_with_something_unread_ends_silently(capfd):
+    """As one is that is interrupted between an answer and the next task."""
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    worker = context.Process(target=processes._serve, args=(there, abs))
+    worker.start()
+    there.close()
+    here.send(-3)
+    assert here.recv() == 3
+    here.send(-4)
+    assert here.poll(20)
+    here.close()
+    worker.join(20)
+    assert worker.exitcode == 0
+    assert capfd.readouterr().err == ""
