@@ -25,8 +25,8 @@ from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Ou
 from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
-from kinelast.scene.reading import Scene, scene_from_bytes, scene_from_text, scene_times
-from kinelast.scene.text import file_bytes
+from kinelast.scene.reading import Scene, scene_from_bytes, scene_times
+from kinelast.scene.text import decoded, file_bytes
 from kinelast.weight import require_room
 from rigid import MechanismError
 
@@ -81,11 +81,11 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     if resume and (before := finished(folder, made)):
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
-    scene = scene_from_bytes(content, task.path)
     if request.changes:
         from kinelast.designs.rewritten import with_changes
 
-        scene = scene_from_text(with_changes(scene.text, request.changes, scene.path), scene.name, scene.path)
+        content = with_changes(decoded(content, str(task.path)), request.changes, str(task.path)).encode()
+    scene = scene_from_bytes(content, task.path)
     if request.units:
         scene = replace(scene, report_units=request.units)
     positions = request.positions or scene.run.positions

@@ -8,7 +8,7 @@ from typing import Any
 
 import tomlkit
 
-from kinelast.designs.variables import Place, place_of, read_value
+from kinelast.designs.variables import Place, place_of, value_at
 from kinelast.scene.error import fault
 from kinelast.scene.parsing import parse_scene, parse_toml
 from kinelast.scene.quantities import Direction
@@ -61,7 +61,7 @@ def with_changes(text: str, changes: Sequence[str], path: str = "") -> str:
         No number of a name, or a value that cannot stand there.
     """
     with of_file(path):
-        tables = parse_toml(text)
+        table = parse_scene(parse_toml(text))
         values = {}
         for change in changes:
             name, equals, value = (part.strip() for part in change.partition("="))
@@ -69,7 +69,7 @@ def with_changes(text: str, changes: Sequence[str], path: str = "") -> str:
                 raise fault(
                     "", "", f'--set: expected a path and a value, as in "links.rod.length=330 mm", got "{change}"'
                 )
-            values[name] = read_value(tables, name, _typed(value))
+            values[name] = value_at(table, place_of(table, name), _typed(value))
         return rewritten(text, values, which=", ".join(changes))
 
 
