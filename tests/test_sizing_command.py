@@ -251,7 +251,8 @@ class TestBareLengths:
         assert sorted(values[:, 0] / metres) == pytest.approx([15, 15, 18, 18, 21, 21, 24, 24])
         assert set(values[:, 1]) == {6.0, 7.0}
         assert scattered(tables, table).tolerances[0].half == pytest.approx(0.1 * metres)
-        asked = sought(tables, table, {"mass": "kg", "chord": "m", "deflection": "m", "output_error": "m"})
+        units = {"mass": "kg", "chord": "m", "deflection": "m", "output_error": "m"}
+        asked = sought(tables, table, scene_from_text(text), units)
         assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
         bounds = {limit.figure: limit.bound for limit in asked.limits}
         assert bounds == pytest.approx({"deflection": 3 * metres, "output_error": 2 * metres, "chord": 4 * metres})

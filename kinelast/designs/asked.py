@@ -11,9 +11,9 @@ import numpy as np
 from kinelast.designs.problem import Limit
 from kinelast.designs.tolerances import Tolerance
 from kinelast.designs.variables import Variable, read_value, variable
+from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.format_sizing import Amount, BoundTable, ToleranceTable
 from kinelast.scene.units import Quantity
@@ -76,11 +76,13 @@ class Sought:
     seed: int
 
 
-def sought(tables: Tables, table: SceneTable, units: Mapping[str, str]) -> Sought:
+def sought(tables: Tables, table: SceneTable, scene: Scene, units: Mapping[str, str]) -> Sought:
     """What a scene's [optimize] asks for; its [limits] count too.
 
     Parameters
     ----------
+    tables, table, scene
+        The scene's tables as they are in its file and parsed, and what is built of them.
     units
         Of the figures that there are, by name.
 
@@ -103,7 +105,7 @@ def sought(tables: Tables, table: SceneTable, units: Mapping[str, str]) -> Sough
         )
     paths = list(asked.variables)
     bounds = np.array([_range(tables, path, *asked.variables[path]) for path in paths])
-    limits = (*_own_limits(table, units), *_limits(table, units))
+    limits = (*_own_limits(scene, units), *_limits(table, units))
     return Sought(
         tuple(variable(tables, path) for path in paths), bounds[:, 0], bounds[:, 1], figure, asked.maximize is not None,
         limits, asked.method == "evolution", asked.seed,
@@ -118,25 +120,15 @@ def _range(tables: Tables, path: str, low: Amount, high: Amount) -> tuple[float,
     return first, last
 
 
-def _own_limits(table: SceneTable, units: Mapping[str, str]) -> list[Limit]:
-    """The limits of a scene."""
-    limits = table.limits
-    found = [*_of_links("", limits, units)]
-    for name, own in limits.links.items():
-        found += _of_links(name, own, units)
-    if limits.output is not None and "output_error" in units:
-        found.append(Limit("output_error", float(limits.output.within(units["output_error"]))))
+def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:
+    """The limits of a scene, for every beam apart: a limit of the largest of several would have more kinks."""
+    found = []
+    for limit in scene.limits:
+        if limit.kind != "output":
+            found += [Limit(name, limit.value, limit.kind == "safety") for name in _each(limit.kind, units, limit.link)]
+        elif "output_error" in units:
+            found.append(Limit("output_error", limit.value))
     return found
-
-
-def _of_links(link: str, table: LimitsTable | LinkLimitsTable, units: Mapping[str, str]) -> list[Limit]:
-    """Limits of every beam of a link, or of all: a limit of the largest of them would have more kinks."""
-    return [
-        Limit(figure, float(value), kind == "safety")
-        for kind, value in (("deflection", table.deflection), ("chord", table.chord), ("safety", table.safety))
-        if value is not None
-        for figure in _each(kind, units, link)
-    ]
 
 
 def _each(kind: str, units: Mapping[str, str], link: str = "") -> list[str]:

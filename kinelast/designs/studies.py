@@ -187,7 +187,7 @@ def problem_of(tables: Tables) -> Posed:
     own = _path_figures(table, scene)
     base = evaluate(tables, [], np.zeros((1, 0)), _known_figures(table, scene, own))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
-    asked = sought(tables, table, known)
+    asked = sought(tables, table, scene, known)
     by_name = {figure.name: figure for figure in own}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
