@@ -19,7 +19,7 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
-from elastic.links.added_loads import AddedLoads
+from elastic.links.added_loads import AddedLoads, made_of
 from rigid import Motion
 from rigid import structure as joints_of
 from rigid.loads import beam_directions
@@ -228,21 +228,9 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
 
 def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
     """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
-    first = found[0]
-    count = first.q.shape[-1]
+    count = found[0].q.shape[-1]
 
-    def side(parts: Sequence[Any]) -> Any:
-        return np.stack([np.broadcast_to(part, count) for part in parts])
+    def side_by_side(*parts: Any) -> Any:
+        return np.stack([np.broadcast_to(part, (*np.shape(part)[:-1], count)) for part in parts], axis=-2)
 
-    points, blocks = (
-        tuple(
-            (*same[0][:-2], *(side(parts) for parts in zip(*(item[-2:] for item in same), strict=True)))
-            for same in zip(*lists, strict=True)
-        )
-        for lists in ([each.points for each in found], [each.blocks for each in found])
-    )
-    gaps, turns = (
-        tuple(side(parts) for parts in zip(*lists, strict=True))
-        for lists in ([each.gaps for each in found], [each.turns for each in found])
-    )
-    return AddedLoads(np.stack([each.q for each in found], axis=-2), points, blocks, gaps, turns)
+    return made_of(side_by_side, *found)

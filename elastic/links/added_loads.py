@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,3 +29,28 @@ class AddedLoads:
     blocks: tuple[tuple[int, Any, Any], ...]
     gaps: tuple[Any, ...]
     turns: tuple[Any, ...]
+
+
+def made_of(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
+    """Loads whose every value is made of those of one or several loads in the same places; positions are the last axis.
+
+    A value that is the same at all positions may be a scalar, but of `q`.
+    """
+
+    def each(lists: tuple[Any, ...]) -> tuple[Any, ...]:
+        same = zip(*lists, strict=True)
+        return tuple(
+            (*items[0][:-2], *(change(*parts) for parts in zip(*(item[-2:] for item in items), strict=True)))
+            for items in same
+        )
+
+    def every(lists: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(change(*parts) for parts in zip(*lists, strict=True))
+
+    return AddedLoads(
+        change(*(one.q for one in loads)),
+        each(tuple(one.points for one in loads)),
+        each(tuple(one.blocks for one in loads)),
+        every(tuple(one.gaps for one in loads)),
+        every(tuple(one.turns for one in loads)),
+    )

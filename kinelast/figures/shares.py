@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
-from elastic.links.added_loads import AddedLoads
+from elastic.links.added_loads import AddedLoads, made_of
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from kinelast.scene.motion import scene_motion_near
@@ -65,16 +64,11 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
     """Loads at one of the positions, the same for all designs."""
     count = loads.q.shape[-1]
 
-    def there(parts: Iterable[Any]) -> tuple[Any, ...]:
-        return tuple(np.broadcast_to(part, count)[at] for part in parts)
+    def there(part: Any) -> Any:
+        wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
+        return np.repeat(wide[..., at, None, None], designs, axis=-2)
 
-    return AddedLoads(
-        np.repeat(loads.q[..., at, None, None], designs, axis=-2),
-        tuple((*item[:-2], *there(item[-2:])) for item in loads.points),
-        tuple((*item[:-2], *there(item[-2:])) for item in loads.blocks),
-        there(loads.gaps),
-        there(loads.turns),
-    )
+    return made_of(there, loads)
 
 
 def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Any]:
