@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import lru_cache
 from math import comb
 from typing import Any
 
@@ -183,10 +183,7 @@ def _looks(count: int, steps: int) -> Any:
     """What makes values at stations of coefficients in powers, then the second derivative's in Bernstein's basis."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
-    bernstein = np.zeros((max(count - 2, 0),) * 2)
-    for row, own in zip(bernstein, _to_bernstein(count - 2), strict=True):
-        row[: len(own)] = own
-    return np.vstack([values, bernstein @ twice]) if count > 2 else values
+    return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
 def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Any:
@@ -197,14 +194,15 @@ def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Any:
 
 def _greatest(values: Any) -> Any:
     """Greatest coefficient in Bernstein's basis of polynomials in powers, which none of their values exceeds."""
-    rows = (zip(row, values, strict=False) for row in _to_bernstein(len(values)))
-    return reduce(np.maximum, (np.abs(reduce(np.add, (part * value for part, value in row))) for row in rows))
+    found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
+    return np.abs(found).max(axis=0).reshape(values.shape[1:])
 
 
 @lru_cache(maxsize=32)
-def _to_bernstein(count: int) -> tuple[tuple[float, ...], ...]:
+def _to_bernstein(count: int) -> Any:
+    """From coefficients in powers to those in Bernstein's basis, shape (count, count)."""
     top = count - 1
-    return tuple(tuple(comb(j, i) / comb(top, i) for i in range(j + 1)) for j in range(count))
+    return np.array([[comb(j, i) / comb(top, i) for i in range(count)] for j in range(count)])
 
 
 def _of_beams(values: Any, owner: Any, beams: int) -> Any:
