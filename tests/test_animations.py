@@ -43,8 +43,7 @@ def turned(mechanism, sections, speed=100.0, angles=TURN):
     return deflection(motion(mechanism, angles, speed, time=angles / speed), sections)
 
 
-@pytest.fixture(scope="module")
-def four_bar():
+def bent_four_bar():
     ground = Link("ground", {"O": 0.0, "D": 0.35})
     links = (
         ground,
@@ -54,6 +53,11 @@ def four_bar():
     )
     drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
     return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    return bent_four_bar()
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from mechanisms import steel_bar
-from test_animations import STEEL, turned
+from test_animations import STEEL, bent_four_bar
 
 from animations import Picture, Style, off_screen
 from animations.canvas import font_file
@@ -27,10 +27,7 @@ SIZES = [(1280, 720), (720, 1280), (400, 1000), (1920, 480), (480, 270)]
 
 @pytest.fixture(scope="module")
 def four_bar():
-    links = (Link("ground", {"O": 0.0, "D": 0.35}), steel_bar("crank", "O", "A", 0.1),
-             steel_bar("coupler", "A", "B", 0.3), steel_bar("rocker", "D", "B", 0.25))  # fmt: skip
-    drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
-    return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
+    return bent_four_bar()
 
 
 def box(words):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mechanisms import steel_bar
 from scene_texts import ARM
-from test_animations import SMALL, STEEL, cantilever, over, turned
+from test_animations import SMALL, STEEL, bent_four_bar, cantilever, over, turned
 
 from animations import Picture, Style, movie, off_screen
 from animations.attachments import attachment_shapes
@@ -32,10 +32,7 @@ DEFLECTION = diagram_named("deflection")
 
 @pytest.fixture(scope="module")
 def four_bar():
-    links = (Link("ground", {"O": 0.0, "D": 0.35}), steel_bar("crank", "O", "A", 0.1),
-             steel_bar("coupler", "A", "B", 0.3), steel_bar("rocker", "D", "B", 0.25))  # fmt: skip
-    drawing = {"O": 0, "A": 0.1, "B": 0.26 + 0.23j, "D": 0.35}
-    return turned(Mechanism(links, (PinDrive("crank", "O"),), drawing), [STEEL] * 3)
+    return bent_four_bar()
 
 
 def volume(body, position=0):
