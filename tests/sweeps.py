@@ -11,6 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from kinelast import shipped_scenes
+from kinelast.scene.text import file_text
+
 
 @dataclass(frozen=True)
 class Parabolas:
@@ -33,6 +36,13 @@ class Parabolas:
         tip = np.where(number % 7 == 3, np.nan, 20.0 * length**3 / (3 * 37.8))
         reasons = ['does not reach, at "B"' if one % 7 == 3 else "" for one in number]
         return {"length": length, "tip": tip, "class": number % 3}, reasons
+
+
+def swept_scene(path, sweep):
+    """The steel four-bar at 12 positions with a [sweep], in a file."""
+    text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 12")
+    path.write_text(text + sweep)
+    return path
 
 
 IDENTITY = {"scene": "a word for its text", "options": {"positions": 72}}

@@ -6,11 +6,10 @@ import shlex
 
 import pytest
 from browser import Page
+from sweeps import swept_scene
 
-from kinelast import shipped_scenes
 from kinelast.command import main
 from kinelast.design_pages import paged_designs
-from kinelast.scene.text import file_text
 
 SWEEP = """
 [sweep]
@@ -26,9 +25,7 @@ smallest = "stress"
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "my bars.toml"
-    text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 12")
-    path.write_text(text + SWEEP)
-    return path
+    return swept_scene(path, SWEEP)
 
 
 def swept(scene, *options):

@@ -4,9 +4,8 @@ import os
 
 import numpy as np
 import pytest
-from sweeps import tree
+from sweeps import swept_scene, tree
 
-from kinelast import shipped_scenes
 from kinelast.command import main
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.manifest import read_manifest
@@ -30,9 +29,7 @@ figures = ["deflection", "mass", "stress"]
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "arm.toml"
-    text = file_text(shipped_scenes()["steel_four_bar"]).replace("positions = 360", "positions = 12")
-    path.write_text(text + SWEEP)
-    return path
+    return swept_scene(path, SWEEP)
 
 
 def swept(scene, folder, *options):
