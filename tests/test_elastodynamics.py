@@ -32,6 +32,8 @@ from elastic.elastodynamics.reduction import reduced_basis
 from elastic.elastodynamics.solution import vibrating_model
 from elastic.elastodynamics.time_elements import Equations, propagation
 from elastic.elastodynamics.time_grid import Grid, scheme
+from elastic.elastodynamics.vibration_loads import of_several_speeds
+from elastic.links.added_loads import AddedLoads
 from elastic.vibration import natural_frequencies
 from rigid import (
     Beam,
@@ -685,3 +687,27 @@ def four_bar_with(sections):
 
 def test_a_still_mechanism_can_be_asked():
     assert still(cantilever({"O": 0, "A": 1.0}, 1.0)).columns == (1,)
+
+
+def test_loads_at_several_speeds_are_side_by_side_in_every_part():
+    rng = np.random.default_rng(4)
+
+    def loads():
+        force, moment, block, gap, turn = rng.normal(size=(5, 6))
+        q = rng.normal(size=(3, 2, 6))
+        return AddedLoads(
+            q, ((1, "A", force, moment), (2, "B", 0.0, moment)), ((3, block, 0.0),), (gap, 0.0), (0.0, turn)
+        )
+
+    one, other = loads(), loads()
+    both = of_several_speeds([one, other])
+    for row, each in enumerate((one, other)):
+        np.testing.assert_array_equal(both.q[:, :, row], each.q)
+        for found, given in ((both.points, each.points), (both.blocks, each.blocks)):
+            assert [item[:-2] for item in found] == [item[:-2] for item in given]
+            for item, own in zip(found, given, strict=True):
+                np.testing.assert_array_equal(
+                    [part[row] for part in item[-2:]], [np.broadcast_to(p, 6) for p in own[-2:]]
+                )
+        for found, given in ((both.gaps, each.gaps), (both.turns, each.turns)):
+            np.testing.assert_array_equal([part[row] for part in found], [np.broadcast_to(p, 6) for p in given])

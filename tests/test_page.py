@@ -565,6 +565,8 @@ def test_limits_that_are_not_looked_at_against_the_speed_are_told(driver, tmp_pa
     page = page_of(
         driver, tmp_path, text, "--theory", "quasi-static", "--positions", "8", "--speeds", "20 rad/s:40 rad/s:2"
     )
+    summary = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())
+    assert summary["speeds"]["words"] == ["all limits of links hold up to 40 rad/s"]
     told = page.run("return document.getElementById('speeds').innerText")
     assert (
         "All limits of the links hold up to 40 rad/s (382 rpm). The limit of the output is not looked at here" in told
