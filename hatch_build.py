@@ -24,4 +24,4 @@ class ChartLibrary(BuildHookInterface):
         if version == "editable" or found is None or not found.submodule_search_locations:
             return
         static = Path(found.submodule_search_locations[0]) / "static"
-        build_data["force_include"].update({str(static / name): f"kinelast/page/web/{name}" for name in FILES})
+        build_data["force_include"].update({str(static / name): f"kinelast/outputs/page/web/{name}" for name in FILES})

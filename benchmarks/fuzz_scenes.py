@@ -23,7 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
 SECONDS = 20  # that a case may take of a processor, and ten times that of a clock on the wall

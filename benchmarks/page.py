@@ -15,7 +15,7 @@ from pathlib import Path
 
 import measuring
 
-from kinelast.command import main as command
+from kinelast.cli.command import main as command
 from kinelast.scene.shipped import shipped_scenes
 
 BATCH = 50

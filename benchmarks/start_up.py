@@ -11,7 +11,7 @@ from typing import Any
 
 import measuring
 
-REPORT = "from kinelast.command import main; import sys; sys.exit(main(sys.argv[1:]))"
+REPORT = "from kinelast.cli.command import main; import sys; sys.exit(main(sys.argv[1:]))"
 DEEP = 2
 
 

@@ -21,9 +21,9 @@ import measuring
 import numpy as np
 from sweeping import POSITIONS, four_bars, identity, tree  # before numpy: one thread
 
-from kinelast.designs import store
-from kinelast.designs.running import run_plan
-from kinelast.designs.store import CSV, PARQUET, encoded
+from kinelast.sweep import store
+from kinelast.sweep.running import run_plan
+from kinelast.sweep.store import CSV, PARQUET, encoded
 
 JOBS = 2
 DESIGNS = four_bars(1_000_000).chunk

@@ -21,10 +21,10 @@ from typing import Any
 import measuring
 from sweeping import four_bars, identity, tree
 
-from kinelast.designs.manifest import read_manifest
-from kinelast.designs.running import run_plan
-from kinelast.designs.store import Store
 from kinelast.request import RequestError
+from kinelast.sweep.manifest import read_manifest
+from kinelast.sweep.running import run_plan
+from kinelast.sweep.store import Store
 
 COUNT, KILLS, JOBS = 200_000, 10, 2
 FIGURES = ("deflection", "mass")

@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from kinelast import tables
 from kinelast.attempt import attempted
 from kinelast.compute import Progress, by_theory, checked, computed, no_progress, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
 from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
-from kinelast.folder import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.line import gist, questions
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
+from kinelast.outputs import tables
+from kinelast.outputs.outbox import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.request import Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.motion import reached_by_integration
@@ -190,7 +190,7 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
 
 def _studies(part: Path, scene: Scene, request: Request, progress: Progress) -> dict[str, Any]:
     """What is asked of the designs around a scene, written and as figures."""
-    from kinelast.designs.output import Studies, write_studies
+    from kinelast.outputs.studies import Studies, write_studies
 
     asked = Studies(
         request.sensitivities, request.tolerances, request.optimize, request.samples, positions=request.positions
@@ -241,12 +241,12 @@ def _drawings(
     name = results.scene.name
 
     def report() -> None:
-        from kinelast.page.report import report_page
+        from kinelast.outputs.page.report import report_page
 
         (part / "report.html").write_bytes(report_page(results, found, figures, gist(figures)))
 
     def stills() -> None:
-        from kinelast.stills.write import write_stills
+        from kinelast.outputs.stills.write import write_stills
 
         progress(f"{name}: stills", 0, 1)
         write_stills(part / "stills", results, found)
@@ -258,7 +258,7 @@ def _drawings(
         write_vtu_series(results.deflection, part / "mesh")
 
     def film(diagram: str) -> None:
-        from kinelast.films import draw_film
+        from kinelast.outputs.films import draw_film
 
         try:
             draw_film(part, results, diagram, request, partial(progress, f"{name}: {diagram}"))

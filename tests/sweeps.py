@@ -55,9 +55,9 @@ def tree(folder):
 
 def main(folder, count, chunk, jobs, seconds, store):
     """A sweep in a process of its own, to be ended from outside; it goes on with what is there."""
-    from kinelast.designs import store as stores
-    from kinelast.designs.running import run_plan
     from kinelast.stopping import stoppable
+    from kinelast.sweep import store as stores
+    from kinelast.sweep.running import run_plan
 
     stores.SMALL = 10**9 if store == "csv" else 0
     with stoppable():

@@ -9,18 +9,18 @@ import pytest
 
 from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.peaks import peaks
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
-from kinelast.page.data import BUDGET, kept_positions, numbers_of
+from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
+from kinelast.outputs.tables import _lines
 from kinelast.request import Request
 from kinelast.scene.error import SceneError
 from kinelast.scene.reading import scene_from_text, scene_motion
 from kinelast.scene.shipped import shipped_scenes
-from kinelast.tables import _lines
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
@@ -271,7 +271,7 @@ def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
 
 
 def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.tables
+    import kinelast.outputs.tables
 
     out = tmp_path / "out"
     assert main([str(arm), "-o", str(out), "--quiet"]) == 0
@@ -281,7 +281,7 @@ def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch
         path.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(kinelast.tables, "write_positions", full)
+    monkeypatch.setattr(kinelast.outputs.tables, "write_positions", full)
     assert main([str(arm), "-o", str(out), "--positions", "9"]) == 2
     assert "arm: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()} == before
@@ -323,9 +323,8 @@ def test_quiet_says_nothing(arm, tmp_path, capsys):
 
 
 def test_terminals_without_the_letters_are_answered_all_the_same(arm, tmp_path):
-    code = (
-        f"import sys; from kinelast.command import main; sys.exit(main([{str(arm)!r}, '-o', {str(tmp_path / 'o')!r}]))"
-    )
+    out = str(tmp_path / "o")
+    code = f"import sys; from kinelast.cli.command import main; sys.exit(main([{str(arm)!r}, '-o', {out!r}]))"
     plain = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, env=plain, check=True)
     assert done.stdout.startswith(b"arm: largest deflection ")
@@ -421,7 +420,7 @@ def test_list_and_version(capsys):
 
 
 def loaded_after(call):
-    code = f"import sys; from kinelast.command import main; main({call!r}); print(*sys.modules, file=sys.stderr)"
+    code = f"import sys; from kinelast.cli.command import main; main({call!r}); print(*sys.modules, file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(done.stderr.split())
 

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
-import kinelast.folder as folders
+import kinelast.outputs.outbox as folders
 from kinelast import processes
-from kinelast.command import main
-from kinelast.folder import complete, finished, held, made_from
+from kinelast.cli.command import main
+from kinelast.cli.workers import side_by_side
 from kinelast.outcome import BUG, FINE, Task
+from kinelast.outputs.outbox import complete, finished, held, made_from
 from kinelast.request import Request, RequestError
-from kinelast.workers import side_by_side
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
 COMMAND = [sys.executable, "-m", "kinelast"]
@@ -167,8 +167,8 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
 
 @pytest.mark.parametrize("function", ["write_positions", "write_fields", "write_json", "sizes"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
+    import kinelast.outputs.tables
     import kinelast.run
-    import kinelast.tables
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     call = [str(scene), "--fields", "--stations", "3", "-o", str(tmp_path / "out")]
@@ -179,7 +179,9 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(kinelast.tables if hasattr(kinelast.tables, function) else kinelast.run, function, full)
+        patch.setattr(
+            kinelast.outputs.tables if hasattr(kinelast.outputs.tables, function) else kinelast.run, function, full
+        )
         assert main([*call, "--positions", "9"]) == 2
     assert "s0: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()} == before
@@ -196,7 +198,7 @@ def test_a_summary_that_cannot_be_written_leaves_the_older_one(tmp_path, monkeyp
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kinelast.tables.csv.writer", full)
+    monkeypatch.setattr("kinelast.outputs.tables.csv.writer", full)
     assert main([str(cases), "-o", str(out), "--quiet", "--resume"]) == 0
     assert "no space left on device" in capsys.readouterr().err.lower()
     assert (out / "summary.csv").read_bytes() == before
@@ -337,7 +339,7 @@ def test_a_working_folder_that_was_deleted_is_told(tmp_path):
     place = tmp_path / "gone"
     place.mkdir()
     scenes(tmp_path / "in", 1)
-    code = f"import os; os.rmdir({str(place)!r}); from kinelast.command import main; raise SystemExit(main("
+    code = f"import os; os.rmdir({str(place)!r}); from kinelast.cli.command import main; raise SystemExit(main("
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
     for call, status in (([str(tmp_path / "in" / "s0.toml"), "-o", "out"], 2), (["s0.toml"], 2)):
         done = subprocess.run(
@@ -372,11 +374,11 @@ def test_nine_drives_have_their_report(tmp_path):
 
 
 def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, capsys):
-    import kinelast.page.report
+    import kinelast.outputs.page.report
 
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     with monkeypatch.context() as patch:
-        patch.setattr(kinelast.page.report, "report_page", lambda *_, **__: 1 / 0)
+        patch.setattr(kinelast.outputs.page.report, "report_page", lambda *_, **__: 1 / 0)
         assert main(call) == 3
     said = capsys.readouterr().err
     assert "s0: largest deflection" in said
@@ -430,7 +432,7 @@ def test_results_are_the_same_byte_for_byte_for_any_number_of_jobs(tmp_path):
 
 
 def test_the_package_and_its_command_can_be_run_as_modules():
-    for module in ("kinelast", "kinelast.command"):
+    for module in ("kinelast", "kinelast.cli.command"):
         done = subprocess.run(
             [sys.executable, "-m", module, "--list"],
             cwd=Path(__file__).parent.parent,

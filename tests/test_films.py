@@ -23,7 +23,7 @@ from animations.shapes import NEGATIVE, POSITIVE, Shape
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
 from elastic import Section, circle, deflection, displacement_of, rectangle, section_of, tapered, tube
-from kinelast.command import main
+from kinelast.cli.command import main
 from rigid import Gear, Link, Mechanism, PinDrive, Spring, motion
 
 STATIONS = np.linspace(0.0, 1.0, 49)

@@ -31,7 +31,7 @@ turning = Mechanism((Link("ground", {"O": 0}), arm), (PinDrive("arm", "O"),), {"
 solved = deflection(motion(turning, [0.0, 1.0], 3.0), [Section(EA=1e6, EI=1e3)])
 extremes(solved), sample(solved, "w", [0.0, 0.5, 1.0]), reactions(solved.motion)
 """
-HELP = "from kinelast.command import main; assert main([{!r}]) == 0"
+HELP = "from kinelast.cli.command import main; assert main([{!r}]) == 0"
 
 
 def imported(program):

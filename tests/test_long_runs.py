@@ -18,7 +18,7 @@ from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
 from elastic import deflection
 from kinelast import weight
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.figures import long_runs
 from kinelast.figures.results import Results
 from kinelast.scene.reading import scene_from_text, scene_motion
@@ -190,7 +190,7 @@ def test_results_of_a_long_run_know_their_whole():
 
 
 def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("kinelast.terminal.SELDOM", 0.0)
+    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 0.0)
     monkeypatch.setattr(long_runs, "LONG", 1)
     texts = {
         "scene": edited(FOUR_BAR, ("positions = 36", "positions = 300")),

@@ -192,7 +192,7 @@ class TestTables:
 
     def test_a_deflection_as_the_table_that_the_command_writes(self, arm, tmp_path):
         pandas = pytest.importorskip("pandas")
-        from kinelast.command import main
+        from kinelast.cli.command import main
 
         (tmp_path / "arm.toml").write_text(ARM)
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0
@@ -260,7 +260,7 @@ class TestShown:
             picture(deflection(arm, 4), "deflection", 4)
 
     def test_the_report_holds_what_the_command_writes(self, arm, tmp_path):
-        from kinelast.command import main
+        from kinelast.cli.command import main
 
         (tmp_path / "arm.toml").write_text(ARM)
         assert main([str(tmp_path / "arm.toml"), "-o", str(tmp_path / "out"), "--check", "--quiet"]) == 0

@@ -10,10 +10,10 @@ from browser import Page, accessibility_faults
 from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.numbers import number, quantity
-from kinelast.page import data
+from kinelast.outputs.page import data
 from kinelast.request import Request
 from kinelast.scene.reading import read_scene
 from kinelast.scene.shipped import shipped_scenes

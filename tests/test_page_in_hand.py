@@ -9,7 +9,7 @@ import pytest
 from browser import Page, accessibility_faults
 from scene_texts import PARALLELOGRAM
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.numbers import number
 from kinelast.scene.shipped import shipped_scenes
 

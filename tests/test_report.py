@@ -16,18 +16,18 @@ import pytest
 from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
 
 from elastic import deflection
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.figures.peaks import peaks
 from kinelast.figures.refinement import refined_peaks
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
 from kinelast.numbers import number, quantity, round_down, round_up, ticks
+from kinelast.outputs.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
+from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.outputs.stills.drawing import mechanism_drawing
 from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
 from kinelast.scene.shipped import shipped_scenes
-from kinelast.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
-from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
-from kinelast.stills.drawing import mechanism_drawing
 
 VOID = {"meta", "img", "br", "link"}
 HANGING = tomllib.loads(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.scene.reading import SceneError, scene_from_text, scene_motion, scene_motion_at
 from rigid import drive_efforts, position_of, reactions
 from rigid.analysis import LinkAngle, Slide

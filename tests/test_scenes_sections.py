@@ -7,7 +7,7 @@ import pytest
 from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 
 from elastic import deflection, displacement_of, extremes, sample
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.scene.reading import scene_from_text, scene_motion
 from rigid.analysis import Slide

@@ -7,7 +7,7 @@ import re
 import pytest
 from scene_texts import FOUR_BAR, edited
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.scene.reading import SceneError, scene_from_text, structure_from_text
 from rigid import assur_groups
 from rigid.topology import mechanism_mobility

@@ -12,14 +12,14 @@ import browser
 import pytest
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.designs.asked import scattered, sought
-from kinelast.designs.bars import Bars, bars_svg
 from kinelast.designs.plan import plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.together import together
 from kinelast.designs.variables import numbers, place_of
 from kinelast.numbers import quantity
+from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_scene
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.scene.reading import SceneError, read_scene, read_structure, shipped_structures
 from rigid.topology import (
     Action,

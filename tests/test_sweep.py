@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from kinelast import SceneError, scene_from_dict, shipped_scenes
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.plan import plan_of

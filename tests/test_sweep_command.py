@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from sweeps import swept_scene, tree
 
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.designs.evaluation import Evaluation
-from kinelast.designs.manifest import read_manifest
 from kinelast.designs.plan import plan_of
-from kinelast.designs.running import run_plan
-from kinelast.designs.store import stored_chunks
 from kinelast.scene.text import file_text, toml_tables
+from kinelast.sweep.manifest import read_manifest
+from kinelast.sweep.running import run_plan
+from kinelast.sweep.store import stored_chunks
 
 SWEEP = """
 [sweep]
@@ -77,7 +77,7 @@ def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patch:
-        patch.setattr("kinelast.designs.store.sync", full)
+        patch.setattr("kinelast.sweep.store.sync", full)
         assert swept(scene, tmp_path / "out") == 2
     told = capsys.readouterr().err
     assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in told

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 from sweeps import IDENTITY, Parabolas, tree
 
-from kinelast.designs import cluster, running, store
-from kinelast.designs.manifest import read_manifest
-from kinelast.designs.running import run_plan
-from kinelast.designs.store import stored_chunks
-from kinelast.folder import held
+from kinelast.outputs.outbox import held
 from kinelast.request import RequestError
+from kinelast.sweep import cluster, running, store
+from kinelast.sweep.manifest import read_manifest
+from kinelast.sweep.running import run_plan
+from kinelast.sweep.store import stored_chunks
 
 COUNT, CHUNK = 1050, 100
 KILLS = 3  # benchmarks/sweep_faults.py does it at full size

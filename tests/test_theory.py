@@ -14,7 +14,7 @@ from scene_texts import FOUR_BAR, edited
 from elastic import deflection, sample
 from elastic.elastodynamics import buckling_factor
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
-from kinelast.command import main
+from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.results import Results

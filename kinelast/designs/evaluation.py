@@ -31,7 +31,7 @@ class Plan(Protocol):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Figures of the designs of a plan, see `kinelast.designs.running.Compute`.
+    """Figures of the designs of a plan, see `kinelast.sweep.running.Compute`.
 
     A row holds the numbers that differ, by their paths, and the figures by their names; all are kept where a process
     that computes chunks gets it pickled.

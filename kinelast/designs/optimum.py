@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from kinelast.designs.asked import Sought
 from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
 from kinelast.designs.search import Found, Tell, evolved, from_many_starts, local_searches
@@ -78,3 +80,23 @@ def optimum(
     return Optimum(
         best.end, problem.values(best.end), best.violation == 0, tuple(searches), found, sum(counted), len(counted)
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A problem and the best design that was found.
+
+    Attributes
+    ----------
+    before, after
+        Figures of the scene as it stands and of the best design, by name; nan where they are not known.
+    quasi_static
+        Whether the scene asks for no other theory, as all figures here are without vibration.
+    """
+
+    sought: Sought
+    optimum: Optimum
+    units: Mapping[str, str]
+    before: Mapping[str, float]
+    after: Mapping[str, float]
+    quasi_static: bool = True

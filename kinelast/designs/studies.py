@@ -14,13 +14,11 @@ from kinelast.designs.evaluate import Designs, evaluate
 from kinelast.designs.figures import Figure
 from kinelast.designs.figures import figures_of as known_figures
 from kinelast.designs.frequency_figures import frequency_figures
-from kinelast.designs.optimum import optimum
-from kinelast.designs.optimum_files import Solved
+from kinelast.designs.optimum import Solved, optimum
 from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
-from kinelast.designs.tolerance_files import Toleranced
-from kinelast.designs.tolerances import DESIGNS, REPEATS, first_order, points_for, scatter, variance_shares
+from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
 from kinelast.designs.variables import Variable, numbers, variable
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, known_name

@@ -11,6 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import norm, qmc, sobol_indices, uniform
 
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
+from kinelast.designs.variables import Variable
 
 REPEATS = 8  # sets of points that are scrambled apart
 DESIGNS = 2048  # by default, in all sets together
@@ -173,3 +174,35 @@ def variance_shares(
         found = sobol_indices(func=values, n=INDEX_SAMPLE, dists=dists, rng=np.random.default_rng(seed))
     alone, together = (np.reshape(each, (len(names), -1)) for each in (found.first_order, found.total_order))
     return {name: (alone[k], together[k]) for k, name in enumerate(names)}
+
+
+@dataclass(frozen=True, eq=False)
+class Toleranced:
+    """All that is known of figures under tolerances.
+
+    Attributes
+    ----------
+    variables, tolerances
+        The numbers that scatter, and by how much.
+    nominal
+        Sensitivities of the design as it stands, by which the first order goes.
+    first
+        First order, in the order of the sensitivities' figures.
+    sampled
+        Of samples, by figure.
+    shares
+        Sobol's indices, by figure: alone, and with all it acts together with; shapes (variables,).
+    units
+        Of the figures.
+    designs
+        How many were sampled.
+    """
+
+    variables: tuple[Variable, ...]
+    tolerances: tuple[Tolerance, ...]
+    nominal: Sensitivities
+    first: FirstOrder
+    sampled: Mapping[str, Scatter]
+    shares: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    units: Mapping[str, str]
+    designs: int

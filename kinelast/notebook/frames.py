@@ -9,7 +9,7 @@ import numpy as np
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words
 from kinelast.notebook.named import PointMotion, SceneDeflection, SceneMotion
-from kinelast.tables import position_columns
+from kinelast.outputs.tables import position_columns
 
 STATIONS = 21
 POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}

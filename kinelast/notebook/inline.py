@@ -13,10 +13,10 @@ from typing import Any
 from kinelast.compute import computed
 from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
-from kinelast.folder import made_from, version
 from kinelast.line import gist
 from kinelast.notebook.named import SceneDeflection
-from kinelast.page.report import report_page
+from kinelast.outputs.outbox import made_from, version
+from kinelast.outputs.page.report import report_page
 from kinelast.request import Request
 from kinelast.scene.data import Scene
 

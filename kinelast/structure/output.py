@@ -6,8 +6,8 @@ import traceback
 from dataclasses import replace
 from importlib import metadata
 
-from kinelast.folder import add_to
 from kinelast.outcome import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
+from kinelast.outputs.outbox import add_to
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from kinelast.scene.reading import SceneError, StructureScene, read_structure

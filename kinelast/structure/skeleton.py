@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.sheet import PAPER, Sheet
+from kinelast.outputs.sheet import PAPER, Sheet
 from rigid import Mechanism
 from rigid.topology import assembled
 

@@ -12,7 +12,7 @@ from elastic import FIELDS, coefficients
 from kinelast.figures.peaks import Peak
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.numbers import REPORT_UNITS
-from kinelast.page.arrays import Numbers
+from kinelast.outputs.page.arrays import Numbers
 from rigid import PinDrive, Spring, TorsionSpring
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out

@@ -12,16 +12,16 @@ import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.rewritten import rewritten
-from kinelast.designs.store import NUMBER, put
-from kinelast.designs.tally import Tally
-from kinelast.folder import complete, finished, sizes, version, write_json
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
-from kinelast.page.designs import designs_page, first_axes, front, is_greater
+from kinelast.outputs.outbox import complete, finished, sizes, version, write_json
+from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.request import Request, RequestError
 from kinelast.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.error import plain
 from kinelast.scene.shipped import shipped_scenes
+from kinelast.sweep.store import NUMBER, put
+from kinelast.sweep.tally import Tally
 
 FOLDER = "designs"  # in that of the scene
 """Each of its folders bears the number of its design."""

@@ -4,39 +4,16 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kinelast.designs.asked import Sought
 from kinelast.designs.certificate import ACTIVE, RADII
-from kinelast.designs.optimum import Optimum
+from kinelast.designs.optimum import Solved
 from kinelast.numbers import number, percent, quantity
 
 HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """A problem and the best design that was found.
-
-    Attributes
-    ----------
-    before, after
-        Figures of the scene as it stands and of the best design, by name; nan where they are not known.
-    quasi_static
-        Whether the scene asks for no other theory, as all figures here are without vibration.
-    """
-
-    sought: Sought
-    optimum: Optimum
-    units: Mapping[str, str]
-    before: Mapping[str, float]
-    after: Mapping[str, float]
-    quasi_static: bool = True
 
 
 def optimum_figures(solved: Solved) -> dict[str, Any]:

@@ -16,9 +16,9 @@ import numpy as np
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results, joint_words
 from kinelast.figures.trust import verdict
-from kinelast.folder import held
 from kinelast.numbers import REPORT_UNITS
 from kinelast.outcome import Outcome
+from kinelast.outputs.outbox import held
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from rigid import Reals
@@ -220,7 +220,7 @@ def write_parquet(out: Path, rows: Sequence[Sequence[str]]) -> None:
 
 def write_index(out: Path, rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None) -> None:
     """OUT/index.html: the rows of summary.csv and the seconds that scenes took as a page; raises as `write_summary`."""
-    from kinelast.page.index import MARK, index_page
+    from kinelast.outputs.page.index import MARK, index_page
 
     path = out / "index.html"
     with held(path) as hidden:

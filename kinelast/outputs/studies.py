@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kinelast.designs.optimum_files import optimum_figures, write_optimum
 from kinelast.designs.rewritten import rewritten
-from kinelast.designs.sensitivity_files import sensitivity_bars, sensitivity_figures, write_sensitivities
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
-from kinelast.designs.tolerance_files import tolerance_bars, tolerance_figures, write_tolerances
 from kinelast.designs.tolerances import DESIGNS
+from kinelast.outputs.optimum import optimum_figures, write_optimum
+from kinelast.outputs.sensitivities import sensitivity_bars, sensitivity_figures, write_sensitivities
+from kinelast.outputs.tolerances import tolerance_bars, tolerance_figures, write_tolerances
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.text import of_file
 

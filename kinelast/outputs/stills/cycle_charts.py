@@ -11,8 +11,8 @@ import numpy as np
 from elastic import FIELDS, Field, Kind, sample
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.numbers import quantity, scale_of, ticks
-from kinelast.sheet import LINKS as COLOURS
-from kinelast.stills.charts import DASHES, Axis, Chart, Curve, field_maps
+from kinelast.outputs.sheet import LINKS as COLOURS
+from kinelast.outputs.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 10

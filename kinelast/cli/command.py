@@ -16,15 +16,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinelast.options import parsed
+from kinelast.cli.options import parsed
+from kinelast.cli.terminal import fill_closed_streams, progress, say
 from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task
 from kinelast.scene.error import plain
 from kinelast.stopping import StoppedError, stoppable
-from kinelast.terminal import fill_closed_streams, progress, say
 
 if TYPE_CHECKING:
+    from kinelast.cli.terminal import Report
     from kinelast.request import Request
-    from kinelast.terminal import Report
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 
@@ -168,8 +168,8 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Names
     """A table of all scenes, where there is anything to tell."""
     from dataclasses import replace
 
+    from kinelast.outputs.tables import summary_row, write_index, write_parquet, write_summary
     from kinelast.request import RequestError
-    from kinelast.tables import summary_row, write_index, write_parquet, write_summary
 
     if not (outcomes or options.out.is_dir()):
         return
@@ -210,7 +210,7 @@ def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int)
 
 def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
     """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
-    from kinelast.sweep import Asked, try_design, try_sweep
+    from kinelast.sweep.output import Asked, try_design, try_sweep
 
     jobs = options.jobs or _cores()
     asked = Asked(options.positions, jobs, options.resume, options.most, options.scheduler, options.pages)
@@ -315,7 +315,7 @@ def _outcomes(
     """The outcomes in the order of the scenes."""
     jobs = min(options.jobs or _cores(), len(tasks))
     if jobs > 1:
-        from kinelast.workers import side_by_side
+        from kinelast.cli.workers import side_by_side
 
         yield from side_by_side(tasks, jobs, request, options.resume, report)
         return

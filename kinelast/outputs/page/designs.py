@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.page.arrays import Numbers
-from kinelast.page.report import as_data, filled, shared_parts, text_of
+from kinelast.outputs.page.arrays import Numbers
+from kinelast.outputs.page.report import as_data, filled, shared_parts, text_of
 
 MARK = b'<script type="application/json" id="designs">'  # by which a page of this program is known
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")

@@ -10,8 +10,8 @@ import numpy as np
 from elastic import sample
 from kinelast.figures.results import Results, points_of
 from kinelast.numbers import quantity, round_down
-from kinelast.sheet import Sheet
-from kinelast.stills.charts import INK, SOFT, STYLE, svg_of
+from kinelast.outputs.sheet import Sheet
+from kinelast.outputs.stills.charts import INK, SOFT, STYLE, svg_of
 from rigid import Posture, position_of
 from rigid.loads import beam_directions
 

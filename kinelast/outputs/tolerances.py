@@ -5,53 +5,18 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kinelast.designs.accuracy import GEOMETRIC, WHOLE
-from kinelast.designs.bars import Bars, bars_svg
-from kinelast.designs.sensitivities import Sensitivities
-from kinelast.designs.tolerances import FirstOrder, Scatter, Tolerance
-from kinelast.designs.variables import Variable
+from kinelast.designs.tolerances import Scatter, Toleranced
 from kinelast.numbers import number, quantity
+from kinelast.outputs.bars import Bars, bars_svg
 
 TOLD = 2  # figures of which the closing words tell, where there are no errors of the output
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
-
-
-@dataclass(frozen=True, eq=False)
-class Toleranced:
-    """All that is known of figures under tolerances.
-
-    Attributes
-    ----------
-    variables, tolerances
-        The numbers that scatter, and by how much.
-    nominal
-        Sensitivities of the design as it stands, by which the first order goes.
-    first
-        First order, in the order of the sensitivities' figures.
-    sampled
-        Of samples, by figure.
-    shares
-        Sobol's indices, by figure: alone, and with all it acts together with; shapes (variables,).
-    units
-        Of the figures.
-    designs
-        How many were sampled.
-    """
-
-    variables: tuple[Variable, ...]
-    tolerances: tuple[Tolerance, ...]
-    nominal: Sensitivities
-    first: FirstOrder
-    sampled: Mapping[str, Scatter]
-    shares: Mapping[str, tuple[np.ndarray, np.ndarray]]
-    units: Mapping[str, str]
-    designs: int
 
 
 def tolerance_figures(found: Toleranced) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kinelast.folder import recovered
+from kinelast.cli.terminal import say
 from kinelast.outcome import BUG, Outcome, Task
+from kinelast.outputs.outbox import recovered
 from kinelast.processes import Lost, answers
 from kinelast.run import try_scene
-from kinelast.terminal import say
 
 if TYPE_CHECKING:
     from kinelast.request import Request

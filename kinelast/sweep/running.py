@@ -11,12 +11,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinelast.designs.manifest import Manifest, read_manifest, require_same, versions
-from kinelast.designs.store import Store, encoded, store_name
-from kinelast.folder import held
+from kinelast.outputs.outbox import held
 from kinelast.processes import Lost, answers
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
+from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
+from kinelast.sweep.store import Store, encoded, store_name
 
 TRIES = 3  # of a chunk whose process dies
 MOST_FAILED = 10  # chunks of a run: what fails so often fails always
@@ -192,7 +192,7 @@ def _source(
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
     """Chunks as they come, from wherever they are computed."""
     if scheduler is not None:
-        from kinelast.designs.cluster import cluster_answers
+        from kinelast.sweep.cluster import cluster_answers
 
         return cluster_answers(work, numbers, scheduler)
     if jobs > 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from kinelast.page.report import as_data, filled, shared_parts
+from kinelast.outputs.page.report import as_data, filled, shared_parts
 
 MARK = b'<script type="application/json" id="rows">'  # by which a page of this program is known
 SCRIPTS = ("numbers", "dom", "theme", "index")

@@ -14,10 +14,10 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any, TypeVar
 
-from kinelast.designs.manifest import versions
 from kinelast.processes import Lost
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
+from kinelast.sweep.manifest import versions
 
 AHEAD = 3  # chunks a thread has, done or to do
 LOOKED = 5.0  # [s] after which workers are counted again

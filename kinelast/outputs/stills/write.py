@@ -8,9 +8,9 @@ from pathlib import Path
 from kinelast.figures.peaks import Peak, peak_positions
 from kinelast.figures.results import Results
 from kinelast.figures.summary import greatest_beam
-from kinelast.stills.charts import line_charts
-from kinelast.stills.cycle_charts import axis, cycle_charts, cycle_maps
-from kinelast.stills.drawing import mechanism_drawing
+from kinelast.outputs.stills.charts import line_charts
+from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
+from kinelast.outputs.stills.drawing import mechanism_drawing
 
 HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 

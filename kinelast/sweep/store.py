@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.manifest import NAME, Manifest, manifest_bytes
 from kinelast.request import RequestError
+from kinelast.sweep.manifest import NAME, Manifest, manifest_bytes
 
 SMALL = 100_000  # designs
 BLOCK = 10_000  # rows that are read at once

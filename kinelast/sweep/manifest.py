@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from kinelast.folder import json_bytes, version
+from kinelast.outputs.outbox import json_bytes, version
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinelast.numbers import number, scale_of, ticks
-from kinelast.sheet import LINKS as COLOURS
+from kinelast.outputs.sheet import LINKS as COLOURS
 from rigid import Reals
 
 if TYPE_CHECKING:

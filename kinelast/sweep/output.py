@@ -12,23 +12,23 @@ from typing import Any
 import numpy as np
 
 from kinelast.attempt import attempted
-from kinelast.design_pages import Pages, design_text, write_pages
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
-from kinelast.designs.manifest import Manifest
 from kinelast.designs.plan import Plan, Rows, plan_of
-from kinelast.designs.running import run_plan
-from kinelast.designs.store import NUMBER, put, stored_chunks
-from kinelast.designs.tally import Aim, Tally, tallied
-from kinelast.folder import json_bytes, version
 from kinelast.numbers import quantity
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task
+from kinelast.outputs.outbox import json_bytes, version
 from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.reading import built
 from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
+from kinelast.sweep.manifest import Manifest
+from kinelast.sweep.pages import Pages, design_text, write_pages
+from kinelast.sweep.running import run_plan
+from kinelast.sweep.store import NUMBER, put, stored_chunks
+from kinelast.sweep.tally import Aim, Tally, tallied
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known

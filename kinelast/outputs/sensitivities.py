@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.bars import Bars, bars_svg
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.variables import Variable
 from kinelast.numbers import number, quantity
+from kinelast.outputs.bars import Bars, bars_svg
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by")  # fmt: skip

@@ -1,0 +1,1 @@
+"""The deflection-report command: its options, what it prints, and scenes side by side."""
