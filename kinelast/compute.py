@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastic import Deflection, deflection
+from elastic import Deflection
 from kinelast.figures.long_runs import SHOWN
 from kinelast.figures.results import Results
 from kinelast.request import Request, RequestError
-from kinelast.scene.motion import reached_by_integration, require_reached
-from kinelast.scene.reading import Scene, SceneError, scene_motion, scene_motion_at, scene_times
+from kinelast.scene.data import Scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import require_reached, require_tables, scene_deflection, scene_motion
 from rigid import Motion
 from rigid.analysis import reachable
 
@@ -35,8 +36,8 @@ def computed(scene: Scene, request: Request, progress: Progress = no_progress) -
     SceneError, RequestError
         A position is out of reach; positions that are to be left out leave none.
     """
-    course, left_out = _course(scene, request)
-    bent = deflection(course, scene.sections, joints=scene.joints)
+    moved, left_out = _moved(scene, request)
+    bent = scene_deflection(scene, moved)
     require_on_beams(scene, bent)
     plain = Results(scene, bent, checked(scene, bent, request, progress), left_out)
     return _further_checked(by_theory(plain, request, progress), request, progress)
@@ -84,12 +85,12 @@ def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress
     return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
 
 
-def _require_reached(scene: Scene, course: Motion) -> None:
+def _require_reached(scene: Scene, moved: Motion) -> None:
     """Raise where a motion goes where the mechanism does not reach."""
     try:
-        require_reached(scene, course)
+        require_reached(scene, moved)
     except SceneError as error:
-        advice = "; --reachable leaves out what cannot be reached" if reachable(course).any() else ""
+        advice = "; --reachable leaves out what cannot be reached" if reachable(moved).any() else ""
         raise SceneError(error.file, error.table, error.key, error.problem + advice) from None
 
 
@@ -114,17 +115,14 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
             raise SceneError(scene.path, f"links.{link}", "points", f"the block {problem}: let the beam reach further")
 
 
-def _course(scene: Scene, request: Request) -> tuple[Motion, int]:
+def _moved(scene: Scene, request: Request) -> tuple[Motion, int]:
     """The motion, and how many positions were left out."""
-    time = scene_times(scene, request.positions)
-    if request.reachable and len(reached := reached_by_integration(scene, time)) < len(time):
-        return scene_motion_at(scene, reached), len(time) - len(reached)
-    course = scene_motion(scene, request.positions, partial=True)
-    good = reachable(course)
-    if good.all():
-        return course, 0
-    if not request.reachable:
-        _require_reached(scene, course)
-    if not good.any():
+    times = scene.course.times(request.positions)
+    kept = scene.course.reached(times) if request.reachable else times
+    if not len(kept):
         raise RequestError("no position can be reached")
-    return scene_motion_at(scene, course.time[good]), int((~good).sum())
+    moved = scene.course.at(kept)
+    if not request.reachable:
+        _require_reached(scene, moved)
+    require_tables(scene, moved)
+    return moved, len(times) - len(kept)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 
 from kinelast.attempt import attempted
 from kinelast.compute import Progress, by_theory, checked, computed, no_progress, require_chunk
-from kinelast.figures.long_runs import SHOWN, is_long, long_results, reached_times
+from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
 from kinelast.line import gist, questions
@@ -23,12 +23,11 @@ from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Ou
 from kinelast.outputs import tables
 from kinelast.outputs.outbox import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.request import Request, RequestError
+from kinelast.scene.course import OnStep
 from kinelast.scene.error import plain
-from kinelast.scene.motion import reached_by_integration
-from kinelast.scene.reading import Scene, scene_from_bytes, scene_times
+from kinelast.scene.reading import Scene, scene_from_bytes
 from kinelast.scene.text import decoded, file_bytes
 from kinelast.weight import require_room
-from rigid import MechanismError
 
 Tell = Callable[[str], None]
 
@@ -90,11 +89,10 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         scene = replace(scene, report_units=request.units)
     positions = request.positions or scene.run.positions
     long = is_long(scene, positions)
-    if scene.is_integrated:
-        _integrate(scene, progress)
-        if scene.interrupted is not None:
-            request = replace(request, reachable=True)
-            made = {**made, "interrupted": scene.interrupted}  # so that no later run takes it for whole
+    scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
+    if scene.course.interrupted is not None:
+        request = replace(request, reachable=True)
+        made = {**made, "interrupted": scene.course.interrupted}  # so that no later run takes it for whole
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
         tell(heavy)
     if long:
@@ -111,23 +109,22 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     return _told(task, figures)
 
 
-def _integrate(scene: Scene, progress: Progress) -> None:
-    """Find the motion under efforts, which may take long; what stops it is told where the motion is asked for."""
+def _on_step(scene: Scene, progress: Progress) -> OnStep:
+    """Who is told of the steps of an integrated motion, which may take long."""
     stage, end = f"{scene.name}: integrated, in thousandths of {scene.run.duration:g} s", scene.run.duration
 
     def on_step(time: float) -> None:
         progress(stage, int(1000 * time / end), 1000)
 
-    with suppress(MechanismError):
-        scene.integrated(on_step)
+    return on_step
 
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
     """The results of a long run, whose tables are written on the way."""
-    instants = scene_times(scene, request.positions)
+    instants = scene.course.times(request.positions)
     count = len(instants)
     if request.reachable:
-        instants = reached_times(scene, reached_by_integration(scene, instants))
+        instants = scene.course.reached(instants)
         if not len(instants):
             raise RequestError("no position can be reached")
     fields = tables.FieldFile(part / "fields.npz", len(instants), request.stations) if request.fields else None

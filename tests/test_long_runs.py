@@ -174,7 +174,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
     def full(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("kinelast.compute.deflection", full)
+    monkeypatch.setattr("kinelast.compute.scene_deflection", full)
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
     assert "scene: out of memory: ask for fewer positions" in capsys.readouterr().err
 

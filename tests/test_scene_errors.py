@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
-from kinelast.scene.motion import reached_by_integration
+from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 from kinelast.scene.reading import (
     SceneError,
@@ -489,6 +489,25 @@ def test_two_entries_at_one_place_are_a_step():
     assert course.mechanism.loads[0].law(course).tolist() == [1, 1, 3, 3, 3]
 
 
+def test_a_course_answers_alike_whenever_it_is_asked():
+    """Interrupted from the keyboard at its third step, before anybody asked for the motion."""
+
+    def three(time: float) -> None:
+        seen.append(time)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+
+    seen: list[float] = []
+    course = scene_from_text(FALLING).course.telling(three)
+    assert course.interrupted == seen[-1]
+    assert course.at(course.reached(course.times())).time.max() <= seen[-1]
+    assert (course.interrupted, len(seen)) == (seen[-1], 3)
+    steady = scene_from_text(FOUR_BAR).course
+    assert (steady.interrupted, steady.telling(three)) == (None, steady)
+    assert steady.period == pytest.approx(2 * np.pi / 100)
+    assert np.isnan(course.period)
+
+
 def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached():
     scene = scene_from_text(edited(FALLING, ("positions", "steps = 3\npositions")))
     with pytest.raises(
@@ -496,11 +515,13 @@ def test_an_integration_that_takes_too_many_steps_ends_and_keeps_what_it_reached
     ):
         scene_motion(scene)
     seen: list[float] = []
-    course, stop = scene_from_text(edited(FALLING, ("positions", "steps = 3\npositions"))).integrated(seen.append)
+    course = scene.course.telling(seen.append)
+    assert isinstance(course, IntegratedCourse)
+    motion, stop = course.integrated
     assert stop is not None
-    assert seen == course.time[1:].tolist()
+    assert seen == motion.time[1:].tolist()
     whole = scene_from_text(FALLING)
-    reached = reached_by_integration(scene, scene_times(whole))
+    reached = scene.course.reached(scene_times(whole))
     assert 0 < len(reached) < 21
     np.testing.assert_allclose(
         scene_motion_at(scene, reached).direction, scene_motion_at(whole, reached).direction, atol=1e-8

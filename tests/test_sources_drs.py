@@ -103,7 +103,7 @@ class TestDragReduction:
         (lump,) = links[at].lumps
         assert lump.inertia == pytest.approx(2 * 0.12 / 3)
         links[at] = replace(links[at], lumps=(replace(lump, inertia=2 * 0.12**2 / 3),))
-        right = replace(self.scene, mechanism=replace(mechanism, links=tuple(links)))
+        right = replace(self.scene, course=replace(self.scene.course, mechanism=replace(mechanism, links=tuple(links))))
         # 25408.6 N is the largest of positions 0.1 ms apart; the peak between them is half a newton higher.
         assert self.force(*np.linspace(0, 50, 501), scene=right).max() == pytest.approx(25408.6, abs=0.05)
         assert self.force(*np.linspace(0.9, 0.91, 501), scene=right).max() == pytest.approx(25409.06, abs=5e-3)

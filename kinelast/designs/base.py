@@ -9,18 +9,18 @@ from typing import Any
 
 import msgspec
 
-from elastic import deflection
 from kinelast.designs.figures import Figure, chosen, figures_of
 from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.variables import Place, place_of
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Results
+from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import Output
-from kinelast.scene.motion import require_determined, scene_motion
+from kinelast.scene.motion import require_determined, scene_deflection, scene_motion
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction
 from kinelast.scene.reading import built
@@ -86,7 +86,7 @@ def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[s
 
 def _guessed_output(scene: Scene) -> Output | None:
     """What the machine is there for as its report tells it from its form, where the scene does not say."""
-    results = Results(scene, deflection(scene_motion(scene, partial=True), scene.sections, joints=scene.joints))
+    results = Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))
     found = output_figure(results, point_figures(results), angle_figures(results))
     if found is None or found["kind"] == "angle":
         return None if found is None else Output(found["name"])
@@ -101,7 +101,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
-    if scene.is_integrated or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
+    if isinstance(scene.course, IntegratedCourse) or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
         return False
     one_drive = len(table.drives) == 1
     if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):

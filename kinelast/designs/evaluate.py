@@ -13,7 +13,6 @@ from kinelast.designs.base import Base, base_of
 from kinelast.designs.figures import Figure, Found
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion_at, scene_times
 from kinelast.scene.reading import built
 from rigid import SINGULAR, MechanismError, Reals
 from rigid.chunks import columns_of
@@ -196,8 +195,7 @@ def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Itera
 
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     """Figures of designs at all positions; a row 0 before them is left out."""
-    course = scene_motion_at(scene, scene_times(scene))
-    found = Found(scene, course, base.output, base.fields, len(rows) + 1)
+    found = Found(scene, scene.course.at(scene.course.times()), base.output, base.fields, len(rows) + 1)
     many = len(found.columns) > 1
     own = slice(1, len(rows) + 1) if many else slice(None)
     figures = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, deflection
+from elastic import FIELDS, Deflection
 from elastic.assessment import angle_error, euler_ratio
 from elastic.beams.compliance import designs_of
 from elastic.cycle_maxima import Maximum, cycle_maxima
@@ -18,6 +18,7 @@ from kinelast.figures.results import WELL, drive_words
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
 from kinelast.scene.limits import Output
+from kinelast.scene.motion import scene_deflection
 from rigid import Motion, drive_efforts
 from rigid.analysis import reachable, transmission_angles
 from rigid.constants import mass_moments
@@ -43,7 +44,7 @@ class Found:
     @cached_property
     def bent(self) -> Deflection:
         """Its deflection, computed where a figure asks for it."""
-        return deflection(self.motion, self.scene.sections, joints=self.scene.joints)
+        return scene_deflection(self.scene, self.motion)
 
     @cached_property
     def reached(self) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic import Deflection, sample, share_base
 from kinelast.figures.comparisons import NonlinearCheck
-from kinelast.scene.drives import DriveEffort
+from kinelast.scene.course import CourseByLaws
 from kinelast.scene.error import SceneError
 
 if TYPE_CHECKING:
@@ -33,17 +33,18 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     """
     from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, estimated_errors, nonlinear_steady_state
 
-    scene, motion = results.scene, results.motion
-    laws = [law for law in scene.laws if not isinstance(law, DriveEffort)]
-    cyclic = scene.run.turn and len(laws) == len(scene.laws) and not results.left_out
+    scene, motion, course = results.scene, results.motion, results.scene.course
+    cyclic = course.run.turn and not results.left_out
     strides = [n for n in range(1, len(motion.time)) if len(motion.time) % (2 * n) == 0]
-    if not cyclic or not strides or len(motion.time) < FEWEST:
+    if not isinstance(course, CourseByLaws) or not cyclic or not strides or len(motion.time) < FEWEST:
         problem = f"the nonlinear check takes a turn of drives that follow laws, {FEWEST} positions or more, even"
         raise SceneError(scene.path, "run", "", problem)
     stride = max((n for n in strides if len(motion.time) // n >= ENOUGH), default=1)
 
+    laws = course.laws
+
     def solve(elements: int, positions: int) -> Any:
-        given = scene.mechanism, scene.sections, laws, scene.run.duration, positions, elements, scene.joints
+        given = scene.mechanism, scene.sections, laws, course.period, positions, elements, scene.joints
         return nonlinear_steady_state(*given, _damping(results), float(motion.time[0]), progress)
 
     try:

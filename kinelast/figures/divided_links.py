@@ -10,7 +10,6 @@ import numpy as np
 from elastic import Deflection, deflection
 from elastic.assessment import LIMITS, Exceedance, least_axial_force
 from kinelast.scene.data import Scene
-from kinelast.scene.motion import scene_motion_at
 
 KIND = "axial force"
 
@@ -36,8 +35,8 @@ def divided_links(scene: Scene, plain: Deflection, counted: Any) -> list[Exceeda
 
     pressed = np.where(counted, -least_axial_force(plain), -np.inf)
     positions = np.array(sorted({int(pressed[owners == at].max(axis=0).argmax()) for at in divided}))
-    course = scene_motion_at(scene, plain.motion.time[positions])
-    factor = buckling_factor(deflection(course, plain.sections, plain.joints))
+    moved = scene.course.at(plain.motion.time[positions])
+    factor = buckling_factor(deflection(moved, plain.sections, plain.joints))
     unknown = [_unknown(int(positions[number])) for number in np.flatnonzero(np.isnan(factor))[:1]]
     known = np.where(np.isnan(factor), np.inf, factor)
     worst = int(known.argmin())

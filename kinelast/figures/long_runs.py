@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, deflection, sample
+from elastic import Deflection, sample
 from elastic.assessment import angle_error
 from kinelast.figures.results import STATIONS, WELL, Results, Whole
 from kinelast.scene.data import Scene
-from kinelast.scene.motion import require_tables, scene_motion_in_chunks, scene_motion_near
-from rigid import Motion, Posture, Reals
-from rigid.analysis import reachable
+from kinelast.scene.motion import require_tables, scene_deflection
+from rigid import Posture, Reals
 from rigid.friction import friction_power
 
 LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
@@ -30,12 +29,6 @@ def is_long(scene: Scene, positions: int) -> bool:
     """Whether a run is to go in chunks: it is long."""
     mechanism = scene.mechanism
     return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
-
-
-def reached_times(scene: Scene, time: Reals) -> Reals:
-    """Those of some instants that the mechanism reaches."""
-    good = [reachable(course) for course in scene_motion_in_chunks(scene, time)]
-    return np.asarray(time[np.concatenate(good)])
 
 
 def long_results(
@@ -78,17 +71,16 @@ def long_results(
 
 def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:
     first = 0
-    for course in scene_motion_in_chunks(scene, time):
-        require_tables(scene, course)
-        bent = deflection(course, scene.sections, joints=scene.joints)
+    for moved in scene.course.chunks(time):
+        require_tables(scene, moved)
+        bent = scene_deflection(scene, moved)
         require(scene, bent)
         yield first, Results(scene, bent)
-        first += len(course.time)
+        first += len(moved.time)
 
 
 def _near(scene: Scene, time: Reals, origin: Any, direction: Any) -> Deflection:
-    course: Motion = scene_motion_near(scene, time, Posture(scene.mechanism, origin, direction))
-    return deflection(course, scene.sections, joints=scene.joints)
+    return scene_deflection(scene, scene.course.near(time, Posture(scene.mechanism, origin, direction)))
 
 
 def _sizes(results: Results) -> Iterator[Any]:

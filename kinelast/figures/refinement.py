@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic import deflection
 from kinelast.figures.peaks import Peak, peak_positions
 from kinelast.figures.results import WELL, Results, extremes_of
-from kinelast.scene.reading import scene_motion_at
+from kinelast.scene.motion import scene_deflection
 from rigid import Reals
 
 POINTS = 9  # instants looked at in every bracket in a round
@@ -65,8 +64,8 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
     At every name's own instants; shapes of `grid`.
     """
     order = np.argsort(grid, axis=None)
-    course = scene_motion_at(results.scene, grid.ravel()[order])
-    bent = deflection(course, results.scene.sections, joints=results.scene.joints)
+    moved = results.scene.course.at(grid.ravel()[order])
+    bent = scene_deflection(results.scene, moved)
     found = extremes_of(bent, tuple(dict.fromkeys(field for field, _ in names)))
     back = np.argsort(order).reshape(grid.shape)
     rows = [
@@ -74,7 +73,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
         for row, (field, beam) in enumerate(names)
     ]
     values, places = zip(*rows, strict=True)
-    return np.array(values), np.array(places), (course.condition <= WELL)[back]
+    return np.array(values), np.array(places), (moved.condition <= WELL)[back]
 
 
 def _peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:
@@ -84,7 +83,7 @@ def _peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> I
     run = results.scene.run
     time = {row: float(at % run.duration if run.turn else at) for row, (_, _, at) in better.items()}
     rows = sorted(better, key=lambda row: time[row])
-    drive = scene_motion_at(results.scene, [time[row] for row in rows]).drive
+    drive = results.scene.course.at([time[row] for row in rows]).drive
     for k, row in enumerate(rows):
         value, xi, _ = better[row]
         yield row, Peak(float(value), float(xi), time[row], tuple(drive[:, k].tolist()), refined=True)

@@ -12,7 +12,6 @@ from elastic.assessment import angle_error
 from elastic.links.added_loads import AddedLoads, made_of
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
-from kinelast.scene.motion import scene_motion_near
 from rigid import posture
 
 NOTHING = 1e-9  # share of the error below which a rest is round-off
@@ -55,7 +54,7 @@ def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
         factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
     at = int(np.argmin(np.abs(results.motion.time - time)))  # the way there is known
-    course = scene_motion_near(scene, np.array([time]), posture(results.motion, [at]))
+    course = scene.course.near(np.array([time]), posture(results.motion, [at]))
     more = results.deflection.added
     return deflection(course, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
 

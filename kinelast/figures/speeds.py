@@ -6,7 +6,6 @@ import csv
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from kinelast.numbers import quantity
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
-from kinelast.scene.motion import scene_motion_at
 from kinelast.threads import one_thread
 from rigid import ConstantSpeed, MechanismError, PinDrive
 
@@ -64,10 +62,9 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
     own = abs(float(scene.laws[0].speed))
     speed = np.linspace(*asked)
-    motion_at = partial(scene_motion_at, scene)
     try:
         ratios, period = (speed / own).tolist(), 2 * math.pi / own
-        found = speed_map(motion_at, period, ratios, scene.sections, _largest, scene.joints, damping_of(scene))
+        found = speed_map(scene.course.at, period, ratios, scene.sections, _largest, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     spans = critical_speeds(found.omega).items()

@@ -50,7 +50,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
             **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
             "locked": results.locked_count,
             "left_out": results.left_out,
-            "interrupted": None if scene.interrupted is None else figure(scene.interrupted, "s"),
+            "interrupted": None if scene.course.interrupted is None else figure(scene.course.interrupted, "s"),
             "start": figure(motion.time[0], "s"),
             "end": figure(motion.time[-1], "s"),
             "largest_condition": _worst_condition(results),

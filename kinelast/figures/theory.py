@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,6 @@ from elastic.elastodynamics import (
 )
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion_at
 from kinelast.threads import one_thread
 from rigid import MechanismError, Motion
 
@@ -150,11 +148,10 @@ def damping_of(scene: Scene) -> Damping:
 
 
 def _vibrating(scene: Scene, motion: Motion, period: float, tolerance: float) -> Elastodynamic:
-    motion_at = partial(scene_motion_at, scene)
     given = scene.sections, scene.joints, damping_of(scene), tolerance
     try:
         if math.isnan(period):
-            return transient(motion, motion_at, *given)
-        return elastodynamic(motion, motion_at, period, *given)
+            return transient(motion, scene.course.at, *given)
+        return elastodynamic(motion, scene.course.at, period, *given)
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {error}") from None

@@ -101,8 +101,8 @@ def _positions(results: Results) -> Finding:
             f" ill-conditioned, beyond {number(WELL)}: round-off grows there;"
             " positions.csv has them, with their condition numbers."
         )
-    if results.scene.interrupted is not None:
-        reached = quantity(results.scene.interrupted, "s")
+    if results.scene.course.interrupted is not None:
+        reached = quantity(results.scene.course.interrupted, "s")
         text += f" The integration was interrupted at {reached}: {results.left_out} later positions are left out."
     elif results.left_out:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."

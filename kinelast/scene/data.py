@@ -2,44 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from html import escape
 from typing import Any
 
 from elastic import JointCompliance, Section
+from kinelast.scene.course import Course, Run
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
-from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, forward
-
-
-@dataclass(frozen=True)
-class Run:
-    """Which instants of the motion are looked at.
-
-    Attributes
-    ----------
-    positions
-        How many, from the start on.
-    duration
-        [s].
-    turn
-        The duration is one turn of a drive at constant speed, or one round of a repeated law, and its end, which is its
-        start, is not repeated.
-    tolerance
-        Relative, of a step where a motion is integrated.
-    steps
-        After so many an integration is given up.
-    """
-
-    positions: int
-    duration: float
-    turn: bool
-    tolerance: float = 1e-10
-    steps: int = 1000
-
 
 QUASI_STATIC, ELASTODYNAMIC = "quasi-static", "elastodynamic"
 
@@ -107,10 +79,8 @@ class Scene:
     ----------
     name, title, source
         Stem of the file, and what the scene says of itself.
-    path
-        Of the file, or what stands for it.
-    mechanism
-        Geometry, mass, drives, loads and springs. The block of a slot is a link of its own.
+    course
+        The mechanism with the laws or efforts of its drives, and its run. The block of a slot is a link of its own.
     sections, labels
         One per beam, in the order of `mechanism.beams`: its rigidities and dimensions (rigidities infinite for rigid
         links), and the name of its link, followed by .1, .2 where that has several beams.
@@ -118,10 +88,6 @@ class Scene:
         By name, the joints that give way or do not fit.
     materials
         By name, those that the file describes.
-    laws
-        One per drive: time [s] to coordinate, rate and acceleration; or an effort, and the motion follows.
-    run
-        Instants to look at.
     outlines
         Corners of the links' drawings in their own axes [m], by link; only links that have one.
     limits, output
@@ -139,14 +105,11 @@ class Scene:
     name: str
     title: str
     source: str
-    path: str
-    mechanism: Mechanism
+    course: Course
     sections: tuple[Section, ...]
     labels: tuple[str, ...]
     joints: Mapping[str, JointCompliance]
     materials: Mapping[str, Material]
-    laws: tuple[DriveLaw | DriveEffort, ...]
-    run: Run
     outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
@@ -170,47 +133,22 @@ class Scene:
         counts["position"] = self.run.positions
         return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
 
-    @cached_property
-    def course(self) -> IntegratedMotion | None:
-        """The motion where a drive is an effort, as `integrated`; None where laws tell the motion."""
-        return self.integrated()[0] if self.is_integrated else None
+    @property
+    def mechanism(self) -> Mechanism:
+        """Geometry, mass, drives, loads and springs."""
+        return self.course.mechanism
 
     @property
-    def is_integrated(self) -> bool:
-        """Whether a drive is an effort, from which the motion follows."""
-        return any(isinstance(law, DriveEffort) for law in self.laws)
+    def laws(self) -> tuple[DriveLaw | DriveEffort, ...]:
+        """One per drive, as of `Course`."""
+        return self.course.laws
 
     @property
-    def interrupted(self) -> float | None:
-        """Up to which time a user let the motion be integrated [s]; None where it was not interrupted."""
-        stop = self.__dict__.get("_integrated", (None, None))[1]
-        return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
+    def run(self) -> Run:
+        """Instants to look at."""
+        return self.course.run
 
-    def integrated(
-        self, on_step: Callable[[float], None] | None = None
-    ) -> tuple[IntegratedMotion, ForwardError | None]:
-        """The motion under the drives' efforts over the run, and what stops it where it cannot go on to the end.
-
-        It is found once; `on_step` is called meanwhile with the time that is reached.
-
-        Raises
-        ------
-        MechanismError
-            It cannot begin.
-        """
-        if "_integrated" not in self.__dict__:
-            self.__dict__["_integrated"] = self._integrate(on_step)
-        found: tuple[IntegratedMotion, ForwardError | None] = self.__dict__["_integrated"]
-        return found
-
-    def _integrate(self, on_step: Callable[[float], None] | None) -> tuple[IntegratedMotion, ForwardError | None]:
-        drives = [law.effort if isinstance(law, DriveEffort) else law for law in self.laws]
-        begin = [(law.start, law.speed) if isinstance(law, DriveEffort) else (0.0, 0.0) for law in self.laws]
-        start, rate = zip(*begin, strict=True)
-        run = self.run
-        try:
-            return forward(self.mechanism, drives, start, rate, run.duration, run.tolerance, run.steps, on_step), None
-        except ForwardError as error:
-            if error.course is None:
-                raise
-            return error.course, error
+    @property
+    def path(self) -> str:
+        """Of the file, or what stands for it."""
+        return self.course.path

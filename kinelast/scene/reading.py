@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.data import Making, Material, Run, Scene, Theory
+from kinelast.scene.course import Run, course_of
+from kinelast.scene.data import Making, Material, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
@@ -98,14 +99,11 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         name=name,
         title=table.title or name.replace("_", " "),
         source=table.source,
-        path=path,
-        mechanism=mechanism,
+        course=course_of(mechanism, parts.laws, run, path),
         sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
         labels=tuple(_label(body, k) for body, k in beams),
         joints=build_joints(table, mechanism),
         materials={material: _material(stuff, material) for material, stuff in table.materials.items()},
-        laws=parts.laws,
-        run=run,
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
         limits=build_limits(table, mechanism),
         output=build_output(table, mechanism),

@@ -1,0 +1,256 @@
+"""The course of a scene: its mechanism moved, by laws of its drives or integrated where a drive is an effort."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import nan
+from typing import Any
+
+import numpy as np
+
+from kinelast.scene.drives import DriveEffort, DriveLaw
+from kinelast.scene.error import SceneError
+from rigid import Mechanism, MechanismError, Motion, Posture, Reals, motion, motion_in_chunks
+from rigid.analysis import reachable
+from rigid.chunks import columns_of
+from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, TableError, forward, motion_during
+
+OnStep = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """Which instants of the motion are looked at.
+
+    Attributes
+    ----------
+    positions
+        How many, from the start on.
+    duration
+        [s].
+    turn
+        The duration is one turn of a drive at constant speed, or one round of a repeated law, and its end, which is its
+        start, is not repeated.
+    tolerance
+        Relative, of a step where a motion is integrated.
+    steps
+        After so many an integration is given up.
+    """
+
+    positions: int
+    duration: float
+    turn: bool
+    tolerance: float = 1e-10
+    steps: int = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Course(ABC):
+    """A mechanism with all that tells its motion; the motion itself at any instants.
+
+    Attributes
+    ----------
+    mechanism
+        Geometry, mass, drives, loads and springs.
+    laws
+        One per drive: time [s] to coordinate, rate and acceleration; or an effort, and the motion follows.
+    run
+        Instants to look at.
+    path
+        Of the scene's file, for messages.
+    """
+
+    mechanism: Mechanism
+    laws: tuple[DriveLaw | DriveEffort, ...]
+    run: Run
+    path: str = ""
+
+    def times(self, positions: int | None = None) -> Reals:
+        """Instants of the run [s], shape (positions,); `positions` overrides how many.
+
+        Of many designs whose runs last differently long, shape (designs, positions).
+        """
+        count = self.run.positions if positions is None else positions
+        if count < 1:
+            raise ValueError(f"expected at least 1 position, got {count}")
+        times = np.linspace(0.0, self.run.duration, count, endpoint=not self.run.turn, axis=-1)
+        return times.reshape(-1, count) if times.ndim > 1 else times
+
+    @property
+    def period(self) -> float:
+        """After which the drives repeat their motion [s]: the run where it is a turn; else nan."""
+        return self.run.duration if self.run.turn else nan
+
+    @property
+    def interrupted(self) -> float | None:
+        """Up to which time the motion was found when a user interrupted it [s]; None where none did."""
+        return None
+
+    def telling(self, on_step: OnStep) -> Course:
+        """The same course, which calls `on_step` with the time [s] that it has reached where it takes steps."""
+        return self
+
+    @abstractmethod
+    def at(self, times: Any) -> Motion:
+        """The motion at any instants [s], shape (positions,), as far as it reaches them.
+
+        Raises
+        ------
+        SceneError
+            The motion does not begin, or ends before; a table ends too soon.
+        """
+
+    def near(self, times: Any, postures: Posture) -> Motion:
+        """The motion at instants apart from one another: on the branch of postures near by. Raises as `at`."""
+        return self.at(times)
+
+    @abstractmethod
+    def chunks(self, times: Reals) -> Iterator[Motion]:
+        """The motion, so many instants at a time as stay in the cache. Raises as `at`."""
+
+    @abstractmethod
+    def reached(self, times: Reals) -> Reals:
+        """Those of some instants [s] that the mechanism reaches."""
+
+
+@dataclass(frozen=True, eq=False)
+class CourseByLaws(Course):
+    """A course whose drives all follow laws."""
+
+    laws: tuple[DriveLaw, ...]
+
+    def at(self, times: Any) -> Motion:
+        """The motion at any instants."""
+        times = np.asarray(times, float)
+        with _of_scene(self.path, self.mechanism):
+            return motion(self.mechanism, *self._drives(times), times)
+
+    def near(self, times: Any, postures: Posture) -> Motion:
+        """The motion at instants apart from one another."""
+        with _of_scene(self.path, self.mechanism):
+            return motion(self.mechanism, *self._drives(times), times, postures)
+
+    def chunks(self, times: Reals) -> Iterator[Motion]:
+        """The motion, chunk by chunk."""
+        with _of_scene(self.path, self.mechanism):
+            yield from motion_in_chunks(self.mechanism, *self._drives(times), times)
+
+    def reached(self, times: Reals) -> Reals:
+        """Instants at which all joints close."""
+        return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
+
+    def _drives(self, times: Any) -> tuple[Any, Any, Any]:
+        """Coordinates, rates and accelerations of the drives, each of shape (drives, positions)."""
+        triples = zip(*(law(times) for law in self.laws), strict=True)
+        coordinates, rates, accelerations = (np.array(part) for part in triples)
+        return coordinates, rates, accelerations
+
+
+@dataclass(frozen=True, eq=False)
+class IntegratedCourse(Course):
+    """A course with a drive that is an effort: its motion is integrated over the run, once, when it is asked for.
+
+    Attributes
+    ----------
+    on_step
+        Called with the time [s] that is reached after every step.
+    """
+
+    on_step: OnStep | None = None
+
+    def telling(self, on_step: OnStep) -> Course:
+        """The same course, not yet integrated."""
+        return replace(self, on_step=on_step)
+
+    @cached_property
+    def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
+        """The motion, and what stops it where it cannot go on to the end of the run.
+
+        Raises
+        ------
+        SceneError
+            It cannot begin.
+        """
+        drives = [law.effort if isinstance(law, DriveEffort) else law for law in self.laws]
+        begin = [(law.start, law.speed) if isinstance(law, DriveEffort) else (0.0, 0.0) for law in self.laws]
+        start, rate = zip(*begin, strict=True)
+        run = self.run
+        with _of_scene(self.path, self.mechanism):
+            try:
+                way = run.duration, run.tolerance, run.steps, self.on_step
+                return forward(self.mechanism, drives, start, rate, *way), None
+            except ForwardError as error:
+                if error.course is None:
+                    raise
+                return error.course, error
+
+    @property
+    def interrupted(self) -> float | None:
+        """Up to which time a user let the motion be integrated [s]."""
+        stop = self.integrated[1]
+        return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
+
+    def at(self, times: Any) -> Motion:
+        """The motion at any instants."""
+        times = np.asarray(times, float)
+        with _of_scene(self.path, self.mechanism):
+            return motion_during(self._until(times), times)
+
+    def chunks(self, times: Reals) -> Iterator[Motion]:
+        """The motion, chunk by chunk."""
+        with _of_scene(self.path, self.mechanism):
+            step, whole = columns_of(self.mechanism, len(times)), self._until(times)
+            yield from (motion_during(whole, times[k : k + step]) for k in range(0, len(times), step))
+
+    def reached(self, times: Reals) -> Reals:
+        """Instants that the integration reaches."""
+        return times[times <= self.integrated[0].time[-1]]
+
+    def _until(self, times: Reals) -> IntegratedMotion:
+        """The integrated motion; raises what stops it before the last of some instants."""
+        whole, stop = self.integrated
+        if stop is not None and times.max(initial=0.0) > whole.time[-1]:
+            raise stop
+        return whole
+
+
+def course_of(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str = "") -> Course:
+    """The course of a mechanism: integrated where a drive is an effort."""
+    known = tuple(law for law in laws if not isinstance(law, DriveEffort))
+    if len(known) == len(laws):
+        return CourseByLaws(mechanism, known, run, path)
+    return IntegratedCourse(mechanism, laws, run, path)
+
+
+@contextmanager
+def _of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
+    """Turn what the mechanism says into a mistake of its scene."""
+    try:
+        yield
+    except MechanismError as error:
+        raise SceneError(path, table_of(mechanism, error), "", f"{error}{_advice(error)}") from None
+    except TableError as error:
+        raise SceneError(path, "drives", "", str(error)) from None
+
+
+def _advice(error: MechanismError) -> str:
+    """What can be done about an integration that stops."""
+    if not isinstance(error, ForwardError) or error.course is None:
+        return ""
+    more = "; steps under [run] allows more" if error.kind == "steps" else ""
+    return f"{more}; --reachable keeps what was reached"
+
+
+def table_of(mechanism: Mechanism, error: MechanismError) -> str:
+    """The table of a scene that an error of the mechanism is about."""
+    if error.kind in ("drawing", "drives"):
+        return "points" if error.kind == "drawing" else "drives"
+    for slider in mechanism.sliders:
+        if error.joints == (slider.name,):
+            return f"{'slots' if slider.link == f'{slider.name} block' else 'sliders'}.{slider.name}"
+    links = [name for name in error.links if " " not in name]
+    return f"links.{links[0]}" if len(links) == 1 else "links"
