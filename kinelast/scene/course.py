@@ -208,7 +208,7 @@ class IntegratedCourse(Course):
 
     def reached(self, times: Reals) -> Reals:
         """Instants that the integration reaches."""
-        return times[times <= self.integrated[0].time[-1]]
+        return np.asarray(times[times <= self.integrated[0].time[-1]])
 
     def _until(self, times: Reals) -> IntegratedMotion:
         """The integrated motion; raises what stops it before the last of some instants."""
