@@ -8,22 +8,13 @@ if TYPE_CHECKING:
     from kinelast.notebook.frames import to_pandas, to_xarray
     from kinelast.notebook.inline import film, picture, report
     from kinelast.notebook.named import deflection, load, motion
-    from kinelast.scene.reading import (
-        Run,
-        Scene,
-        SceneError,
-        StructureScene,
-        read_scene,
-        read_structure,
-        scene_from_dict,
-        scene_from_text,
-        scene_motion,
-        scene_motion_at,
-        scene_times,
-        shipped_scenes,
-        shipped_structures,
-        structure_from_text,
-    )
+    from kinelast.scene.course import Run
+    from kinelast.scene.data import Scene
+    from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
+    from kinelast.scene.error import SceneError
+    from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
+    from kinelast.scene.shipped import shipped_scenes, shipped_structures
+    from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
 
 __all__ = [
     "Run",
@@ -50,26 +41,28 @@ __all__ = [
     "to_xarray",
 ]
 
-_NOTEBOOK = {
-    "deflection": "named",
-    "film": "inline",
-    "load": "named",
-    "motion": "named",
-    "picture": "inline",
-    "report": "inline",
-    "to_pandas": "frames",
-    "to_xarray": "frames",
+_HOME = {
+    "notebook.frames": ("to_pandas", "to_xarray"),
+    "notebook.inline": ("film", "picture", "report"),
+    "notebook.named": ("deflection", "load", "motion"),
+    "scene.course": ("Run",),
+    "scene.data": ("Scene",),
+    "scene.document": ("read_scene", "scene_from_dict", "scene_from_text"),
+    "scene.error": ("SceneError",),
+    "scene.motion": ("scene_motion", "scene_motion_at", "scene_times"),
+    "scene.shipped": ("shipped_scenes", "shipped_structures"),
+    "scene.structure_scene": ("StructureScene", "read_structure", "structure_from_text"),
 }
 
 
 def __getattr__(name: str) -> Any:
     """Import the exports when they are asked for: the command's help needs none of them."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    place = f"kinelast.notebook.{_NOTEBOOK[name]}" if name in _NOTEBOOK else "kinelast.scene.reading"
-    return getattr(import_module(place), name)
+    for place, names in _HOME.items():
+        if name in names:
+            return getattr(import_module(f"kinelast.{place}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -24,8 +24,9 @@ from kinelast.outputs import tables
 from kinelast.outputs.outbox import complete, finished, foreign, made_from, sizes, version, write_json
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep
+from kinelast.scene.data import Scene
+from kinelast.scene.document import scene_from_bytes
 from kinelast.scene.error import plain
-from kinelast.scene.reading import Scene, scene_from_bytes
 from kinelast.scene.text import decoded, file_bytes
 from kinelast.weight import require_room
 

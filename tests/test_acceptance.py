@@ -18,8 +18,9 @@ from kinelast.figures.shares import output_shares
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.tables import _lines
 from kinelast.request import Request
+from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.motion import scene_motion
 from kinelast.scene.shipped import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")

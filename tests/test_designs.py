@@ -12,12 +12,12 @@ from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
-from kinelast.designs.variables import numbers
 from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
 from kinelast.request import Request
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.variables import numbers
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
 from tests.scene_texts import SWING, WHEEL
 

@@ -14,8 +14,9 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import Section, deflection
 from fem_check import compare, solve
+from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.motion import scene_motion
 from rigid import (
     Beam,
     Friction,

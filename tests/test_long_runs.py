@@ -21,7 +21,8 @@ from kinelast import weight
 from kinelast.cli.command import main
 from kinelast.figures import long_runs
 from kinelast.figures.results import Results
-from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.motion import scene_motion
 
 
 def both(text, tmp_path, monkeypatch, *options, status=0):

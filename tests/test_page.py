@@ -15,7 +15,7 @@ from kinelast.compute import computed
 from kinelast.numbers import number, quantity
 from kinelast.outputs.page import data
 from kinelast.request import Request
-from kinelast.scene.reading import read_scene
+from kinelast.scene.document import read_scene
 from kinelast.scene.shipped import shipped_scenes
 from rigid import acceleration_of, position_of, velocity_of
 

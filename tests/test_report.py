@@ -26,7 +26,8 @@ from kinelast.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.outputs.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
 from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
 from kinelast.outputs.stills.drawing import mechanism_drawing
-from kinelast.scene.reading import scene_from_dict, scene_motion, scene_motion_at
+from kinelast.scene.document import scene_from_dict
+from kinelast.scene.motion import scene_motion, scene_motion_at
 from kinelast.scene.shipped import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}

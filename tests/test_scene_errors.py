@@ -14,16 +14,10 @@ from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
 from kinelast.scene.course import IntegratedCourse
+from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
 from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
-from kinelast.scene.reading import (
-    SceneError,
-    read_scene,
-    scene_from_dict,
-    scene_from_text,
-    scene_motion,
-    scene_motion_at,
-    scene_times,
-)
 from kinelast.scene.section_quantities import BendingRigidity
 from kinelast.scene.structure_scene import structure_from_dict
 

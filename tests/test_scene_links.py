@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.motion import scene_motion
 from kinelast.scene.quantities import (
     Coordinate,
     Density,
@@ -17,7 +19,6 @@ from kinelast.scene.quantities import (
     Moment,
     Speed,
 )
-from kinelast.scene.reading import scene_from_text, scene_motion
 from kinelast.scene.section_quantities import Stress
 from rigid import position_of
 

@@ -9,11 +9,14 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import deflection, sample
+from kinelast.scene.document import read_scene, scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import scene_motion, scene_times
 from kinelast.scene.quantities import (
     Coordinate,
 )
-from kinelast.scene.reading import SceneError, read_scene, scene_from_text, scene_motion, scene_times, shipped_scenes
 from kinelast.scene.schema import schema_text
+from kinelast.scene.shipped import shipped_scenes
 from kinelast.scene.units import USUAL, registry
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 

@@ -9,7 +9,8 @@ from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 from elastic import deflection, displacement_of, extremes, sample
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
-from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.motion import scene_motion
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 

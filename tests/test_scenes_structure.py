@@ -8,7 +8,9 @@ import pytest
 from scene_texts import FOUR_BAR, edited
 
 from kinelast.cli.command import main
-from kinelast.scene.reading import SceneError, scene_from_text, structure_from_text
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.structure_scene import structure_from_text
 from rigid import assur_groups
 from rigid.topology import mechanism_mobility
 

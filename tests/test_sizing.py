@@ -15,8 +15,8 @@ from kinelast.designs.accuracy import accuracy_figures
 from kinelast.designs.search import local_searches
 from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
 from kinelast.outputs.optimum import words
+from kinelast.scene.document import scene_from_dict
 from kinelast.scene.parsing import parse_toml
-from kinelast.scene.reading import scene_from_dict
 
 L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
 ARM = """

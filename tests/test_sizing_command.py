@@ -17,11 +17,11 @@ from kinelast.designs.asked import scattered, sought
 from kinelast.designs.plan import plan_of
 from kinelast.designs.rewritten import rewritten
 from kinelast.designs.together import together
-from kinelast.designs.variables import numbers, place_of
 from kinelast.numbers import quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_scene
+from kinelast.scene.variables import numbers, place_of
 
 ASKED = """
 [tolerances]

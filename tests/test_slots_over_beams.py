@@ -12,8 +12,9 @@ from elastic import PRIMARY, Section, Taper, deflection, sample
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
 from kinelast.compute import require_on_beams
+from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.reading import scene_from_text, scene_motion
+from kinelast.scene.motion import scene_motion
 from rigid import Beam, Friction, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
 
 LENGTH = 0.6

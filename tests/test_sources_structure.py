@@ -3,7 +3,10 @@
 import pytest
 
 from kinelast.cli.command import main
-from kinelast.scene.reading import SceneError, read_scene, read_structure, shipped_structures
+from kinelast.scene.document import read_scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.shipped import shipped_structures
+from kinelast.scene.structure_scene import read_structure
 from rigid.topology import (
     Action,
     cyclomatic_number,

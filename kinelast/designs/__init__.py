@@ -1,7 +1,7 @@
 """Many designs of a scene at once: numbers of the file by their paths, and the figures of every design."""
 
 from kinelast.designs.evaluate import Designs, evaluate
-from kinelast.designs.variables import Variable, read_value, variable, with_value
+from kinelast.scene.variables import Variable, read_value, variable, with_value
 
 __all__ = ["Designs", "Variable", "evaluate", "read_value", "variable", "with_value"]
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from kinelast.designs.problem import Limit
 from kinelast.designs.tolerances import Tolerance
-from kinelast.designs.variables import Variable, read_value, variable
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.format_sizing import Amount, BoundTable, ToleranceTable
 from kinelast.scene.units import Quantity
+from kinelast.scene.variables import Variable, read_value, variable
 
 Tables = Mapping[str, Any]
 

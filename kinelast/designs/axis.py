@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.base import Base
-from kinelast.designs.variables import Place, changed, replaced, within_bounds
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction, Size
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
+from kinelast.scene.variables import Place, changed, replaced, within_bounds
 from rigid.plane import unit
 
 

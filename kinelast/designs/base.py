@@ -12,9 +12,9 @@ import msgspec
 from kinelast.designs.figures import Figure, chosen, figures_of
 from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.output_range import output_range_figures
-from kinelast.designs.variables import Place, place_of
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Results
+from kinelast.scene.build import built
 from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.data import Scene
 from kinelast.scene.format import SceneTable
@@ -23,9 +23,9 @@ from kinelast.scene.limits import Output
 from kinelast.scene.motion import require_determined, scene_deflection, scene_motion
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction
-from kinelast.scene.reading import built
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
+from kinelast.scene.variables import Place, place_of
 from rigid import structure
 
 SUMMARY = ("deflection", "chord", "stress", "safety", "output_error", "drive_effort", "joint_force", "shaking_force",

@@ -11,9 +11,9 @@ import numpy as np
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
 from kinelast.designs.figures import Figure, Found
+from kinelast.scene.build import built
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.reading import built
 from rigid import SINGULAR, MechanismError, Reals
 from rigid.chunks import columns_of
 from rigid.dynamics import TableError

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import evaluate
-from kinelast.designs.variables import variable
+from kinelast.scene.variables import variable
 
 WORK = 1_000_000  # positions of beams that take about a second, with a handful of figures
 

@@ -14,12 +14,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinelast.designs.variables import Place, place_of, value_at
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_sweep import RangeTable, SweepTable
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text
+from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
 
 MOST = 10**18  # designs that can be numbered

@@ -8,12 +8,12 @@ from typing import Any
 
 import tomlkit
 
-from kinelast.designs.variables import Place, place_of, value_at
 from kinelast.scene.error import fault
 from kinelast.scene.parsing import parse_scene, parse_toml
 from kinelast.scene.quantities import Direction
 from kinelast.scene.text import of_file
 from kinelast.scene.units import FORM, TYPESET, Quantity
+from kinelast.scene.variables import Place, place_of, value_at
 
 DIGITS = 12
 SCHEMA = "#:schema"  # whose place is told from the file's own

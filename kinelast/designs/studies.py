@@ -19,14 +19,14 @@ from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
-from kinelast.designs.variables import Variable, numbers, variable
 from kinelast.scene.data import Scene
+from kinelast.scene.document import scene_from_dict
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
 from kinelast.scene.motion import scene_motion
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.reading import scene_from_dict
+from kinelast.scene.variables import Variable, numbers, variable
 
 Tables = Mapping[str, Any]
 Tell = Callable[[str, int, int], None]

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import norm, qmc, sobol_indices, uniform
 
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
-from kinelast.designs.variables import Variable
+from kinelast.scene.variables import Variable
 
 REPEATS = 8  # sets of points that are scrambled apart
 DESIGNS = 2048  # by default, in all sets together

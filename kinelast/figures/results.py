@@ -23,8 +23,7 @@ from elastic.assessment import (
 )
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.divided_links import divided_links
-from kinelast.scene.data import ELASTODYNAMIC
-from kinelast.scene.reading import Scene
+from kinelast.scene.data import ELASTODYNAMIC, Scene
 from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals, drive_efforts
 

@@ -14,7 +14,8 @@ from elastic import FIELDS, Deflection, sample
 from kinelast.compute import computed
 from kinelast.request import Request
 from kinelast.scene.data import Scene
-from kinelast.scene.reading import read_scene, scene_motion
+from kinelast.scene.document import read_scene
+from kinelast.scene.motion import scene_motion
 from kinelast.tasks import scene_paths
 from rigid import Motion, acceleration_of, position_of, velocity_of
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.designs.variables import Variable
 from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.scene.variables import Variable
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by")  # fmt: skip

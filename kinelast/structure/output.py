@@ -9,8 +9,8 @@ from importlib import metadata
 from kinelast.outcome import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
 from kinelast.outputs.outbox import add_to
 from kinelast.request import RequestError
-from kinelast.scene.error import plain
-from kinelast.scene.reading import SceneError, StructureScene, read_structure
+from kinelast.scene.error import SceneError, plain
+from kinelast.scene.structure_scene import StructureScene, read_structure
 from rigid import MechanismError
 
 

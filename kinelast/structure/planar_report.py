@@ -38,7 +38,7 @@ from rigid.topology import (
 )
 
 if TYPE_CHECKING:
-    from kinelast.scene.reading import Scene
+    from kinelast.scene.data import Scene
 
 
 @dataclass(frozen=True, eq=False)

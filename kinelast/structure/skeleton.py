@@ -14,7 +14,7 @@ from rigid.topology import assembled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from kinelast.scene.reading import Scene
+    from kinelast.scene.data import Scene
 
 
 def skeleton_svg(subject: Mechanism | Scene) -> str:

@@ -19,10 +19,10 @@ from kinelast.numbers import quantity
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task
 from kinelast.outputs.outbox import json_bytes, version
 from kinelast.request import RequestError
+from kinelast.scene.build import built
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format_sweep import SweepTable
 from kinelast.scene.parsing import parse_scene
-from kinelast.scene.reading import built
 from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
 from kinelast.sweep.manifest import Manifest
 from kinelast.sweep.pages import Pages, design_text, write_pages

@@ -1,11 +1,9 @@
-"""From a scene file to a `Scene`: the tables are parsed, then every part is built of them."""
+"""From parsed tables to a `Scene`: every part is built of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from math import nan, pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,7 @@ import numpy as np
 from kinelast.scene.course import Run, course_of
 from kinelast.scene.data import Making, Material, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
-from kinelast.scene.error import SceneError, fault
+from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
@@ -22,57 +20,11 @@ from kinelast.scene.links import Body
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.many import real, require, some
 from kinelast.scene.mechanism import SceneMechanism, build_mechanism
-from kinelast.scene.motion import require_determined, scene_motion, scene_motion_at, scene_times
-from kinelast.scene.parsing import parse_scene
 from kinelast.scene.sections import making, poisson_of
-from kinelast.scene.shipped import shipped_scenes, shipped_structures
-from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
-from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from rigid import ConstantSpeed, LineLoad, Load, SegmentedLaw
 
 STILL = 1e-9
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
-
-
-def read_scene(path: str | Path) -> Scene:
-    """The scene in a TOML file.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be read or holds a mistake.
-    """
-    return scene_from_bytes(file_bytes(Path(path)), path)
-
-
-def scene_from_bytes(content: bytes, path: str | Path) -> Scene:
-    """The scene in the bytes of a TOML file; raises as `read_scene`."""
-    return scene_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
-
-
-def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
-    """The scene in a TOML text; `path` stands for the file in messages.
-
-    Raises
-    ------
-    SceneError
-        The text holds a mistake.
-    """
-    return replace(scene_from_dict(toml_tables(text, path), name, path), text=text)
-
-
-def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
-    """The scene in the tables of a TOML file; `path` stands for the file in messages.
-
-    Raises
-    ------
-    SceneError
-        A table or a key is wrong.
-    """
-    with of_file(path):
-        scene = built(parse_scene(raw), name, path)
-        require_determined(scene)
-        return scene
 
 
 def built(table: SceneTable, name: str, path: str = "") -> Scene:
