@@ -1,4 +1,4 @@
-"""What hangs on the links: springs, and the pitch circles of gears."""
+"""Attachments of the links: springs, and the pitch circles of gears."""
 
 from __future__ import annotations
 

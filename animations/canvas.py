@@ -1,4 +1,4 @@
-"""An off-screen sheet of VTK: meshes whose points move, and text."""
+"""An off-screen sheet of VTK: meshes of moving points, and text."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Canvas:
         self._plotter.close()
 
     def image(self) -> Any:
-        """What is on it, uint8, shape (height, width, 3)."""
+        """The picture on it, uint8, shape (height, width, 3)."""
         self._plotter.camera.clipping_range = (1.0, 2 * DEPTH)
         self._plotter.render()  # a screenshot alone repeats what was last rendered
         return self._plotter.screenshot(None, return_img=True)
@@ -96,7 +96,7 @@ class Canvas:
         return mesh
 
     def colour_bar(self, low: complex, high: complex, signed: bool) -> None:
-        """A bar between two corners whose colours run from left to right."""
+        """A bar between two corners, with colours that run from left to right."""
         import pyvista as pv
 
         x = np.linspace(low.real, high.real, 65)

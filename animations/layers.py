@@ -36,7 +36,7 @@ class Stack:
 
 
 def stacked(found: Sequence[int], thick: Sequence[float]) -> Stack:
-    """Layers as thick as their thickest link, one before the other, the ground's behind them as thick as its next."""
+    """Stack of layers as thick as their thickest link; the ground's, behind all, is as thick as the one before it."""
     of_layer = [0.0] * (max(found) + 1)
     for layer, each in zip(found[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)

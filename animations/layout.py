@@ -69,7 +69,7 @@ class View:
         return (_seen(points, self.turn) - self.corner) * self.pixels
 
     def aside(self, z: float) -> complex:
-        """What moves a point of the plane [m] to where one at z above it is seen."""
+        """Shift of a point of the plane [m] to where one at z above it is seen."""
         right, up = np.linalg.solve(self.turn[:2, :2], self.turn[:2, 2] * z)
         return complex(right, up)
 
@@ -141,7 +141,7 @@ def scales_of(deflection: Deflection, diagram: Diagram, style: Style) -> Scales:
 
 
 def view_of(places: Iterable[Complexes], style: Style, turn: Reals) -> View:
-    """The view in which all places, as they are seen [m], stand between head and foot and fill what is there."""
+    """The view in which all places, as they are seen [m], fill the room between head and foot."""
     seen = list(places)
     (left, right), (low, high) = (
         (min(part.min() for part in parts), max(part.max() for part in parts))

@@ -1,4 +1,4 @@
-"""Words and measures around a mechanism: title, scales, what the colours mean, where the drives stand."""
+"""Words and measures around a mechanism: title, scales, meaning of the colours, coordinates of the drives."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
 
 
 def _within_turn(angle: float) -> float:
-    """Degrees from 0 to below 360, what is written as 360.0 taken for none."""
+    """Degrees from 0 to below 360; an angle that would be written as 360.0 is none."""
     within = float(np.degrees(angle)) % 360.0
     return 0.0 if within >= 359.95 else within
 
@@ -84,7 +84,7 @@ class Legend:
 
 
 def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend:
-    """Measures along the bottom, in pixels: the ordinates' scale, what the colours mean, a length."""
+    """Measures along the bottom, in pixels: the ordinates' scale, the meaning of the colours, a length."""
     unit = style.unit
     letter, middle = max(0.026 * unit, LEAST), 0.5j * FOOT * unit
     shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)

@@ -1,4 +1,4 @@
-"""What is drawn beside the links: which way the drives go, and the paths of the points."""
+"""Marks beside the links: the directions of the drives, and the paths of the points."""
 
 from __future__ import annotations
 

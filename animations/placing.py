@@ -1,4 +1,4 @@
-"""Where texts stand that move with the drawing: what they hide of it, and which are left out where two would meet."""
+"""Places of texts that move with the drawing: how much of it they hide, and which are left out where two would meet."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def kept_inside(middle: Complexes, half: complex, style: Style) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class Ink:
-    """What is drawn at some positions, in small pieces.
+    """Everything drawn at some positions, in small pieces.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Ink:
     areas: list[Reals]
 
     def hidden(self, middle: Complexes, half: complex) -> Reals:
-        """Area of what is under texts of one size, a mean over the positions.
+        """Drawn area under texts of one size, a mean over the positions.
 
         Parameters
         ----------

@@ -26,7 +26,7 @@ window.Render()
 
 
 class RenderingUnavailable(RuntimeError):  # noqa: N818 - what it says, not whose fault it is
-    """No picture can be drawn on this machine; the message names what to install."""
+    """No picture can be drawn on this machine; the message names the library to install."""
 
 
 @cache

@@ -1,4 +1,4 @@
-"""What is drawn, as points that move and cells that do not: plain numbers, before any graphics.
+"""Shapes to draw, as points that move and cells that do not: plain numbers, before any graphics.
 
 Every shape places its points at one position of the mechanism, in the plane of the motion [m].
 """

@@ -90,7 +90,7 @@ def _along(taper: Sequence[float]) -> Reals:
 
 @dataclass(frozen=True, eq=False)
 class CrossSections:
-    """What a beam looks like at its stations: depth in the plane of motion and width across it [m], round or not."""
+    """Cross-sections of a beam at its stations: depth in the plane of motion and width across it [m], round or not."""
 
     depth: Reals
     width: Reals
@@ -98,7 +98,7 @@ class CrossSections:
 
 
 def cross_sections(section: Section, thin: float) -> CrossSections:
-    """The cross-sections of a beam; of one whose dimensions are not known a round one of a diameter `thin` [m].
+    """The cross-sections of a beam; of one of unknown dimensions a round one of a diameter `thin` [m].
 
     What has another second moment of area than a circle or a tube is drawn as a rectangle of the same area and depth.
     """

@@ -55,7 +55,7 @@ def mechanism_bodies(
 
 
 def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
-    """What every beam looks like."""
+    """Cross-sections of every beam, as drawn."""
     return [cross_sections(section, THIN * scales.pin) for section in deflection.sections]
 
 
@@ -137,7 +137,7 @@ def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:
 
 
 def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
-    """Corners of what a block slides along on the ground [m]."""
+    """Corners of the rail on the ground that a block slides along [m]."""
     start, end = slide(deflection, slider, pin)
     way = under(end - start)
     corners: Complexes = np.array([start, end, end + 0.5 * pin * way, start + 0.5 * pin * way]) + 0.8 * pin * way

@@ -1,4 +1,4 @@
-"""How a picture is made: what its maker chooses."""
+"""Style of a picture: the choices of its maker."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Style:
     outlines: Mapping[str, Sequence[complex]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what no picture can be made of."""
+        """Refuse choices that no picture can be made with."""
         if min(self.size) < 160 or self.size[0] % 2 or self.size[1] % 2:
             raise ValueError(f"picture size {self.size[0]} x {self.size[1]}: both must be even, 160 at least")
         if self.exaggeration is not None and not self.exaggeration > 0:
@@ -64,5 +64,5 @@ class Style:
 
     @property
     def unit(self) -> float:
-        """What letters, margins and lines go with [pixels]: the height, or less of a picture that is narrow."""
+        """Unit of letters, margins and lines [pixels]: the height, or less of a picture that is narrow."""
         return min(float(self.size[1]), NARROW * self.size[0])

@@ -1,4 +1,4 @@
-"""The usual symbols: pins, the ground, sliding blocks and what they slide on."""
+"""The usual symbols: pins, the ground, sliding blocks and their rails."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[
 
 
 def slide(deflection: Deflection, slider: Slider, size: float) -> tuple[complex, complex]:
-    """Ends of the line that a slider's point goes along, and a little more, in the axes of what carries it [m]."""
+    """Ends of the line that a slider's point goes along, and a little more, in the axes of its owner [m]."""
     motion = deflection.motion
     on = motion.mechanism.index[slider.on]
     place = position_of(motion, slider.link, slider.point)

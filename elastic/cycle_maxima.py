@@ -149,7 +149,7 @@ def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Polynomials, or squares of what is asked for, and what their magnitudes are at least and at most."""
+    """Polynomials, or squares of the field in question, with bounds of their greatest magnitudes."""
 
     values: Any
     square: bool
@@ -180,7 +180,7 @@ def _bounds(values: Any, steps: int, square: bool) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=64)
 def _looks(count: int, steps: int) -> Any:
-    """What makes values at stations of coefficients in powers, then the second derivative's in Bernstein's basis."""
+    """Matrix from coefficients in powers to values at stations, and to the second derivative in Bernstein's basis."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
     return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values

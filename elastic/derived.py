@@ -91,7 +91,7 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
 
 
 def _lowered(deflection: Deflection, values: Any) -> Any:
-    """Products of polynomials along tapered beams, without what is round-off; others as they are."""
+    """Products of polynomials along tapered beams, without their round-off; others as they are."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))

@@ -90,7 +90,7 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
-    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, whose turning points M tells.
+    """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, with turning points by M.
 
     Strain and shear make the derivative of u and w another than the field before it.
     """
@@ -118,7 +118,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
 
 
 def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
-    """Extremes of fields whose turning points no other field tells: those of one degree together."""
+    """Extremes of fields with turning points that no other field tells: those of one degree together."""
     alike: dict[int, dict[str, Any]] = {}
     for key in keys:
         values = coefficients(deflection, key)

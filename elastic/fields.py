@@ -1,4 +1,4 @@
-"""The registry of fields: what runs along a beam, under which key, symbol, name and unit, and what it is made of.
+"""The registry of fields along a beam: key, symbol, name and unit of each, and the fields that it is made of.
 
 Sampling, extremes, tables, diagrams, maps and meshes follow from it: a new field that is the greatest, or the root of a
 sum of squares, of known ones is one entry here; one with a formula of its own takes a function in `elastic.derived`
@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 
 class Kind(Enum):
-    """What a field measures."""
+    """Kind of quantity that a field is."""
 
     LOAD = "load"
     FORCE = "section force"

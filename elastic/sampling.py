@@ -108,5 +108,5 @@ def _at_end_of_beam(
 
 
 def share_base(largest: Any) -> Any:
-    """What errors of beams are shares of: the largest deflection of each or what counts as that, shape (beams, ...)."""
+    """Base of relative errors: every beam's largest deflection, or a least share of that of all, shape (beams, ...)."""
     return np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))

@@ -226,7 +226,7 @@ def deflection(
 
 
 def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGaps]:
-    """Joint forces, what they and the loads do to the links, and the gaps that leaves at the joints."""
+    """Joint forces, the response of the links to them and the loads, and the gaps that this leaves at the joints."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.tensions for closed in motion.closures)

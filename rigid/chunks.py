@@ -125,7 +125,7 @@ def _telling(link: Link, drawn: Mechanism) -> list[str]:
 
 
 def _whole_turns(drawn: Mechanism, start: Any) -> Any:
-    """What the drives are beyond the drawing by whole turns, shape (drives, 1): gears would count them once more."""
+    """Whole turns of the drives beyond the drawing, shape (drives, 1): gears would count them once more."""
     if not drawn.gears:
         return np.zeros((len(start), 1))
     at, slides, _ = drawn_drives(drawn)

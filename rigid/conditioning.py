@@ -25,11 +25,11 @@ TINY = np.finfo(float).tiny  # instead of a zero to divide by
 
 
 class MotionState(Protocol):
-    """What of a `Motion` tells its condition."""
+    """The part of a `Motion` that its condition depends on."""
 
     @property
     def mechanism(self) -> Mechanism:
-        """What moves."""
+        """The moving mechanism."""
 
     @property
     def closures(self) -> tuple[Closure, ...]:
@@ -171,7 +171,7 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
 
 
 def amplified(bound: Columns, done: Columns) -> Columns:
-    """By how much a figure is less than its bound, 1 at least: what cancels leaves its round-off."""
+    """Growth of the relative round-off of a figure by cancellation: its bound over its size, 1 at least."""
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 

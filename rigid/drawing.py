@@ -19,7 +19,7 @@ FLAT = 1e-9  # distance from the line over the drawing's size below which joints
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What can be read off the drawing of a mechanism; places, directions and sides of designs that differ as arrays.
+    """Places, directions and sides in the drawing of a mechanism; arrays where the drawings of designs differ.
 
     `rows` picks designs, by number, for the `side`.
     """
@@ -40,7 +40,7 @@ class Drawing:
 
     @cached_property
     def _directions(self) -> dict[int, Any]:
-        """What the drawing tells: links with two drawn points, and what slides on them or they on."""
+        """Directions by the drawing: of links with two drawn points, and of links joined to them by sliders."""
         index = self.mechanism.index
         found: dict[int, Any] = {0: 1.0 + 0j}
         found |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}

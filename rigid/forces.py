@@ -75,7 +75,7 @@ class JointForces:
         return np.greater_equal(self.feedback, 1.0)
 
     def without_friction(self, number: int) -> tuple[Columns, Columns]:
-        """Force and moment of a joint on its child, friction left out: what constraint, drive and gear hold."""
+        """Force and moment of a joint on its child without friction: those of constraint, drive and gear."""
         force, moment = self.force[number], self.moment[number]
         if number in self.friction:
             pull, couple = self._places[number].driven(self.friction[number])
@@ -156,7 +156,7 @@ def joint_forces(
 def _balance(
     hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
 ) -> tuple[Columns, Columns]:
-    """Force and moment of tree joint number `at` on its child, whose other loads are all known by now."""
+    """Force and moment of tree joint number `at` on its child; all other loads of the child are known by now."""
     child = hinge.joint.child
     if hinge.joint.gear is not None:
         load, couple = force[child], moment[child] - cross(hinge.arm_child, force[child])
@@ -186,7 +186,7 @@ def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Co
 
 
 def _push(link: int, arm: Columns, pull: Columns, couple: Columns, force: list[Columns], moment: list[Columns]) -> None:
-    """Add a force at the end of an arm, and a moment, to what a moving link feels."""
+    """Add a force at the end of an arm, and a moment, to the loads of a moving link."""
     if link:
         force[link] = force[link] + pull
         moment[link] = moment[link] + (cross(arm, pull) + couple)

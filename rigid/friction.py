@@ -1,4 +1,4 @@
-"""Friction in the joints: what presses there makes an effort against the motion, which changes what presses.
+"""Friction in the joints: efforts against the motion in proportion to the joint forces, which they change in turn.
 
 Joint forces are linear in the efforts of friction, so that all positions are solved at once for these few numbers.
 Derivation: docs/theory.md, "Friction".
@@ -119,7 +119,7 @@ def friction_power(motion: Motion, forces: JointForces) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class _Contacts:
-    """What presses at the joints with friction, linear in the efforts of friction.
+    """Pressing forces at the joints with friction, linear in the efforts of friction.
 
     Attributes
     ----------
@@ -141,11 +141,11 @@ class _Contacts:
     influence: Any
 
     def pressing(self, efforts: Any) -> Any:
-        """What presses with efforts of friction of shape (joints, ..., positions)."""
+        """Components of the pressing forces under efforts of friction of shape (joints, ..., positions)."""
         return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
 
     def size(self, pressing: Any) -> Any:
-        """The pressing force of what presses, its second axis gone."""
+        """Magnitude of the pressing forces, the second axis of their components gone."""
         return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
                          for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
 
@@ -162,12 +162,12 @@ class _Contacts:
         return found
 
     def caused(self, efforts: Any) -> Any:
-        """Efforts of friction that what presses with given ones causes."""
+        """Efforts of friction caused by the pressing forces under given ones."""
         return self.given - self.strength * self.size(self.pressing(efforts))
 
     @property
     def feedback(self) -> Any:
-        """Spectral radius of what efforts cause by themselves, shape (..., positions): below 1 there is one answer."""
+        """Spectral radius of the efforts caused per effort, shape (..., positions): below 1 there is one answer."""
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
         rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: of effort i by effort j
         good = np.isfinite(rows).all(axis=(-2, -1))
@@ -212,7 +212,7 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
 
 
 def _pressing(place: JointPlace, own: Friction, force: Any, moment: Any, columns: tuple[int, ...]) -> Any:
-    """What presses at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
+    """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
     parts = (np.real(force), np.imag(force)) if place.turns else (cross(place.along, force), 2 * moment / own.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
@@ -240,7 +240,7 @@ def _solved(contacts: _Contacts, sought: Any) -> tuple[Any, Any]:
 
 
 def _sizes(contacts: _Contacts, efforts: Any) -> Any:
-    """What efforts are the sum of, as sizes to hold differences against."""
+    """Sum of the magnitudes of the parts of efforts, to measure differences by."""
     influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
     parts = contacts.size(np.abs(contacts.base) + influences)
     return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny

@@ -1,4 +1,4 @@
-"""Gears: what the motion of the driving links does to a follower, and what the follower's load asks of them.
+"""Gears: the motion of a follower by that of the driving links, and the loads on these by that on the follower.
 
 The one is the transpose of the other: `gear_input` of small displacements, `gear_loads` of forces.
 """
@@ -17,7 +17,7 @@ Moved = Callable[[Joint, int], tuple[Columns, Columns]]
 
 @dataclass(frozen=True, eq=False)
 class GearLoad:
-    """What a gear does to a link besides the follower's own force and moment.
+    """Load of a gear on a link, besides the follower's own force and moment.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
-    """What a gear does to all links besides the force and moment on its follower's child, and their opposite.
+    """Loads of a gear on all links, besides the force and moment on its follower's child and their opposite.
 
     Parameters
     ----------

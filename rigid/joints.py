@@ -1,4 +1,4 @@
-"""Pins and sliders: what each of them is, once for every question that is asked of it.
+"""Pins and sliders: coordinate, place, gap, constraints, force and effect of each, written once.
 
 A joint has one coordinate: the angle of its block from its owner at a pin [rad], the slide of the block along the
 owner's line at a slider [m]. Which of its links is placed first, its parent, has nothing to do with that.
@@ -26,7 +26,7 @@ class Placed(Protocol):
 
     @property
     def mechanism(self) -> Mechanism:
-        """Whose links."""
+        """The mechanism of the links."""
 
     @property
     def origin(self) -> Any:
@@ -112,7 +112,7 @@ class Joint:
 
     @cached_property
     def block(self) -> int:
-        """The link whose motion its coordinate tells: the one that slides."""
+        """The link that its coordinate moves: the one that slides."""
         return self.child if self.ordered else self.parent
 
     def point(self, link: int) -> str | None:
@@ -246,7 +246,7 @@ class JointPlace:
         return displacement if self.along is None else rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """What answers a displacement alone, of what answers both constraints as one complex number."""
+        """The part of a dual of both constraints, one complex number, that answers a displacement alone."""
         return dual if self.along is None else dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:

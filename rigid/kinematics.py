@@ -217,13 +217,13 @@ def _with_velocities(
 
 
 def _openings(motion: Motion) -> tuple[Openings, Openings]:
-    """What velocities and accelerations leave to the free joints of every group."""
+    """Openings that velocities and accelerations leave to the free joints of every group."""
     velocity, rotation, first = _velocities(motion.mechanism, motion.closures, motion.drive_rate)
     return first, _accelerations(motion.closures, velocity, rotation, motion.drive_acceleration)[2]
 
 
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
-    """The same motion for each of several designs that differ in what does not move them; `columns` its new shape."""
+    """The same motion for each of several designs that move alike; `columns` is its new shape."""
 
     def wide(value: Any) -> Any:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()

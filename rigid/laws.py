@@ -128,7 +128,7 @@ class SegmentedLaw:
     segments: tuple[Segment, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be followed."""
+        """Refuse a law that cannot be followed."""
         if not self.segments:
             raise LawError(1, "a law needs at least one segment")
         for number, segment in enumerate(self.segments, 1):

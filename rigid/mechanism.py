@@ -28,7 +28,7 @@ from rigid.parts import (
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A planar mechanism: links (one of them named "ground"), what joins them, what drives and loads them.
+    """A planar mechanism: links (one of them named "ground"), their joints, drives, gears, loads and friction.
 
     Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
     and so picks the branch it is assembled in; of designs whose drawings differ, it holds arrays of shape (designs, 1).

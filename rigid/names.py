@@ -14,7 +14,7 @@ UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
 
 class Named(Protocol):
-    """What a mechanism is made of."""
+    """The named parts of a mechanism."""
 
     @property
     def links(self) -> tuple[Link, ...]: ...  # noqa: D102
@@ -73,7 +73,7 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
 
 
 def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:
-    """What friction of a pin or of a slider cannot be."""
+    """Faults of the friction of a pin or of a slider."""
     for name, value in vars(friction).items():
         yield f"{what}: {name} is {np.min(value):.6g}, expected none below 0" if np.any(np.less(value, 0)) else None
     if slides:

@@ -133,7 +133,7 @@ class PinDrive:
 
     @property
     def name(self) -> str:
-        """What it is called: by its link."""
+        """Its name: that of its link."""
         return self.link
 
 
@@ -151,12 +151,12 @@ class SliderDrive:
 
     @property
     def name(self) -> str:
-        """What it is called: by its slider."""
+        """Its name: that of its slider."""
         return self.slider
 
 
 class Load(Protocol):
-    """Whatever pushes on points of links: a `PointLoad`, a spring, or an object of one's own."""
+    """A load on points of links: a `PointLoad`, a spring, or an object of the user's own."""
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
@@ -190,7 +190,7 @@ class Gear:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """Friction of a joint: Coulomb's, in proportion to what presses its surfaces together, and viscous.
+    """Friction of a joint: Coulomb's, in proportion to the force between its surfaces, and viscous.
 
     A pin that bears the force F resists turning by `coefficient` `radius` |F|, whatever the drive's own moment. The
     block of a slider resists sliding by `coefficient` max(|N|, 2 |M| / `length`): N is the force across its line and M

@@ -1,4 +1,4 @@
-"""Loads that depend on the direction of motion: what a pump's piston presses against, what a blade rubs on."""
+"""Loads that depend on the direction of motion: pressure on a pump's piston, rubbing of a blade."""
 
 from __future__ import annotations
 

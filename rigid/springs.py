@@ -74,7 +74,7 @@ class Spring:
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
     def energy(self, motion: Motion) -> Any:
-        """What it stores [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
+        """Stored energy [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
@@ -129,7 +129,7 @@ class TorsionSpring:
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
     def energy(self, motion: Motion) -> Any:
-        """What it stores [J], 0 at `angle`, shape (..., positions)."""
+        """Stored energy [J], 0 at `angle`, shape (..., positions)."""
         winding = self._winding(motion)
         return self.preload * winding + self.stiffness * winding**2 / 2
 

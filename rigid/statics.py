@@ -118,7 +118,7 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
 
 def _effort(place: JointPlace, force: Columns, moment: Columns) -> Columns:
-    """As `JointPlace.effort`; what is open across a slider's line does not matter."""
+    """As `JointPlace.effort`; an open force across a slider's line does not matter."""
     if place.turns:
         return moment
     parts = (np.real(place.along), np.real(force)), (np.imag(place.along), np.imag(force))

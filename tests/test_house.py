@@ -1,13 +1,21 @@
-"""The list of rooms in docs/house.md is made of the files' own first lines; `python tests/test_house.py` renews it."""
+"""The list of rooms in docs/house.md is made of the files' own first lines; `python tests/test_house.py` renews it.
+
+First lines of docstrings name the thing: none defines it by "what", "whose" or "whatever".
+"""
 
 import ast
+import re
 import sys
 from itertools import groupby
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "house.md"
 MARK = "<!-- rooms -->\n"
+PLAIN = ("rigid", "elastic", "fem_check", "animations")  # packages without riddles in first lines
+RIDDLE = re.compile(r"\b(what|whose|whatever)\b", re.IGNORECASE)
 
 
 def first_line(path):
@@ -33,6 +41,27 @@ def test_every_file_stands_in_its_room():
 
 def test_every_file_says_what_it_is_for():
     assert "`: \n" not in rooms()
+
+
+def first_lines(path):
+    """First lines of the docstrings of a file, its classes and its functions, with their line numbers."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    for node in ast.walk(tree):
+        words = ast.get_docstring(node) if isinstance(node, documented) else None
+        if words:
+            yield getattr(node, "lineno", 1), words.splitlines()[0]
+
+
+@pytest.mark.parametrize("package", PLAIN)
+def test_first_lines_are_no_riddles(package):
+    riddles = [
+        f"{path.relative_to(ROOT)}:{line}: {words}"
+        for path in sorted((ROOT / package).rglob("*.py"))
+        for line, words in first_lines(path)
+        if RIDDLE.search(words)
+    ]
+    assert not riddles, "\n".join(riddles)
 
 
 if __name__ == "__main__":

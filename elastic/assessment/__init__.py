@@ -1,4 +1,4 @@
-"""What the fields mean for a design: strength, buckling, output error, validity of the theory."""
+"""Assessment of a design by its fields: strength, buckling, output error, validity of the theory."""
 
 from elastic.assessment.beam_theory import introduction_share, sections_with_shear, shear_share
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness

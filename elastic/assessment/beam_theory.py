@@ -1,4 +1,4 @@
-"""How far beam theory itself is off: what shear would change, and how loads come in at the ends of beams."""
+"""Error of beam theory itself: deflection by shear, and by the introduction of moments at the ends of beams."""
 
 from __future__ import annotations
 
@@ -84,13 +84,13 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
 
 
 def _told_by_statics(deflection: Deflection) -> bool:
-    """Whether section forces are the same whatever the links give way, and go on without a jump along every beam."""
+    """Whether statics alone tells the section forces, and they go on without a jump along every beam."""
     trees, closures = trees_of(deflection.motion.mechanism), deflection.motion.closures
     return deflection.division.whole and not trees.cuts and not any(closed.tensions for closed in closures)
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Any) -> Any:
-    """What shear adds to the deflection from the chord where the forces stay as they are, shape of `sample`.
+    """Deflection from the chord by shear where the forces stay as they are, shape of `sample`.
 
     w' = V/kGA = M'/kGA, so it is M from the line through its values at the ends, over kGA.
     """
@@ -102,7 +102,7 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Any) ->
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
-    """Estimate of what moments at the ends of beams add by the way they come in, over the largest deflection.
+    """Estimated deflection by the introduction of moments at the ends of beams, over the largest deflection.
 
     Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
     about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that passes from
@@ -150,12 +150,12 @@ def _softest(section: Section) -> Any:
 
 
 def _greatest(values: Any) -> Any:
-    """Largest magnitude over positions and stations, the last two axes; what is not known does not count."""
+    """Largest magnitude over positions and stations, the last two axes; unknown values do not count."""
     return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
 
 
 def _over_largest(change: Any, largest: Any) -> Reals:
-    """Changes over the largest deflection of every beam, or what counts as that; 0 where nothing bends."""
+    """Changes over the base of every beam's relative errors; 0 where nothing bends."""
     taken = share_base(largest)
     share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
     return share

@@ -1,4 +1,4 @@
-"""What the cycle excites: the harmonics of the quasi-static bending."""
+"""Excitation by the cycle: the harmonics of the quasi-static bending."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def _judged(kind: str, beam: int | None, position: int | None, figure: float, me
 
 
 def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
-    """By what beam theory leaves out: shear, and of what comes in at the ends."""
+    """Exceedances by the errors of beam theory: shear, and moments that come in at the ends."""
     parts = shear_share(deflection), introduction_share(deflection)
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
@@ -136,7 +136,7 @@ def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceed
 
 
 def _amplified(ratio: float) -> str:
-    """What a share of Euler's load does to the bending of a beam."""
+    """Effect of a share of Euler's load on the bending of a beam, in words."""
     return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
 
 

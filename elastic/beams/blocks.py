@@ -1,4 +1,4 @@
-"""A load that moves along a beam: what the block of a slider does to the fields beyond it."""
+"""A load that moves along a beam: the block of a slider, and its part in the fields beyond it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Block:
     here: Any = True
 
     def beyond(self, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
-        """What the fields beyond the block are more than those before it, in powers of xi less the block's."""
+        """Increments of the fields beyond the block over those before it, in powers of xi less the block's."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
         bend, shear, stretch = (length[k] * row[k] for row in (compliance.bend, compliance.shear, compliance.stretch))

@@ -1,4 +1,4 @@
-"""What turns section forces into displacements: the reciprocals of the beams' rigidities, for all designs at once."""
+"""Flexibilities of the beams: the reciprocals of their rigidities, for all designs at once."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Compliance:
 
     @cached_property
     def integrals(self) -> tuple[Any, Any, Any, Any]:
-        """What integrating a power of xi along the beams multiplies it with: alone, as N/EA, M/EI and -V/kGA.
+        """Factors of powers of xi integrated along the beams: alone, and as N/EA, M/EI and -V/kGA.
 
         Shape (powers + 1, beams, ..., 1).
         """
@@ -78,7 +78,7 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
 
 @lru_cache(maxsize=64)
 def _of_sections(sections: tuple[Section, ...], ndim: int, powers: int) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """What of that the sections tell alone, whatever the lengths of many designs."""
+    """The part of a compliance that depends on the sections alone, not on the lengths of many designs."""
     stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)
         for values in zip(*((section.EA, section.EI, section.kGA) for section in sections), strict=True)

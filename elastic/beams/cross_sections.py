@@ -133,7 +133,7 @@ def section_of(
 def tapered(
     shape: Callable[..., Shape], start: Sequence[float], end: Sequence[float], poisson: float = 0.0
 ) -> tuple[Taper, tuple[float, ...]]:
-    """Taper of a beam whose dimensions change linearly from one end to the other.
+    """Taper of a beam with dimensions that change linearly from one end to the other.
 
     Area and second moment are polynomials of the second and fourth degree then; the coefficients of shear of a tube
     are none, and interpolated to round-off.

@@ -119,7 +119,7 @@ def _of_tapered(field: str, amplitudes: Amplitudes, number: int, section: Sectio
 
 
 def _add_beyond(values: Any, block: Block, division: Division, powers: tuple[Any, ...]) -> None:
-    """Add to the pieces beyond a block what it changes there; of a beam that it has left nothing is known."""
+    """Add the increments beyond a block to the pieces there; nan on a beam that it has left."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
         start = division.start[row] - block.xi

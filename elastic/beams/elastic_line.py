@@ -45,7 +45,7 @@ def _sum(rows: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Amplitudes:
-    """What the fields of all beams are made of, rows of shape (beams, ..., positions).
+    """Coefficients of the fields of all beams, rows of shape (beams, ..., positions).
 
     Coefficients of N, V, M and of u, w, phi in powers of xi, up to the first block on the beam. On tapered beams the
     powers of u, w, phi that section forces bring are replaced by `taper_functions`, and `slide` is what shear brings to

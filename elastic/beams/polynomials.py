@@ -87,7 +87,7 @@ def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
 
 
 def zeros_of(values: Any, turning: Any = ()) -> Any:
-    """Zeros in [0, 1] of polynomials whose turning points are known, in order.
+    """Zeros in [0, 1] of polynomials with known turning points, in order.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ RIGID = Section()
 
 @dataclass(frozen=True)
 class JointCompliance:
-    """How a joint gives way to its force, and what it lacks in fit.
+    """Compliance of a joint, and its lack of fit.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Tapered beams: what stands in place of the powers of xi, and the pieces on which that is polynomials to round-off."""
+"""Tapered beams: functions in place of the powers of xi, and pieces on which they are polynomials to round-off."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def nodes(degree: int) -> Any:
 
 
 def interpolated(values: Any) -> Any:
-    """Coefficients in powers of t of what takes values of shape (degree + 1, ...) at the `nodes`.
+    """Coefficients in powers of t of polynomials with values of shape (degree + 1, ...) at the `nodes`.
 
     By way of Chebyshev's series, in two steps: their product would cancel by 6^degree.
     """

@@ -1,4 +1,4 @@
-"""One link clamped at the root of its beams: elastic coordinates, and what they do along its beams and at its nodes."""
+"""One link clamped at the root of its beams: elastic coordinates, and their displacements of its beams and nodes."""
 
 from __future__ import annotations
 

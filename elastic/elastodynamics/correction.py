@@ -1,4 +1,4 @@
-"""What reduced coordinates leave out, put right: the answer becomes that in which all elastic coordinates vibrate.
+"""Residual correction of reduced coordinates: the answer becomes that in which all elastic coordinates vibrate.
 
 There are two routes to an answer: the reduced coordinates, and the exact quasi-static answer under the loads that they
 give, which is taken. What the second has and the first has not is felt by neither: its inertia, its damping, and the
@@ -29,7 +29,7 @@ FALL = 0.5  # of the error by a correction, below which more coordinates are the
 
 
 def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
-    """The vibration with the forces of what the coordinates leave out, and how far its answer is still off.
+    """The vibration with the forces of its residual response, and the error that is left in its answer.
 
     That is what another correction would change, of the largest displacement: more than the tolerance where corrections
     do not get there; 0 without beams, where nothing is left out.
@@ -55,7 +55,7 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
 
 
 def _load(found: Vibration, beside: Beside) -> Any:
-    """On the coordinates, of what they do not follow, shape (points, r)."""
+    """Load of the residual response on the coordinates, shape (points, r)."""
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics
     moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside.moved)[1:]
@@ -65,7 +65,7 @@ def _load(found: Vibration, beside: Beside) -> Any:
 
 
 def _left_out(found: Vibration) -> Beside:
-    """What the exact answer has and the coordinates have not."""
+    """Residual response: the exact answer less that of the coordinates."""
     terms = found.problem.terms
     structure, x = terms.kinematics.structure, terms.grid.at_nodes(found.history[0])[..., None]
     strains = strain_rows(structure, terms.kinematics.basis)

@@ -125,7 +125,7 @@ def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float]
 ) -> tuple[list[Any], list[Any]]:
-    """What the joints must close, per coordinate, as `links.compatibility.opening` has it for loads."""
+    """Gaps that the joints must close, per coordinate, as `links.compatibility.opening` has them for loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
     still = (ZERO, ZERO)

@@ -101,7 +101,7 @@ def elastic_structure(
 
 
 def _tapers(mechanism: Mechanism, sections: Sequence[Section]) -> int:
-    """Highest degree of what multiplies masses and rigidities along the beams."""
+    """Highest degree of the tapers of masses and rigidities along the beams."""
     degrees = [len(beam.mass_taper) - 1 for _, beam in mechanism.beams]
     degrees += [max(len(part.taper.EI), len(part.taper.EA), len(part.taper.kGA)) - 1 for part in sections if part.taper]
     return max(degrees, default=0)

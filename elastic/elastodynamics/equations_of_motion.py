@@ -62,7 +62,7 @@ def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: 
 
 
 def masses(structure: ElasticStructure) -> Any:
-    """What every row of `mass_rows` weighs, shape (masses,)."""
+    """Masses [kg] and moments of inertia [kg m^2] of the rows of `mass_rows`, shape (masses,)."""
     lumps = lumps_of(structure.mechanism)
     parts = [structure.mass.ravel()]
     if structure.rotary.any():
@@ -87,7 +87,7 @@ def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """What displaced links feel of the forces of the rigid motion, at some positions.
+    """Geometric stiffness: the forces of the rigid motion on displaced links, at some positions.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class Felt:
 
 
 def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Felt:
-    """What displaced links feel of the forces of a quasi-static answer."""
+    """Geometric stiffness by the forces of a quasi-static answer."""
     motion = bent.motion
     pull = along_beams(bent, "N", structure.xi) * structure.weights
     turning = None
@@ -134,7 +134,7 @@ def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """What positions alone tell of the equations of motion at the points of a grid, however fast they are passed.
+    """Terms of the equations of motion that depend on the positions alone, at the points of a grid.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class Terms:
 
 
 def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
-    """What the positions at the nodes of a grid tell of the equations of motion."""
+    """Terms of the equations of motion that depend on the positions at the nodes of a grid alone."""
     structure, basis = kinds.structure, kinds.basis
     rate, acceleration = grid.rates(kinds.rows)
     rows = kinds.rows[1:]
@@ -194,7 +194,7 @@ def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Equations of motion on a grid, and what turns their solution into loads.
+    """Equations of motion on a grid, with the terms by which their solution becomes loads.
 
     Attributes
     ----------

@@ -122,7 +122,7 @@ def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:
 
 
 def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
-    """What displaced points feel, from the forces of the quasi-static answer."""
+    """Forces on displaced points per displacement, from the forces of the quasi-static answer."""
     motion = bent.motion
     numbers = {where: number for number, where in enumerate(chosen)}
     found = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]

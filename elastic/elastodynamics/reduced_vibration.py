@@ -70,7 +70,7 @@ class Vibration:
 
     @property
     def unresolved(self) -> Any:
-        """What every element leaves open, of the displacements and of what inertia alone makes them, (elements,)."""
+        """Unresolved part of the displacements, and of those by inertia alone, in every element, shape (elements,)."""
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
         bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)

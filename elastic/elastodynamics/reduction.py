@@ -74,7 +74,7 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
 
 
 def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
-    """So many modes and what their inertia bends besides, shape (n, r); the mean mass is the unit matrix.
+    """Basis of some modes and of the bending by their inertia, shape (n, r); the mean mass is the unit matrix.
 
     Parameters
     ----------

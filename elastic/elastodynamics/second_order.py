@@ -1,4 +1,4 @@
-"""What large displacement changes: the terms of second order that the linear equations leave out, solved for.
+"""Effect of large displacement: the terms of second order that the linear equations leave out, solved for.
 
 In the ground's axes masses do not change, and pins hand displacements on as they are. What is quadratic is how much a
 piece of a beam that is turned by s gets longer, du/dx + s^2/2. The linear equations have the force of the rigid motion
@@ -22,7 +22,7 @@ from rigid.loads import beam_directions
 
 
 def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
-    """Deflection from the chord of linear vibration at the points of its grid, and what the second order adds to it.
+    """Deflection from the chord of linear vibration at the points of its grid, and its increment of second order.
 
     Rigid links' own turns are left out but for the forces on them.
 
@@ -42,7 +42,7 @@ def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
-    """Of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
+    """Load of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = found.problem.terms.kinematics, found.problem
     moved = kinds.unit @ x[..., None]
     whole = felt_forces(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
@@ -50,7 +50,7 @@ def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
 
 
 def _nearer(found: Vibration, x: Any) -> Any:
-    """Of the inertia of what turned pieces of beams are shorter along their rigid places, shape (points, r)."""
+    """Load of inertia of the shortening of rotated beam pieces along their rigid places, shape (points, r)."""
     terms, motion = found.problem.terms, found.motion
     kinds = terms.kinematics
     structure = kinds.structure

@@ -86,13 +86,13 @@ class Elastodynamic:
 
     @property
     def stable(self) -> bool:
-        """Whether all free vibrations die out, so that the steady state is what comes about."""
+        """Whether all free vibrations die out, so that the steady state comes about."""
         return self.growth <= 1 + NEUTRAL
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A mechanism that is to vibrate, with the positions whose modes are looked at."""
+    """A mechanism that is to vibrate, with the positions at which its modes are taken."""
 
     motion_at: MotionAt
     sections: Sequence[Section]
@@ -136,7 +136,7 @@ def _coordinates(
 
 
 def checked(motion: Motion) -> Motion:
-    """A motion of one design none of whose positions is singular.
+    """A motion, checked to be of one design and nowhere singular.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 def _in_time(
     fineness: Fineness, grid: Grid, tolerance: float, start: Start | None
 ) -> tuple[Vibration, float, Grid, float]:
-    """The vibration in elements of time as short as it takes; what coordinates and elements leave open."""
+    """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
     model, basis, chosen = fineness.model, fineness.basis, chosen_points(fineness.model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
@@ -212,7 +212,7 @@ def _in_time(
 
 
 def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
-    """What the elements leave open at most, as a share of the largest displacement; finer ones where that is too much.
+    """Error by the elements of time, as a share of the largest displacement; finer ones where that is too much.
 
     A step of the loads stays one however short its element: such elements do not count.
     """
@@ -225,14 +225,14 @@ def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
 
 
 def first_fineness(model: Model, tolerance: float) -> Fineness:
-    """What an answer is tried with first."""
+    """Discretization that an answer is tried with first."""
     assert model.cycle is not None
     return Fineness(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
 
 
 @dataclass(frozen=True, eq=False)
 class Fineness:
-    """What an answer is computed with.
+    """Discretization of an answer: elastic coordinates, their modes, and elements of time.
 
     Attributes
     ----------

@@ -94,7 +94,7 @@ def speed_map(
     damping: Damping | float | None = None,
     tolerance: float = TOLERANCE,
 ) -> SpeedMap:
-    """Steady states at many speeds of the drives; positions, and what only they tell, are found once.
+    """Steady states at many speeds of the drives; positions, and terms that depend on them alone, are found once.
 
     Grids and coordinates are shared by the speeds and refined where one of them asks for it, as for a single one.
 
@@ -128,7 +128,7 @@ def speed_map(
 
 
 def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
-    """Between what speeds a multiple of the cycle's frequency runs through a natural frequency.
+    """Ranges of speed in which a multiple of the cycle's frequency runs through a natural frequency.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[f
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """What a map tells of one speed."""
+    """Entry of a map for one speed."""
 
     values: Any
     quasi_static: Any
@@ -164,7 +164,7 @@ class _Row:
 def _settled(
     model: Model, speeds: Sequence[float], measure: Measure, tolerance: float, period: float
 ) -> dict[float, _Row]:
-    """Refine what the speeds share as long as the answer has not settled at some, for these."""
+    """Refine the discretization that the speeds share, for those at which the answer has not settled."""
     grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
     fineness: Fineness | None = first_fineness(model, tolerance)
     rows: dict[float, _Row] = {}
@@ -183,7 +183,7 @@ def _settled(
 
 
 class _Course:
-    """What positions tell of the equations of motion on grids each finer than the one before, when first asked for."""
+    """Terms of the equations of motion by positions, on grids each finer than the one before, computed on demand."""
 
     def __init__(self, fineness: Fineness, grids: list[Grid]) -> None:
         self.model, self.basis, self.resolved = fineness.model, fineness.basis, fineness.resolved
@@ -256,7 +256,7 @@ def _passed(base: Motion, ratio: Any) -> Motion:
 
 
 def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> dict[float, _Row]:
-    """What is measured with and without vibration; nan where the steady state is unstable.
+    """Measures with and without vibration; nan where the steady state is unstable.
 
     At as many positions, evenly in time, as the finest of the grids has points.
     """
@@ -277,7 +277,7 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> d
 
 
 def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Any:
-    """What is measured of several steady states in one deflection."""
+    """Measures of several steady states in one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
     if not vibrating:
         return np.moveaxis(measure(deflection(motion, model.sections, model.joints)), -1, 0)

@@ -1,4 +1,4 @@
-"""Strains of the beams and openings of the soft joints, what resists them, and Kelvin and Voigt's damping.
+"""Strains of the beams and openings of the soft joints, their rigidities, and Kelvin and Voigt's damping.
 
 One row for every strain at every Gauss point, then one for every way in which a joint gives way.
 """
@@ -65,7 +65,7 @@ def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
 
 @lru_cache(maxsize=8)
 def rigidities(structure: ElasticStructure) -> Any:
-    """Force of every row per strain, times what the row stands for, shape (rows,); 0 for what is rigid."""
+    """Rigidity of every row times the row's weight, shape (rows,); 0 where it is infinite."""
     parts = []
     for name in ("EA", "EI", "kGA"):
         for weights, section in zip(structure.weights, structure.sections, strict=True):

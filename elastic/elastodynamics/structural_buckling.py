@@ -18,7 +18,7 @@ REAL = 1e-9
 
 
 def buckling_factor(deflection: Deflection) -> Reals:
-    """By what all forces may be multiplied before the mechanism buckles at a position, shape (positions,).
+    """Factor on all forces at which the mechanism buckles, at every position, shape (positions,).
 
     The smallest root of K + factor K_G, the drives held: K_G is what displaced links feel of the axial forces of the
     quasi-static answer, and of the other forces that they carry along. Infinite where no forces press, nan at singular

@@ -1,4 +1,4 @@
-"""How far the quasi-static answer is from that of the vibrating links, and what large displacement leaves open."""
+"""Error of the quasi-static answer by vibration, and of linear theory by large displacement."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TheoryError:
 
 
 def theory_error(found: Elastodynamic) -> TheoryError:
-    """What vibration changes of the quasi-static answer: the difference of the two, computed."""
+    """Error of the quasi-static answer by vibration: the difference of the two answers, computed."""
     plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
     own = np.abs(vibrating).max(axis=(1, 2))
     stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
@@ -51,7 +51,7 @@ def theory_error(found: Elastodynamic) -> TheoryError:
 
 
 def large_displacement_error(found: Elastodynamic) -> float:
-    """What linear theory leaves out of the links' large displacement, as a share of the worst beam's deflection.
+    """Error of linear theory by the links' large displacement, as a share of the worst beam's deflection.
 
     The terms of second order, solved for; and the square of the greatest rotation for those of third order, which are
     what there is where links bend without vibrating.

@@ -40,7 +40,7 @@ class Equations:
 
 @dataclass(frozen=True, eq=False)
 class Propagation:
-    """What every element makes of the state x, x' that it begins with.
+    """Propagation of the state x, x' over every element, from its start to its end and points.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Propagation:
 
     @cached_property
     def whole(self) -> tuple[Any, Any]:
-        """Over all elements: matrix, shape (2 r, 2 r), and what is added, shape (2 r,)."""
+        """Propagation over all elements: matrix, shape (2 r, 2 r), and added state, shape (2 r,)."""
         size = self.states.shape[1]
         matrix, added = np.eye(size), np.zeros(size)
         for step in self.states:
@@ -69,7 +69,7 @@ class Propagation:
 
     @cached_property
     def multipliers(self) -> Any:
-        """Floquet's: by what free vibrations grow from one start of the grid to the next, complex, shape (2 r,)."""
+        """Floquet's multipliers: growth of free vibrations over the whole grid, complex, shape (2 r,)."""
         return np.linalg.eigvals(self.whole[0])
 
     def loaded(self, load: Any) -> Propagation:

@@ -36,7 +36,7 @@ class Scheme:
 
 @lru_cache(maxsize=8)
 def scheme(stages: int = STAGES) -> Scheme:
-    """Radau's points, the zeros of P_s - P_(s-1), and what follows from them."""
+    """Radau's points, the zeros of P_s - P_(s-1), with their matrices of integration and differentiation."""
     zeros = legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
     points = np.append((np.sort(zeros.real)[:-1] + 1) / 2, 1.0)
     series = np.eye(stages)
@@ -83,12 +83,12 @@ class Grid:
         return np.append(self.edges[0], points.ravel())
 
     def at_nodes(self, values: Any) -> Any:
-        """What is given at all points but the start, shape (points, ...), with what the first element has there."""
+        """Values at all points but the start, shape (points, ...), and before them the first element's value there."""
         first = values[: self.stages].reshape(self.stages, -1)
         return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
 
     def rates(self, values: Any) -> tuple[Any, Any]:
-        """First and second derivative in time at all points but the start of what is given at the nodes.
+        """First and second derivative in time, at all points but the start, of values at the nodes.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class Grid:
         return one, two
 
     def derivative(self, values: Any, order: int) -> Any:
-        """Derivative in time of what is given at all points but the start, shape (points, ...), element by element.
+        """Derivative in time of values at all points but the start, shape (points, ...), element by element.
 
         Not across their edges: elements short beside their neighbours would magnify what these leave unresolved.
         """
@@ -115,7 +115,7 @@ class Grid:
         return found.reshape(values.shape)
 
     def sampler(self, times: Any) -> Callable[[Any], Any]:
-        """What turns values at all points but the start, shape (points, ...), into those at instants in between."""
+        """Interpolation of values at all points but the start, shape (points, ...), at instants in between."""
         element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
@@ -126,7 +126,7 @@ class Grid:
         return sampled
 
     def tail(self, values: Any, greatest: float) -> Any:
-        """How much the points of every element leave unresolved of what is given at all points, shape (elements,).
+        """Part of values at all points that the points of every element leave unresolved, shape (elements,).
 
         As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
         than the two before them, which is what the next two would be.
@@ -167,6 +167,6 @@ def _to_start(stages: int) -> Any:
 
 @lru_cache(maxsize=8)
 def _derivative(stages: int, order: int) -> Any:
-    """Derivative on [0, 1] at the points of what has given values there."""
+    """Matrix from values at the points of [0, 1] to derivatives there."""
     series = np.array([legendre.legder(row, order) for row in np.eye(stages)])
     return 2.0**order * _values(scheme(stages).points, series) @ _spectrum(stages)

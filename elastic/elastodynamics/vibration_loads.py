@@ -1,4 +1,4 @@
-"""What vibrating links feel besides the rigid motion's loads, as loads along beams, at points and in soft joints.
+"""Loads on vibrating links besides those of the rigid motion: along beams, at points and in soft joints.
 
 Given to the exact quasi-static solution they make its answer that of the vibrating mechanism: all displacements that
 the reduced coordinates cannot follow are found statically, and forces and fields agree to round-off.
@@ -40,7 +40,7 @@ def _to_powers(points: int) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What the coordinates do not follow but whose forces count, at the nodes of a grid.
+    """Residual response: displacements and forces beyond the elastic coordinates, at the nodes of a grid.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def vibration_loads(
 
 
 def _of_beams(gathered: _Gathered, found: Problem, directions: Any, slope: Any, inertia: Any) -> Any:
-    """Inertia along the beams; returns what works on slopes [N], shape (positions, beams, points)."""
+    """Add the inertia along the beams; returns the force that works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
@@ -142,7 +142,7 @@ def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
 
 
 def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: Any) -> None:
-    """Forces of the strains' rates, and what works on slopes, as loads along the beams and on their ends."""
+    """Add forces of the strains' rates, and those that work on slopes, as loads along the beams and on their ends."""
     structure = gathered.structure
     shape = (len(viscous), *structure.weights.shape)
     size = structure.weights.size
@@ -193,7 +193,7 @@ def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Be
 
 
 def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, Any]:
-    """What dampers in soft joints keep these from opening, per joint."""
+    """Openings that dampers hold back in soft joints, per joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
     gaps: list[Any] = [0.0] * len(joints)

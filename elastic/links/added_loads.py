@@ -1,4 +1,4 @@
-"""Loads on a mechanism's links besides its own: what vibration and the forces on displaced links add."""
+"""Loads on a mechanism's links besides its own: those of vibration, and of forces on displaced links."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class AddedLoads:
 
 
 def made_of(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
-    """Loads whose every value is made of those of one or several loads in the same places; positions are the last axis.
+    """Loads with values computed from those of one or several loads in the same places; positions are the last axis.
 
     A value that is the same at all positions may be a scalar, but of `q`.
     """

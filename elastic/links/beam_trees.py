@@ -1,4 +1,4 @@
-"""The beams of every link as a tree, along which loads are summed and displacements passed, and what closes rings."""
+"""The beams of every link as a tree that sums loads and passes displacements on, and the cuts of its rings."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from rigid.plane import ZERO
 
 @dataclass(frozen=True, eq=False)
 class LinkResponse:
-    """What loads do to the links.
+    """Response of the links to loads.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) 
 
 
 def carry(configuration: Configuration, found: LinkResponse, shift: Any, angle: Any) -> None:
-    """Add to every beam's amplitudes, in place, the displacement of its start: what carries it, and bends before it.
+    """Add to every beam's amplitudes, in place, the displacement of its start, by rigid motion and the beams before it.
 
     Parameters
     ----------

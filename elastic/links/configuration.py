@@ -1,4 +1,4 @@
-"""Where the links are and what loads them: all that the statics of the links needs to know."""
+"""Places and loads of the links: all that the statics of the links needs to know."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class LinkLoads:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Links under loads whose joints are to close.
+    """Links under loads, with joints that are to close.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class Problem:
 
     @property
     def unloaded(self) -> Problem:
-        """The same without loads, free strain and gaps of joints: what joint forces alone do."""
+        """The same problem without loads, free strain and gaps of joints: that of joint forces alone."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)
         loads = LinkLoads({}, nothing)

@@ -1,4 +1,4 @@
-"""Free bodies: what every beam bears at its end, from the balance of all that lies beyond it in its tree."""
+"""Free bodies: the load on every beam's end, from the balance of all that lies beyond it in its tree."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def node_loads(motion: Motion, trees: BeamTrees) -> NodeLoads:
 
 
 def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces: JointForces) -> NodeLoads:
-    """The same with the joint forces, and with what gears do besides."""
+    """Node loads with the joint forces, and the loads of gears besides."""
     nodes = dict(nodes)
     for joint, force, moment in zip(motion.structure.joints, forces.force, forces.moment, strict=True):
         child, parent = (joint.child, joint.child_point or ""), (joint.parent, joint.parent_point or "")
@@ -71,7 +71,7 @@ def resultants(added: AddedLoads, motion: Motion, configuration: Configuration) 
 
 
 def add_load(nodes: NodeLoads, where: tuple[int, str], force: Any, moment: Any) -> None:
-    """Add a force and a moment to what a node carries."""
+    """Add a force and a moment to the load of a node."""
     before = nodes.get(where)
     nodes[where] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
 

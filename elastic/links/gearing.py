@@ -1,4 +1,4 @@
-"""What gears do to bent links: they load the links that drive them, and follow how these bend."""
+"""Gears on bent links: their loads on the driving links, and the motion of followers by the bending of these."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STILL = (ZERO, ZERO)
 
 
 def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
-    """What gears do to the links besides the joint forces: at the points of driving joints and of followers.
+    """Loads of gears on the links besides the joint forces, at the points of driving joints and of followers.
 
     Yields
     ------

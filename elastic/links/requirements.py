@@ -1,4 +1,4 @@
-"""What sections and joints must be for the links' statics to have one answer."""
+"""Conditions on sections and joints under which the links' statics has one answer."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def require_joints(motion: Motion, joints: Mapping[str, JointCompliance]) -> Non
 
 
 def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence[Section]) -> None:
-    """Raise where a slider comes to a tapered beam: what it adds beyond its block has no closed form here."""
+    """Raise where a slider comes to a tapered beam: the fields beyond its block have no closed form here."""
     for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
         for place in places:
             if sections[place.beam].taper is not None:

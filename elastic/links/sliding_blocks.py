@@ -1,4 +1,4 @@
-"""Blocks of sliders on beams: where they are, and what the joint forces at them load the beams with."""
+"""Blocks of sliders on beams: their places, and the loads of the joint forces there on the beams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lowest natural frequencies of structures of many links, whose matrices are sparse.
+"""Lowest natural frequencies of structures of many links, from sparse matrices.
 
 Dense matrices take the cube of the number of links: 2 s for thirty, a minute and a half for a hundred.
 """

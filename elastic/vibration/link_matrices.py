@@ -52,7 +52,7 @@ class VibratingLink:
 
 @dataclass(frozen=True, eq=False)
 class LinkCoordinates:
-    """Coordinates of a link that hangs together: displacements of its points, then what its beams have within.
+    """Coordinates of a connected link: displacements of its points, then the inner coordinates of its beams.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class LinkCoordinates:
 
 
 def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[int]) -> LinkCoordinates:
-    """Coordinates of a link whose beams have so many coordinates each."""
+    """Coordinates of a link, from the number of coordinates of each of its beams."""
     names = list(dict.fromkeys(name for beam in link.beams for name in (beam.start, beam.end))) or [ORIGIN]
     size = first = 3 * len(names)
     size += sum(count - ENDS for count in counts)
@@ -115,7 +115,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
 
 
 def uncoupled(stiffness: Any, mass: Any, level: Any) -> tuple[Any, Any]:
-    """Stiffness and mass when the ends move the beams as loads at the ends do, and what is within is orthonormal.
+    """Stiffness and mass in Craig and Bampton's coordinates: static shapes of the ends, and orthonormal ones within.
 
     Every coordinate within is made of those of lower levels and its own, so that each level spans what it did. Shapes
     (..., n, n).
@@ -196,7 +196,7 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
 def divided(
     link: Link, sections: Sequence[Section], marks: Mapping[int, Sequence[tuple[float, str]]]
 ) -> tuple[Link, list[Section]]:
-    """A link whose beams end at more points; per number of a beam the new points' xi and names, in any order."""
+    """A link with beams divided at more points; per number of a beam the new points' xi and names, in any order."""
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
         start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
@@ -224,7 +224,7 @@ def _part_of(section: Section, taper: Taper, low: float, high: float) -> Section
 
 
 def _part(taper: Sequence[float], low: float, high: float) -> tuple[float, tuple[float, ...]]:
-    """The value of a polynomial at one station, and what it is multiplied by from there to another."""
+    """The value of a polynomial at one station, and its ratio to that from there to another."""
     moved = Polynomial(taper)(Polynomial([low, high - low])).coef
     return float(moved[0]), tuple(float(value) for value in moved / moved[0])
 
@@ -247,7 +247,7 @@ def _free_of(rows: Any) -> Any:
 
 
 def null_space(rows: Any) -> Any:
-    """Orthonormal columns that span what rows make zero, shape (n, n - rank)."""
+    """Orthonormal basis of the null space of given rows, shape (n, n - rank)."""
     if not len(rows):
         return np.eye(rows.shape[-1])
     _, values, basis = np.linalg.svd(rows)

@@ -1,4 +1,4 @@
-"""All links side by side at some positions, and what their joints ask of them."""
+"""Matrices of all links side by side at some positions, and the constraints of their joints."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class VibratingStructure:
 
     @cached_property
     def _unheld(self) -> list[tuple[Any, Any, Any]]:
-        """Mass per stiffness of what the joints leave free, by the number of conditions: positions, matrices, levels.
+        """Mass per stiffness of the coordinates left free, by the number of conditions: positions, matrices, levels.
 
         Joints hold but what is at the ends of beams; what is within has no stiffness but its own and stays as it is.
         """
@@ -102,7 +102,7 @@ class VibratingStructure:
         return found
 
     def _per_stiffness(self, chosen: Any, free: Any, at_ends: Any, within: Any) -> Any:
-        """Symmetric matrices whose eigenvalues are 1/omega^2, so that no coordinate needs to have mass.
+        """Symmetric matrices with eigenvalues 1/omega^2, so that no coordinate needs to have mass.
 
         Of what is free of the ends' coordinates, shape (positions, n free, n ends), and those within.
         """
@@ -181,7 +181,7 @@ class VibratingStructure:
         return self._moved(at, _block(number) if point is None else point, self._arm(number, at))
 
     def _join(self, number: int, place: JointPlace, soft: JointCompliance) -> None:
-        """The conditions of a joint; what gives way becomes a spring."""
+        """Add the conditions of a joint; a compliance becomes a spring."""
         joint = place.joint
         at_child, at_parent = self._moved_at(number, joint.child), self._moved_at(number, joint.parent)
         shift, turned = at_child[0] - at_parent[0], at_child[1] - at_parent[1]

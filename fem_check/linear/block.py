@@ -17,7 +17,7 @@ NEAREST = 1e-14  # distance from a node, in lengths of an element, at which it i
 
 
 class Divided:
-    """The element of a line under a block, as two elements that meet there; what lies between its ends is condensed.
+    """The element of a line under a block, as two elements that meet there; the dofs between its ends are condensed.
 
     Shapes are written (...) for the columns, m for the dofs of a node; values are those of elements of length 1.
 
@@ -82,7 +82,7 @@ class Divided:
         return found.reshape(m, *found.shape[1:])
 
     def of_spread(self, load_at: Any) -> Any:
-        """What loads along the element add to the displacement of the block, shape (m, loads, ...)."""
+        """Displacement of the block by loads along the element, its ends held, shape (m, loads, ...)."""
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
         for low, length, dofs in self.parts:
@@ -95,7 +95,7 @@ class Divided:
         return total
 
     def of_point(self, other: Divided) -> Any:
-        """What a unit on each dof of a block adds where it is on the same element, shape (m, m, ...)."""
+        """Displacement of the block by a unit on each dof of one on its element, the ends held, shape (m, m, ...)."""
         if other is self:
             return np.moveaxis(self.soft[..., : self.line.kind.nodal], (-2, -1), (0, 1))
         kind, m = self.line.kind, self.line.kind.nodal
@@ -131,7 +131,7 @@ class Divided:
 
 
 class Block:
-    """A block on a beam: what loads on it do to the unit beam, and how the unit beam moves it.
+    """A block on a beam: the unit beam's response to loads on it, and its displacement by those on the unit beam.
 
     Attributes
     ----------

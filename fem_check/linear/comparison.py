@@ -135,7 +135,7 @@ def _granted(tapers: Sequence[Taper], elements: int) -> float:
 
 
 def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -> None:
-    """Mark what is not asked: positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
+    """Mark values left out: at positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
     for array in (values, found):
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
@@ -147,7 +147,7 @@ def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -
 
 
 class _Floor:
-    """What fields are measured against at least: `FLOOR` of what forces and displacements would make of them."""
+    """Least base of relative differences: `FLOOR` of the fields that forces and displacements would make."""
 
     def __init__(self, deflection: Deflection) -> None:
         self.length = np.array([np.max(value) for value in deflection.length])
@@ -167,7 +167,7 @@ class _Floor:
 
 
 def _lifted(greatest: Reals, length: Any, stretched: Any, bent: Any) -> Reals:
-    """Greatest magnitudes, lifted to `FLOOR` of what the others would make of them on a beam of such a size."""
+    """Greatest magnitudes, lifted to `FLOOR` of those that the others would make on a beam of such a size."""
     force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         force = np.maximum(force, np.nan_to_num(greatest[2] / length))

@@ -116,7 +116,7 @@ def hermite() -> Kind:
 
 @lru_cache(maxsize=1)
 def quadratic() -> Kind:
-    """Quadratic Lagrange elements of what is stretched or sheared: dofs start, end, middle."""
+    """Quadratic Lagrange elements in stretching or shear: dofs start, end, middle."""
     from skfem import ElementLineP2
 
     from fem_check.linear.forms import stretching

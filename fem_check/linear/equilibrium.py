@@ -206,7 +206,7 @@ def _couplings(beams: Beams, size: float) -> Iterator[tuple[int, int, Any]]:
 
 
 def _block_bent(beams: Beams, size: float) -> Any:
-    """What distributed loads and free strain do at the blocks, shape (..., positions, blocks, 3)."""
+    """Displacements of the blocks by distributed loads and free strain, shape (..., positions, blocks, 3)."""
     found = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
         for block in beams.blocks

@@ -93,7 +93,7 @@ class Frame:
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
     def _carried(self, at: int, arm: Any) -> Place | None:
-        """What moves with a link without beams; `arm` from the origin of the link's axes, in the ground's."""
+        """Place on a link without beams; `arm` from the origin of the link's axes, in the ground's."""
         return Place(self.root[at], arm=arm) if at else None
 
     def _sides(self, slider: Slider) -> tuple[Side, Place | None]:

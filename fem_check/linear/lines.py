@@ -1,4 +1,4 @@
-"""Lines of equal finite elements, clamped at their first node: what every beam is made of.
+"""Lines of equal finite elements, clamped at their first node: the model of every beam.
 
 scikit-fem numbers, integrates, assembles and condenses. Two things are done here, both for round-off, which in a plain
 assembly grows with the fourth power of the elements (docs/check.md has the figures). Every element is integrated where
@@ -60,7 +60,7 @@ class Line:
 
     @cached_property
     def resists(self) -> Reals:
-        """What opposes the two deformations of every element, shape (elements, 2, 2); integers of a prismatic line."""
+        """Stiffness of every element against its two deformations, (elements, 2, 2); integers of a prismatic line."""
         local = self.kind.form.elemental(self.basis, rigidity=self._rigid_at).tolocal()
         resists: Reals = self.kind.whole * local[:, self.kind.opened][:, :, self.kind.opened]
         return np.round(resists) if self.rigidity == PRISMATIC else resists
@@ -131,7 +131,7 @@ class Line:
 
     @cached_property
     def influence(self) -> tuple[Reals, Reals]:
-        """What a unit at every dof of a node does, as `respond`; one at the clamped node does nothing."""
+        """Response to a unit at every dof of a node, as by `respond`; zero at the clamped node."""
         ends = self.kind.nodal * (self.elements + 1)
         unit = np.eye(self.size)[:, :ends]
         unit[: self.kind.nodal] = 0.0
@@ -139,7 +139,7 @@ class Line:
 
 
 def _halves(values: Reals) -> tuple[Reals, Reals]:
-    """Two parts of the values, column by column, whose products with the stiffnesses add up without round-off."""
+    """Two parts of the values, column by column, with products with the stiffnesses that add up without round-off."""
     _, exponent = np.frexp(np.abs(values).max(axis=0))
     coarse = np.ldexp(np.rint(np.ldexp(values, EXACT_BITS - exponent)), exponent - EXACT_BITS)
     return coarse, values - coarse

@@ -144,7 +144,7 @@ class _Soft:
         self.mechanism, self.joints = mechanism, joints
 
     def made(self, name: str, parent: int, child: int, rows: tuple[Row, ...]) -> tuple[Row, ...]:
-        """The rows with what the joint of that name between the two links gives way by and lacks in fit."""
+        """The rows with the compliance and the lack of fit of the joint of that name between the two links."""
         if name not in self.joints:
             return rows
         own = self.joints[name]

@@ -1,4 +1,4 @@
-"""A cantilever of length 1 and rigidities 1 at its start, in scikit-fem: what beams of one taper are multiples of."""
+"""A cantilever of length 1 and rigidities 1 at its start, in scikit-fem: all beams of one taper are multiples of it."""
 
 from __future__ import annotations
 

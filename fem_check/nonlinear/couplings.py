@@ -1,4 +1,4 @@
-"""What two nodes have to do with one another: gaps of pins and sliders, coordinates of drives and gears, springs.
+"""Couplings of two nodes: gaps of pins and sliders, coordinates of drives and gears, springs.
 
 All of them are functions c of place and rotation of two nodes, the first of which may be the ground's. A multiplier, a
 spring or a damper acts along the gradient of its c: a moment where c is an angle, a force where it is a length.
@@ -16,7 +16,7 @@ from rigid import Reals
 
 
 class Kind(IntEnum):
-    """What c is: parts of the gap between two points, the angle, the gap seen from the first node, the distance."""
+    """Kinds of c: parts of the gap between two points, the angle, the gap seen from the first node, the distance."""
 
     X = 0
     Y = 1

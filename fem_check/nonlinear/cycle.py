@@ -31,7 +31,7 @@ KRYLOV = 120
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """A period: instants [s], coordinates and their rates, multipliers, and what stands behind them."""
+    """A period: instants [s], coordinates and their rates, multipliers, and the state of the elements with them."""
 
     time: Reals
     rigid: Reals

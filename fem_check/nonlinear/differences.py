@@ -1,4 +1,4 @@
-"""The linear equations of a whole period with differences for derivatives, factored: what makes GMRES quick.
+"""The linear equations of a whole period with differences for derivatives, factored: the preconditioner of GMRES.
 
 Seen from the turning axes of the rigid links the equations hardly change from one instant to the next, and what is
 differenced in time is the deflection alone.
@@ -42,7 +42,7 @@ class Frames:
         return found
 
     def seen(self, tangents: Tangents) -> Tangents:
-        """Tangents by places in the axes, with what the turning of the axes adds to rates."""
+        """Tangents by places in the axes, with the terms that the turning of the axes adds to rates."""
         K, C, M = (self._both(matrix) for matrix in (tangents.stiffness, tangents.damping, tangents.mass))
         rows = self._columns(tangents.rows)
         square, zero = self.speed**2, 0 * self.speed

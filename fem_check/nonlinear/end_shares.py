@@ -1,4 +1,4 @@
-"""What of the loads along a beam is between a node and the end of the element that ends there.
+"""Share of the loads along a beam between a node and the end of the element that ends there.
 
 An element is loaded at its ends only. The force and the moment in the section at a node are those on the end of an
 element, and what of the load gathered at the node belongs to that element's side. The first half of the nodes take the
@@ -43,7 +43,7 @@ def line_shares(count: int) -> tuple[Reals, Reals]:
 
 
 def _up_to(count: int) -> tuple[Reals, Reals]:
-    """Gathered at the nodes up to each, less what a load that is linear between nodes is up to there.
+    """Load gathered at the nodes up to each, less that of a load linear between nodes up to there.
 
     At the start of the beam the arm of its mass feels the slope of the load, taken as the first difference.
     """

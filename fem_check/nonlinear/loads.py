@@ -47,7 +47,7 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """What a law is shown in place of a motion: the time [s], and nothing else."""
+    """Argument of a law in place of a motion: the time [s], and nothing else."""
 
     time: Reals
 
@@ -146,7 +146,7 @@ def _rigid_pieces(
 def _elastic_pieces(
     along: tuple[int, ...], way: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
-    """What cubic shape functions make of a linear load on every element."""
+    """Nodal loads of a linear load on every element, by cubic shape functions."""
     count = len(along) - 1
     arm = np.conj(way) / count
     h = abs(arm)
@@ -159,7 +159,7 @@ def _elastic_pieces(
 
 
 def factors(loads: Loads, time: Reals) -> Reals:
-    """What the laws make of all loads, shape (instants, loads)."""
+    """Factors of all loads by their laws, shape (instants, loads)."""
     clock: Any = Clock(time)
     values = [np.broadcast_to(np.asarray(law(clock), float), time.shape) for law in loads.laws]
     table = np.stack([*values, np.ones(time.shape)], axis=-1)

@@ -71,7 +71,7 @@ class Marcher:
         self.pseudo = self.a.copy()
 
     def _accelerated(self, instant: Reals) -> Reals:
-        """Accelerations that balance what lacks balance and keep the conditions; least where there is no mass."""
+        """Accelerations that make the residual zero and keep the conditions; least where there is no mass."""
         system, free, count = self.system, self.system.free, len(self.gap)
         given = self.q, self.v, self.a, self.pulls, system.drives(instant), system.load_factors(instant)
         total, _, tangents = system.residual(*given)
@@ -156,7 +156,7 @@ def _with(rate: Reals, acceleration: Reals, place: Reals) -> tuple[Reals, Reals,
 
 
 def _factored(matrix: Reals) -> Any:
-    """Factors of a matrix; those of a singular one solve to what is not finite."""
+    """Factors of a matrix; solutions with those of a singular one are not finite."""
     from scipy.linalg import LinAlgWarning, lu_factor
 
     with warnings.catch_warnings():

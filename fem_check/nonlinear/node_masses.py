@@ -1,4 +1,4 @@
-"""Inertia of nodes: mass, first moment and moment of inertia of what turns with each.
+"""Inertia of nodes: mass, first moment and moment of inertia of the part that turns with each.
 
 The mass of a beam is gathered at its nodes by the trapezoidal rule with its end correction (Euler and Maclaurin),
 
@@ -31,7 +31,7 @@ class Masses:
 
 @dataclass(frozen=True, eq=False)
 class MassState:
-    """What the nodes need to be accelerated so, (instants, nodes, 3), and its derivatives, (instants, nodes, 3, 3)."""
+    """Forces that accelerate the nodes, (instants, nodes, 3), and their derivatives, (instants, nodes, 3, 3)."""
 
     force: Reals
     stiffness: Reals

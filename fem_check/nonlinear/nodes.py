@@ -22,7 +22,7 @@ Powers = np.polynomial.polynomial.polyval
 
 
 class NotCheckedError(MechanismError):
-    """What this check does not know how to treat; the message names it."""
+    """A part of a mechanism that this check does not know how to treat; the message names it."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def is_rigid(section: Section) -> bool:
 def nodes_of(
     mechanism: Mechanism, sections: Sequence[Section], elements: int, damping: float | Sequence[float]
 ) -> Nodes:
-    """Nodes of a mechanism; links whose beams are all rigid are one node."""
+    """Nodes of a mechanism; a link of rigid beams alone is one node."""
     builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
         own = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]

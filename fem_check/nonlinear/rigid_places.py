@@ -150,7 +150,7 @@ class RigidPlaces:
         return places
 
     def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """What is open, and its derivatives by places over size and by angles."""
+        """Gaps, and their derivatives by places over size and by angles."""
         ties, link, count = self.ties, self.nodes.link, len(places)
         state = coupling_state(tuple(ties.couplings), places[link][None])
         gaps: list[float] = []

@@ -1,4 +1,4 @@
-"""What the nonlinear check finds: displacements, section forces, joint forces, drive efforts, energies."""
+"""Results of the nonlinear check: displacements, section forces, joint forces, drive efforts, energies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Powers = np.polynomial.polynomial.polyval
 
 @dataclass(frozen=True, eq=False)
 class JointForce:
-    """What a pin or slider does to `link`; the opposite to `on`.
+    """Force and moment of a pin or slider on `link`; their opposite acts on `on`.
 
     `force` [N], complex, in the ground's axes, and `moment` of a slider [N m], shape (positions,); without the effort
     of a drive there, and without springs.
@@ -95,7 +95,7 @@ class NonlinearSolution:
 
 @dataclass(frozen=True, eq=False)
 class Instants:
-    """Coordinates of a system and their rates at some times, those of the rigid mechanism, and what stands behind."""
+    """Coordinates of a system and their rates at some times, those of the rigid mechanism, and the state with them."""
 
     time: Reals
     rigid: Reals

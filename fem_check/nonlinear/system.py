@@ -98,7 +98,7 @@ class System:
         return values
 
     def load_factors(self, time: Reals) -> Reals:
-        """What the laws make of all loads, shape (instants, loads)."""
+        """Factors of all loads by their laws, shape (instants, loads)."""
         return factors(self.loads, time)
 
     def rigid_coordinates(self, places: Reals) -> Reals:
@@ -129,7 +129,7 @@ class System:
         tangent: bool = True,
         assumed: Reals | None = None,
     ) -> tuple[Reals, State, Tangents | None]:
-        """What the coordinates lack of balance, shape (instants, coordinates).
+        """Residual of balance in the coordinates, shape (instants, coordinates).
 
         Parameters
         ----------
@@ -210,7 +210,7 @@ class System:
         return lacking
 
     def _pulls(self, pairs: CouplingState, opening: Reals, pulls: Reals, drives: Reals) -> tuple[Reals, Reals, Reals]:
-        """What the couplings pull with, and its derivatives by their values and rates; the latter (1, couplings)."""
+        """Forces of the couplings, and their derivatives by values and rates; the latter (1, couplings)."""
         pull = pulls @ self.parts
         give, loss = np.zeros((2, 1, pull.shape[1]))
         for own in self.ties.gives:

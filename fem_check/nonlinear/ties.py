@@ -1,4 +1,4 @@
-"""What ties the nodes: shared pins, conditions with multipliers, springs, and coordinates that drives prescribe."""
+"""Ties of the nodes: shared pins, conditions with multipliers, springs, and coordinates that drives prescribe."""
 
 from __future__ import annotations
 

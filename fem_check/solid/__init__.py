@@ -1,1 +1,1 @@
-"""The links as plane-stress bodies in scikit-fem: what beam theory itself leaves out."""
+"""The links as plane-stress bodies in scikit-fem: the error of beam theory itself."""

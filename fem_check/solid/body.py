@@ -1,4 +1,4 @@
-"""A link as a body of quadratic quadrilaterals: its stiffness, what loads it, and where it is held."""
+"""A link as a body of quadratic quadrilaterals: its stiffness, its loads, and its supports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What beam theory leaves out: deflections of the closed forms beside those of the plane-stress bodies."""
+"""Error of beam theory: deflections of the closed forms beside those of the plane-stress bodies."""
 
 from __future__ import annotations
 
@@ -116,6 +116,6 @@ def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, R
 
 
 def _greatest(values: Reals) -> float:
-    """Largest magnitude of what is known; nan where nothing is."""
+    """Largest magnitude of the known values; nan where none is."""
     known = np.abs(values[np.isfinite(values)])
     return float(known.max()) if known.size else float("nan")

@@ -1,4 +1,4 @@
-"""What unit loads do to a link: once for every link, whatever its positions."""
+"""Responses of a link to unit loads: once for every link, for all its positions."""
 
 from __future__ import annotations
 
@@ -100,6 +100,6 @@ def _supports(outline: Outline, pins: list[Any], carrying: tuple[int, ...]) -> R
 
 
 def _balanced(body: Body, loads: Reals, supports: Reals) -> Reals:
-    """Loads and what their supports carry of them, without resultant."""
+    """Loads with the reactions of their supports, without resultant."""
     carried = np.linalg.solve(supports @ body.rigid.T, (loads @ body.rigid.T).T)
     return loads - carried.T @ supports

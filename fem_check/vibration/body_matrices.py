@@ -92,7 +92,7 @@ def vibrating_lumps() -> VibratingBody:
 def vibrating_beam(
     length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Any], design: tuple[int, ...]
 ) -> VibratingBody:
-    """Stiffness and mass of a beam; infinite rigidities leave it rigid in what they resist.
+    """Stiffness and mass of a beam; an infinite rigidity leaves it rigid against that deformation.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is asked of a motion: limits, reach, transmission, inverse kinematics."""
+"""Analysis of a motion: limits, reach, transmission, inverse kinematics."""
 
 from rigid.analysis.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
 from rigid.analysis.inverse import drive_values

@@ -67,7 +67,7 @@ def _turns(coordinate: Coordinate) -> bool:
 
 
 def _scale(course: Motion, coordinate: Coordinate, value: float) -> Any:
-    """What round-off of a coordinate is measured by."""
+    """Size that round-off of a coordinate is measured by."""
     if _turns(coordinate):
         return 1.0
     sizes = np.abs(coordinate.value(course))

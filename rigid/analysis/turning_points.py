@@ -1,4 +1,4 @@
-"""What is asked of a moving linkage: limits, dead centres, time ratio, transmission, velocity ratios."""
+"""Analysis of a moving linkage: limits, dead centres, time ratio, transmission, velocity ratios."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 
 
 def _lines(closed: Closure) -> tuple[Any, Any]:
-    """Lines of a dyad whose angle is that of transmission: its links, normals for its sliders."""
+    """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
     inner = closed.cut[0]
     if inner.turns:
         one, other = (

@@ -53,7 +53,7 @@ class Net:
             self.geared[key] = (gear, self._driver(gear.driver))
 
     def _require_grounded(self, gear: Gear) -> None:
-        """Raise where a gear is tied to a slider on a moving link, whose slide its links' places alone do not tell."""
+        """Raise where a gear is tied to a slider on a moving link: its links' places alone do not tell the slide."""
         for end in (gear.driver, gear.follower):
             if isinstance(end, SliderDrive) and end.slider in self.sliders and self.sliders[end.slider][1]:
                 moving = f'gear: slider "{end.slider}" runs on a moving link, a rack on the ground'
@@ -68,7 +68,7 @@ class Net:
         return self.slide(name, on, link)
 
     def _mover(self, name: str, ends: frozenset[int]) -> tuple[int | None, Coupling | None, object]:
-        """What moves a joint: number of a drive, or coupling of a gear; and where that names its links."""
+        """Number of the drive of a joint, or coupling of its gear; and the part that names its links."""
         number = self.driven.get((name, ends))
         if number is not None:
             return number, None, self.drives[number]

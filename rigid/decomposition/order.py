@@ -74,7 +74,7 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
 
 
 def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int], net: Net) -> Group:
-    """Direct the tree away from the known links and list what every free joint carries."""
+    """Direct the tree away from the known links and list the links that every free joint carries."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
     free: list[int] = []

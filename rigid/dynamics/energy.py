@@ -1,4 +1,4 @@
-"""Energy of a moving mechanism and the power of what acts on it."""
+"""Energy of a moving mechanism, and the power of its loads and dampers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def potential_energy(motion: Motion) -> Any:
 
 
 def dissipated_power(motion: Motion) -> Any:
-    """What the dampers turn into heat [W], shape (..., positions)."""
+    """Power that the dampers turn into heat [W], shape (..., positions)."""
     return np.zeros(motion.columns) + _sum(motion, "dissipation")
 
 
@@ -41,6 +41,6 @@ def load_power(motion: Motion) -> Any:
 
 
 def _sum(motion: Motion, quantity: str) -> Any:
-    """Sum of what those loads say that know the quantity."""
+    """Sum of a quantity over the loads that know it."""
     known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
     return sum((each(motion) for each in known if each is not None), start=0.0)

@@ -102,7 +102,7 @@ def forward(
 
 @dataclass
 class _Run:
-    """What is asked of an integration, and what was done so far."""
+    """Options of an integration, and its progress."""
 
     duration: float
     relative: float
@@ -147,7 +147,7 @@ def _integrated(system: System, begin: Reals, run: _Run) -> IntegratedMotion:
 
 
 def _stepped(system: System, begin: Reals, run: _Run, steps: list[_Step]) -> ForwardError | tuple[System, Reals] | None:
-    """Take steps to the end, and append them; what stops it before, or the system and state with which to go on."""
+    """Take steps to the end, and append them; the error that stops it before, or the system and state to go on with."""
     from scipy.integrate import DOP853
 
     tracker = system.tracker
@@ -212,7 +212,7 @@ def _led_otherwise(system: System, steps: list[_Step], solver: Any) -> tuple[Sys
 
 
 def _stretch(system: System, steps: Sequence[_Step]) -> Stretch:
-    """What steps from a start make."""
+    """The stretch that steps from a start make."""
     from scipy.integrate import OdeSolution
 
     times, pieces, origins, directions, angles = zip(*steps, strict=True)
@@ -228,7 +228,7 @@ def _stretch(system: System, steps: Sequence[_Step]) -> Stretch:
 
 
 def _aligned(tracker: Tracker) -> str:
-    """What keeps a mechanism from going on where it is now."""
+    """Cause that keeps a mechanism from going on where it is now, in words."""
     near = Posture(tracker.mechanism, tracker.origin, tracker.direction)
     joint = aligned_joint(motion(tracker.mechanism, tracker.drive[:, None], near=near))
     return f'the joint "{joint}" aligns, which no drive leads it through' if joint else "its speed has no bound"

@@ -1,4 +1,4 @@
-"""An integrated motion: what led it, stretch after stretch, and the motion at any times in it."""
+"""An integrated motion: its leading joints, stretch after stretch, and the motion at any times in it."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _near(stretch: Stretch, time: Reals) -> dict[int, Any]:
 
 
 def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """The motion of what is led in a stretch, at times in it."""
+    """The motion of a stretch's variant, at times in it."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     state, variant = stretch.state(time), stretch.lead.variant
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))

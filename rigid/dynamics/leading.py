@@ -25,7 +25,7 @@ GAIN = 3.0  # by how much faster another joint has to move than the drive, both 
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """A mechanism, and what leads it.
+    """A mechanism, and the joints that lead it.
 
     Attributes
     ----------

@@ -62,7 +62,7 @@ class System:
         return drive
 
     def effort(self, seen: Motion) -> Reals:
-        """What the efforts do along the joints that lead; 0 where a drive follows a law."""
+        """Efforts reduced to the joints that lead; 0 where a drive follows a law."""
         found = np.zeros(len(self.drives))
         rates = self.lead.rates(self.tracker, *self.tracker.unit_twists) if self.lead.own else {}
         for number in self.free:

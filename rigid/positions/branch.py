@@ -230,7 +230,7 @@ class Branch:
 
     @property
     def reach_of_change(self) -> float:
-        """How wide what is not certain about a change point may be."""
+        """Greatest width of the uncertain steps about a change point."""
         return NARROW * FINEST * self.path.stride
 
     def before(self, row: int, place: float) -> int:

@@ -27,7 +27,7 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any
 
 @lru_cache(maxsize=1024)
 def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
-    """What places a dyad by its type, its outer joints, pins first, and the inner one."""
+    """Closed form for a dyad by its type, its outer joints, pins first, and the inner one."""
     one, other = sorted(group.tree, key=lambda joint: not joint.turns)
     inner = group.cut[0]
     if inner.turns:

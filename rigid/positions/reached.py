@@ -1,4 +1,4 @@
-"""How far a mechanism is followed from its drawing: over what is asked, or over the turns after which it repeats."""
+"""The range a mechanism is followed over from its drawing: that asked for, or the turns after which it repeats."""
 
 from __future__ import annotations
 

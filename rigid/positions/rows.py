@@ -1,4 +1,4 @@
-"""Some of the designs of whatever has parameters of several."""
+"""Selection of some of the designs of a mechanism, link, load or section."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A mechanism put together near its drawing, whatever its drives, even where it is redundant."""
+"""A mechanism put together near its drawing, with any drives or none, even where it is redundant."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STEPS = 40  # of damped least squares
 
 
 def assembled(mechanism: Mechanism) -> Posture:
-    """The mechanism put together near its drawing, whatever its drives; of designs, the first.
+    """Posture of a mechanism put together near its drawing, with any drives or none; of designs, the first.
 
     The links keep their shapes and are moved until the joints close, by damped least squares: the damping goes with the
     opening that is left, so that a redundant mechanism, whose equations are singular when it closes, converges as fast.
@@ -116,7 +116,7 @@ def _drawn(mechanism: Mechanism) -> Posture:
 
 
 def _size(here: Posture, joints: list[Joint]) -> float:
-    """Greatest extent of the joints [m], 1 where there is none: what openings are measured by."""
+    """Size that openings are measured by: the greatest extent of the joints [m], 1 where there is none."""
     places = [here.place(link, joint.at(link)) for joint in joints for link in (joint.owner, joint.block)]
     extent = max((abs(place - places[0]) for place in places), default=0.0)
     return float(extent) or 1.0

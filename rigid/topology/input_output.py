@@ -66,7 +66,7 @@ def joint_rates(chain: Chain) -> Reals:
 
 
 def _shares(chain: Chain) -> tuple[Reals, Reals]:
-    """Rates of all joint coordinates over what each would be by itself at unit twist, and that, shape (freedoms,)."""
+    """Rates of all joint coordinates over those of each alone at unit twist, and the size of its twist, (freedoms,)."""
     modes = null_space(kinematic_matrix(chain))
     shares, sizes, start = [], [], 0
     for twist in chain.twists:
@@ -108,7 +108,7 @@ def force_law(chain: Chain, actions: Sequence[Action], inputs: Sequence[str], ou
 
 
 def _size(chain: Chain, action: Action) -> float:
-    """Power of a unit action at most, where its link moves at unit twist [N m]: what powers are measured by."""
+    """Size that powers are measured by: the greatest power of a unit action on a link at unit twist [N m]."""
     size = chain.length * float(np.linalg.norm(action.force)) + float(np.linalg.norm(action.moment))
     if not size > 0:
         raise MechanismError(f'action "{action.name}" has neither a force nor a moment')

@@ -39,7 +39,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Pair:
-    """A joint between two links: what the end link may do as seen from the start link.
+    """A joint between two links: the freedoms of the end link as seen from the start link.
 
     `joint` of pins and sliders, `contact` of others; `drive` is the number of the drive that moves it.
     """

@@ -1,4 +1,4 @@
-"""Whether what holds a mechanism beyond its freedoms fits."""
+"""Whether the redundant constraints of a mechanism fit."""
 
 from __future__ import annotations
 

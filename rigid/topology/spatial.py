@@ -152,7 +152,7 @@ def kinematic_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> R
 
 
 def static_torsor(joint: SpatialJoint, at: Vector | Reals | None = None) -> Reals:
-    """What a joint transmits to its end link at a point, shape (6, components).
+    """Wrenches that a joint transmits to its end link at a point, shape (6, components).
 
     Rows are (X, Y, Z, L, M, N) of the ground's axes. Columns in the order of `joint.kind.transmits`: unit forces [N]
     and moments [N m] along the joint's own axes.
