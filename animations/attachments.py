@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from animations.shapes import QUIET, Complexes, Shape
+from animations.shapes import QUIET, Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Gear, PinDrive, Spring, position_of
@@ -16,7 +16,7 @@ COILS = 8
 CIRCLE = np.exp(2j * np.pi * np.arange(61) / 60)
 
 
-def attachment_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
+def attachment_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
     """Springs as zigzags, wheels as circles with a spoke.
 
     Parameters
@@ -36,7 +36,7 @@ def attachment_shapes(deflection: Deflection, size: float, exaggeration: float =
     return shapes
 
 
-def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: float) -> Shape:
+def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: float) -> FlatShape:
     ends = [
         moved_place(deflection, *end, exaggeration) for end in ((spring.link, spring.point), (spring.on, spring.anchor))
     ]
@@ -48,7 +48,7 @@ def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: f
         points: Complexes = start + way * share + aside * way / max(abs(way), 1e-300)
         return points
 
-    return Shape("ground", place, lines=(np.arange(len(share)),), ink="soft", width=1.3)
+    return FlatShape("ground", place, lines=(np.arange(len(share)),), ink="soft", width=1.3)
 
 
 def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive, float]]:
@@ -65,7 +65,7 @@ def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive, floa
     yield other, radius
 
 
-def _wheel(middle: Complexes, spoke: Complexes) -> Shape:
+def _wheel(middle: Complexes, spoke: Complexes) -> FlatShape:
     circle = np.concatenate([CIRCLE, [0.0]])
     lines = (np.arange(len(CIRCLE)), np.array([0, len(CIRCLE)]))
-    return Shape("guide", lambda p: middle[p] + spoke[p] * circle, lines=lines, ink=QUIET, width=1.5)
+    return FlatShape("guide", lambda p: middle[p] + spoke[p] * circle, lines=lines, ink=QUIET, width=1.5)

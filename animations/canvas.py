@@ -9,8 +9,8 @@ import numpy as np
 
 from animations.legend import LEAST, Words
 from animations.paints import paints
-from animations.shapes import LEVELS, Cells, Complexes, Shape
-from animations.solid import Body
+from animations.shapes import LEVELS, Cells, Complexes, FlatShape
+from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
 
@@ -54,7 +54,7 @@ class Canvas:
         self._plotter.render()  # a screenshot alone repeats what was last rendered
         return self._plotter.screenshot(None, return_img=True)
 
-    def flat(self, shape: Shape, points: Complexes) -> Any:
+    def flat(self, shape: FlatShape, points: Complexes) -> Any:
         """A mesh of a shape, its faces in one actor and its lines in another that shares its points."""
         import pyvista as pv
 
@@ -77,7 +77,7 @@ class Canvas:
             actor.position = (0.0, 0.0, 0.5)
         return mesh
 
-    def solid(self, body: Body, points: Reals, normals: Reals, most: float, signed: bool) -> Any:
+    def solid(self, body: SolidShape, points: Reals, normals: Reals, most: float, signed: bool) -> Any:
         """A mesh of a body, in its own paint or, where it has values up to `most`, in a range of colours."""
         import pyvista as pv
 

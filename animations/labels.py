@@ -11,7 +11,7 @@ from animations.diagrams import SHAPE, STATIONS, Diagram, steady
 from animations.layers import Stack
 from animations.layout import Scales, View
 from animations.placing import Ink, Label, half_of, kept_inside, within
-from animations.shapes import Complexes, Shape, beams, moved_beams
+from animations.shapes import Complexes, FlatShape, beams, moved_beams
 from animations.solid_mechanism import sections_of
 from animations.style import Style
 from animations.symbols import moved_place
@@ -86,7 +86,7 @@ def peak_label(
     view: View,
     style: Style,
     names: Sequence[Label] = (),
-    marks: Sequence[Shape] = (),
+    marks: Sequence[FlatShape] = (),
     stack: Stack | None = None,
 ) -> tuple[Complexes, Label]:
     """The value of largest magnitude of every position, of those at 49 stations of every beam.

@@ -9,7 +9,7 @@ import numpy as np
 
 from animations.diagrams import MOTION, SHAPE, Diagram, quantity, round_below, steady, times
 from animations.layout import FOOT, HEAD, MARGIN, Scales, View
-from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, Shape
+from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, FlatShape
 from animations.style import Style
 from elastic import Deflection
 from rigid import PinDrive
@@ -78,7 +78,7 @@ def _within_turn(angle: float) -> float:
 class Legend:
     """Measures, words, and opposite corners of the bar of colours in pixels, where there is one."""
 
-    shapes: list[Shape]
+    shapes: list[FlatShape]
     words: list[Words]
     bar: tuple[complex, complex] | None = None
 
@@ -90,7 +90,7 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
     shapes, words = _length(view, style.size[0] - MARGIN * unit, middle.imag, letter)
     left = MARGIN * unit
 
-    def add(text: str, size: float, *drawn: Shape) -> None:
+    def add(text: str, size: float, *drawn: FlatShape) -> None:
         nonlocal left
         shapes.extend(drawn)
         words.append(Words(text, left + size + 0.6 * letter + middle, letter))
@@ -127,7 +127,7 @@ def legend(diagram: Diagram, scales: Scales, view: View, style: Style) -> Legend
     return Legend(shapes, words)
 
 
-def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[Shape], list[Words]]:
+def _length(view: View, right: float, middle: float, letter: float) -> tuple[list[FlatShape], list[Words]]:
     """A length of the mechanism, at the right, its measure over it."""
     start, end = view.flat(np.array([0j, 1.0]))
     metre = float(abs(end - start))  # a horizontal one, which is shorter where it is seen from a side
@@ -137,19 +137,21 @@ def _length(view: View, right: float, middle: float, letter: float) -> tuple[lis
     return [_bar(ends, 0.35 * letter)], [words]
 
 
-def _bar(ends: Complexes, tick: float) -> Shape:
+def _bar(ends: Complexes, tick: float) -> FlatShape:
     """A measured line with a tick at either end."""
     across = 1j * (ends[1] - ends[0]) / abs(ends[1] - ends[0]) * tick
     points = np.concatenate([ends, ends + across, ends - across])
     lines = (np.array([0, 1]), np.array([2, 4]), np.array([3, 5]))
-    return Shape("link", lambda position: points, lines=lines, width=1.5)
+    return FlatShape("link", lambda position: points, lines=lines, width=1.5)
 
 
-def _stroke(ends: Complexes, width: float, ink: str = INK) -> Shape:
-    return Shape("link", lambda position: ends, lines=(np.array([0, 1]),), ink=ink, width=width)
+def _stroke(ends: Complexes, width: float, ink: str = INK) -> FlatShape:
+    return FlatShape("link", lambda position: ends, lines=(np.array([0, 1]),), ink=ink, width=width)
 
 
-def _patch(corners: Complexes, fill: str) -> Shape:
+def _patch(corners: Complexes, fill: str) -> FlatShape:
     """A field of a colour as it is in diagrams."""
     ring = np.arange(4)
-    return Shape("fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=SHEER)
+    return FlatShape(
+        "fill", lambda position: corners, (ring,), (np.append(ring, 0),), fill=fill, width=1.0, opacity=SHEER
+    )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from animations.shapes import Complexes, Shape
+from animations.shapes import Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import PinDrive
@@ -18,7 +18,7 @@ HEAD = np.array([1.0, -0.45 + 0.6j, -0.45 - 0.6j])  # of an arrow that points to
 CLOSED = 1.5  # strides between the ends of a path up to which they are joined
 
 
-def drive_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
+def drive_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
     """An arrow at every drive, the way that it goes at the moment; none while it stands.
 
     Parameters
@@ -51,7 +51,7 @@ def _sliding(deflection: Deflection, drive: Any, size: float, exaggeration: floa
     return lambda position, sense: place[position] + size * along[position] * (1.5 * upwards[position] + sense * WAY)
 
 
-def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size: float) -> Shape:
+def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size: float) -> FlatShape:
     """A line with a head at its end, all points one where it goes neither way."""
 
     def place(position: int) -> Complexes:
@@ -61,10 +61,10 @@ def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size
         points: Complexes = np.concatenate([shaft, head])
         return points if sense[position] else np.full_like(points, shaft[0])
 
-    return Shape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC) + 1),), "accent", "accent", 2.4)
+    return FlatShape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC) + 1),), "accent", "accent", 2.4)
 
 
-def path_shapes(deflection: Deflection, positions: Any, exaggeration: float = 0.0) -> list[Shape]:
+def path_shapes(deflection: Deflection, positions: Any, exaggeration: float = 0.0) -> list[FlatShape]:
     """The paths of all points that move, over some positions, displaced so many times as much."""
     motion = deflection.motion
     seen, shapes = set(motion.mechanism.links[0].points), []
@@ -75,10 +75,10 @@ def path_shapes(deflection: Deflection, positions: Any, exaggeration: float = 0.
     return shapes
 
 
-def _path(places: Complexes) -> list[Shape]:
+def _path(places: Complexes) -> list[FlatShape]:
     strides = np.abs(np.diff(places))
     if not strides.any():
         return []
     round_trip = abs(places[-1] - places[0]) <= CLOSED * strides.max()
     points = np.append(places, places[0]) if round_trip else places
-    return [Shape("guide", lambda position: points, lines=(np.arange(len(points)),), ink="accent", width=1.0)]
+    return [FlatShape("guide", lambda position: points, lines=(np.arange(len(points)),), ink="accent", width=1.0)]

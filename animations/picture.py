@@ -21,13 +21,13 @@ from animations.shapes import (
     INK,
     QUIET,
     Complexes,
-    Shape,
+    FlatShape,
     deformed_shapes,
     diagram_shapes,
     link_shapes,
     outline_shapes,
 )
-from animations.solid import Body
+from animations.solid import SolidShape
 from animations.solid_mechanism import mechanism_bodies
 from animations.style import Style
 from animations.symbols import symbol_shapes
@@ -108,7 +108,7 @@ class Picture:
         self._drive.SetInput(self._drive_words(position))
         return self._canvas.image()
 
-    def _placed(self, body: Body, position: int) -> tuple[Reals, Reals]:
+    def _placed(self, body: SolidShape, position: int) -> tuple[Reals, Reals]:
         """Points of a body in pixels, and its normals as they are seen."""
         points, normals = body.place(position)
         return self.view.solid(points), normals @ self.view.turn.T
@@ -143,7 +143,7 @@ class Picture:
         self._drive = self._canvas.write(drive)
 
 
-def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[Shape]:
+def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: Style) -> list[FlatShape]:
     """All that moves in a picture and is flat."""
     whole = diagram in (SHAPE, MOTION)
     moved = scales.exaggeration if whole or style.look == "solid" else 0.0
@@ -162,7 +162,7 @@ def shapes_of(deflection: Deflection, diagram: Diagram, scales: Scales, style: S
     return [shape for shape in shapes if shape.faces or shape.lines]
 
 
-def view_for(shapes: list[Shape], bodies: list[Body], positions: Any, style: Style) -> View:
+def view_for(shapes: list[FlatShape], bodies: list[SolidShape], positions: Any, style: Style) -> View:
     """The view in which all that moves is seen at some positions."""
     turn = turn_of(style.look)
     unscaled = View(0j, 1.0, turn)
@@ -172,6 +172,6 @@ def view_for(shapes: list[Shape], bodies: list[Body], positions: Any, style: Sty
     return view_of([*flat, *solid], style, turn)
 
 
-def _dot(place: Complexes, radius: float) -> Shape:
+def _dot(place: Complexes, radius: float) -> FlatShape:
     circle = radius * np.exp(2j * np.pi * np.arange(16) / 16)
-    return Shape("mark", lambda position: place[position] + circle, (np.arange(16),), fill=INK)
+    return FlatShape("mark", lambda position: place[position] + circle, (np.arange(16),), fill=INK)

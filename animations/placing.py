@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from animations.layout import FOOT, HEAD, View
 from animations.legend import LETTER
-from animations.shapes import Complexes, Shape
-from animations.solid import Body
+from animations.shapes import Complexes, FlatShape
+from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
 
@@ -90,7 +90,7 @@ class Ink:
         Their numbers.
     places, areas
         Middles [pixels], complex, and areas of the pieces, an array each for every position: length [pixels] times
-        `Shape.width`.
+        `FlatShape.width`.
     """
 
     positions: list[int]
@@ -114,7 +114,9 @@ class Ink:
         return total / len(self.positions)
 
 
-def ink_of(shapes: Sequence[Shape], bodies: Sequence[Body], view: View, positions: Sequence[int], step: float) -> Ink:
+def ink_of(
+    shapes: Sequence[FlatShape], bodies: Sequence[SolidShape], view: View, positions: Sequence[int], step: float
+) -> Ink:
     """The lines of shapes, in pieces not longer than a step [pixels], and the points of bodies."""
     pairs, widths, first = [np.zeros((0, 2), int)], [np.zeros(0)], 0
     for shape in shapes:

@@ -27,7 +27,7 @@ LEVELS = ("outline", "guide", "fill", "ordinate", "link", "curve", "ground", "bl
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class FlatShape:
     """Points and the polygons and polylines between them.
 
     Attributes
@@ -57,7 +57,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Beams:
+class BeamPlaces:
     """The rigid places of all beams: `start` [m] and unit vectors `along`, complex, shape (beams, positions)."""
 
     start: Complexes
@@ -71,15 +71,15 @@ class Beams:
         return result
 
 
-def beams(deflection: Deflection) -> Beams:
+def beams(deflection: Deflection) -> BeamPlaces:
     """Where the beams of a mechanism are at all positions."""
     motion = deflection.motion
     start = [position_of(motion, at, beam.start) for at, beam in motion.mechanism.beams]
     shape = (len(start), *motion.columns)
-    return Beams(np.reshape(start, shape) + 0j, beam_directions(motion), deflection.length.reshape(len(start)))
+    return BeamPlaces(np.reshape(start, shape) + 0j, beam_directions(motion), deflection.length.reshape(len(start)))
 
 
-def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[Shape]:
+def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int = 4) -> list[FlatShape]:
     """A field drawn across every beam: filled by sign, outlined, with ordinates.
 
     Parameters
@@ -104,8 +104,8 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
         tips = axis + 1j * scale * place.along[:, position, None] * heights
         return np.concatenate([axis.ravel(), tips.ravel()])
 
-    def filled(paint: str, place: Callable[[int], Complexes]) -> Shape:
-        return Shape("fill", place, tuple(corners), fill=paint, opacity=SHEER)
+    def filled(paint: str, place: Callable[[int], Complexes]) -> FlatShape:
+        return FlatShape("fill", place, tuple(corners), fill=paint, opacity=SHEER)
 
     numbers = np.arange(count * len(STATIONS)).reshape(count, len(STATIONS))
     tops = numbers + numbers.size
@@ -117,8 +117,8 @@ def diagram_shapes(deflection: Deflection, field: str, scale: float, hatch: int 
     return [
         filled(POSITIVE, lambda position: ends(position, lambda v: np.maximum(v, 0.0))),
         filled(NEGATIVE, lambda position: ends(position, lambda v: np.minimum(v, 0.0))),
-        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink=FINE, width=0.8),
-        Shape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(outlines), width=1.3),
+        FlatShape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(strokes), ink=FINE, width=0.8),
+        FlatShape("ordinate", lambda position: ends(position, lambda v: v), lines=tuple(outlines), width=1.3),
     ]
 
 
@@ -129,11 +129,13 @@ def moved_beams(deflection: Deflection, exaggeration: float) -> Callable[[int], 
     return lambda position: place.points(position) + exaggeration * place.along[:, position, None] * moved[:, position]
 
 
-def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0) -> list[Shape]:
+def deformed_shapes(
+    deflection: Deflection, exaggeration: float, ink: str = BENT, width: float = 3.0
+) -> list[FlatShape]:
     """The mechanism with its displacements exaggerated: beams bent, links without beams carried."""
     axes, count = moved_beams(deflection, exaggeration), len(deflection.sections)
     lines = tuple(np.arange(count * len(STATIONS)).reshape(count, len(STATIONS)))
-    shapes = [Shape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
+    shapes = [FlatShape("curve", lambda position: axes(position).ravel(), lines=lines, ink=ink, width=width)]
     for at, link in _moving_links(deflection):
         if not link.beams and len(link.points) > 1:
             corners = hull(np.array(list(link.points.values()), complex))
@@ -143,14 +145,14 @@ def deformed_shapes(deflection: Deflection, exaggeration: float, ink: str = BENT
     return shapes
 
 
-def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[Shape]:
+def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[FlatShape]:
     """The links at their rigid places: elastic beams as lines, rigid ones as bodies of a given radius [m]."""
     place, mechanism = beams(deflection), deflection.motion.mechanism
     rigid = [bool(np.all(np.isinf(section.EA)) and np.all(np.isinf(section.EI))) for section in deflection.sections]
     slender = [k for k, stiff in enumerate(rigid) if not stiff]
     ends = np.array([0.0, 1.0])
     pairs = tuple(np.arange(2 * len(slender)).reshape(-1, 2))
-    shapes = [Shape("link", lambda p: place.points(p, ends)[slender].ravel(), lines=pairs, ink=ink, width=3.0)]
+    shapes = [FlatShape("link", lambda p: place.points(p, ends)[slender].ravel(), lines=pairs, ink=ink, width=3.0)]
     stiff_beams = [
         (at, (beam.start, beam.end)) for (at, beam), stiff in zip(mechanism.beams, rigid, strict=True) if stiff
     ]
@@ -164,7 +166,7 @@ def link_shapes(deflection: Deflection, radius: float, ink: str = INK) -> list[S
     return shapes
 
 
-def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[complex]]) -> list[Shape]:
+def outline_shapes(deflection: Deflection, outlines: Mapping[str, Sequence[complex]]) -> list[FlatShape]:
     """Bodies of links, given by their corners in the links' own axes [m].
 
     Raises
@@ -206,9 +208,9 @@ def carried(deflection: Deflection, at: int, local: Complexes, exaggeration: flo
 
 def _closed(
     level: str, place: Callable[[int], Complexes], count: int, ink: str, width: float, filled: bool = True
-) -> Shape:
+) -> FlatShape:
     ring = np.arange(count)
-    return Shape(level, place, (ring,) if filled else (), (np.append(ring, 0),), ink=ink, width=width)
+    return FlatShape(level, place, (ring,) if filled else (), (np.append(ring, 0),), ink=ink, width=width)
 
 
 def _circle(corners: int) -> Complexes:

@@ -20,7 +20,7 @@ ROUND = 24  # corners of a circle
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SolidShape:
     """Points and the polygons between them.
 
     Attributes
@@ -52,7 +52,7 @@ def prism(
     fill: str = "metal",
     opacity: float = 1.0,
     smooth: bool = False,
-) -> Body:
+) -> SolidShape:
     """A polygon in the plane, at a position, that reaches from one z to another; `smooth` for a curve's."""
     ring = np.arange(corners)
     after = np.roll(ring, -1)
@@ -79,7 +79,7 @@ def prism(
                     np.repeat([1.0, -1.0, 0.0], [corners, corners, 4 * corners])),
         )  # fmt: skip
 
-    return Body(at, (ring, ring[::-1] + corners, *sides), fill, opacity)
+    return SolidShape(at, (ring, ring[::-1] + corners, *sides), fill, opacity)
 
 
 def _along(taper: Sequence[float]) -> Reals:
@@ -118,7 +118,7 @@ def beam_bodies(
     sections: Sequence[CrossSections],
     layers: Sequence[float],
     values: Callable[[int], Reals] | None,
-) -> Body:
+) -> SolidShape:
     """All beams as one body.
 
     Parameters
@@ -149,9 +149,9 @@ def beam_bodies(
         return np.concatenate(points), np.concatenate(normals)
 
     if values is None:
-        return Body(at, tuple(faces))
+        return SolidShape(at, tuple(faces))
     known = values
-    return Body(at, tuple(faces), values=lambda position: np.concatenate(
+    return SolidShape(at, tuple(faces), values=lambda position: np.concatenate(
         [np.repeat(row, count) for row, count in zip(known(position), counts, strict=True)]))  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from animations.diagrams import STATIONS, Diagram
 from animations.layers import Stack
 from animations.layout import Scales
 from animations.shapes import Complexes, carried, hull, moved_beams
-from animations.solid import ROUND, Body, CrossSections, beam_bodies, cross_sections, prism
+from animations.solid import ROUND, CrossSections, SolidShape, beam_bodies, cross_sections, prism
 from animations.style import Style
 from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
 from elastic import Deflection, sample
@@ -27,7 +27,7 @@ GREYS = "metal", "iron"  # of rigid bodies in one layer and the next, which are 
 
 def mechanism_bodies(
     deflection: Deflection, diagram: Diagram, scales: Scales, style: Style, stack: Stack
-) -> list[Body]:
+) -> list[SolidShape]:
     """Links, joints and ground as bodies; beams in the colours of the diagram's field, or of the displacement."""
     links = deflection.motion.mechanism.links
     sections = sections_of(deflection, scales)
@@ -87,7 +87,7 @@ def _slab(
     fill: str = "metal",
     opacity: float = 1.0,
     smooth: bool = False,
-) -> Body:
+) -> SolidShape:
     """A flat body of a link about z: corners in its axes, or from one of its points."""
     if about:
         middle, direction = moved_place(deflection, at, about, exaggeration), deflection.motion.direction[at]
@@ -95,11 +95,11 @@ def _slab(
     return prism(carried(deflection, at, local, exaggeration), len(local), z - half, z + half, fill, opacity, smooth)
 
 
-def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[Body]:
+def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidShape]:
     """Axles through the links that they join, pedestals on the ground, sliding blocks and their rails."""
     motion, pin = deflection.motion, scales.pin
     joined: dict[str, set[int]] = {}
-    bodies: list[Body] = []
+    bodies: list[SolidShape] = []
     for joint in motion.structure.joints:
         if joint.slider is not None:
             bodies += _slider(deflection, joint.slider, scales, stack)
@@ -144,7 +144,7 @@ def rail(deflection: Deflection, slider: Slider, pin: float) -> Complexes:
     return corners
 
 
-def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[Body]:
+def _slider(deflection: Deflection, slider: Slider, scales: Scales, stack: Stack) -> list[SolidShape]:
     """A block about the link that carries it, or on a rail on the ground."""
     pin, motion = scales.pin, deflection.motion
     on, at = motion.mechanism.index[slider.on], motion.mechanism.index[slider.link]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from animations.shapes import PAPER, QUIET, Complexes, Shape
+from animations.shapes import PAPER, QUIET, Complexes, FlatShape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
 
@@ -15,7 +15,7 @@ PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its dia
 BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
 
 
-def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[Shape]:
+def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0) -> list[FlatShape]:
     """Symbols of all joints.
 
     Parameters
@@ -25,7 +25,7 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
     exaggeration
         The symbols move with the displacements, so many times as much.
     """
-    shapes: list[Shape] = []
+    shapes: list[FlatShape] = []
     seen: dict[str, bool] = {}
     for joint in deflection.motion.structure.joints:
         if joint.slider is not None:
@@ -48,21 +48,21 @@ def moved_place(deflection: Deflection, link: str | int, point: str, exaggeratio
     return place
 
 
-def _pin(place: Complexes, size: float) -> Shape:
+def _pin(place: Complexes, size: float) -> FlatShape:
     circle = size / 2 * np.exp(2j * np.pi * np.arange(28) / 28)
     ring = np.arange(len(circle))
-    return Shape(
+    return FlatShape(
         "pin", lambda position: place[position] + circle, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8
     )
 
 
-def _ground(place: complex, size: float) -> list[Shape]:
+def _ground(place: complex, size: float) -> list[FlatShape]:
     """A triangle under a pin, on a hatched base."""
     corners = place + size * PEDESTAL
-    triangle = Shape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill=PAPER)
+    triangle = FlatShape("ground", _still(corners), (np.arange(3),), (np.array([0, 1, 2, 0]),), fill=PAPER)
     base = _hatched(place + size * (-1.5 - 1.6j), place + size * (1.5 - 1.6j), size, -1j)
     points, lines = base
-    return [triangle, Shape("ground", _still(points), lines=lines)]
+    return [triangle, FlatShape("ground", _still(points), lines=lines)]
 
 
 def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Any, ...]]:
@@ -95,7 +95,7 @@ def under(way: complex) -> complex:
     return -side if (round(side.imag, 9), side.real) > (0.0, 0.0) else side
 
 
-def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[Shape]:
+def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: float) -> list[FlatShape]:
     """A block at the slider's point and the line it slides along, as long as the slide of the cycle."""
     motion = deflection.motion
     on = motion.mechanism.index[slider.on]
@@ -104,19 +104,21 @@ def _slider(deflection: Deflection, slider: Slider, size: float, exaggeration: f
     block = size * BLOCK
     along = motion.direction[on] * slider.direction
     ring = np.arange(4)
-    box = Shape("block", lambda p: moved[p] + along[p] * block, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8)
+    box = FlatShape(
+        "block", lambda p: moved[p] + along[p] * block, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8
+    )
     return [_guide(deflection, on, start, end, size), box]
 
 
-def _guide(deflection: Deflection, on: int, start: complex, end: complex, size: float) -> Shape:
+def _guide(deflection: Deflection, on: int, start: complex, end: complex, size: float) -> FlatShape:
     motion = deflection.motion
     if on == 0:
         side = under(end - start)
         points, lines = _hatched(start + 0.8 * size * side, end + 0.8 * size * side, size, side)
-        return Shape("ground", _still(points), lines=lines)
+        return FlatShape("ground", _still(points), lines=lines)
     ends = np.array([start, end])
     place: Callable[[int], Complexes] = lambda p: motion.origin[on, p] + motion.direction[on, p] * ends  # noqa: E731
-    return Shape("guide", place, lines=(np.arange(2),), ink=QUIET, width=1.2)
+    return FlatShape("guide", place, lines=(np.arange(2),), ink=QUIET, width=1.2)
 
 
 def _still(points: Complexes) -> Callable[[int], Complexes]:

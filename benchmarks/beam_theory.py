@@ -9,7 +9,7 @@ import measuring
 import numpy as np
 from jobs import steel_four_bar
 
-from elastic import Deflection, Section, deflection, share_base
+from elastic import Deflection, Section, deflection, reference_deflection
 from elastic.assessment import introduction_share, shear_share
 from fem_check import compare_solid
 from rigid import Beam, LineLoad, Link, Mechanism, Motion, PinDrive, PointLoad, Slider, motion
@@ -41,7 +41,7 @@ def estimated(solved: Deflection) -> float:
     """Largest part that beam theory leaves out, over the largest deflection of all beams."""
     largest = compare_solid(solved).largest
     share = np.maximum(shear_share(solved), introduction_share(solved))
-    return float((share * share_base(largest)).max() / largest.max())
+    return float((share * reference_deflection(largest)).max() / largest.max())
 
 
 def family() -> list[dict[str, Any]]:

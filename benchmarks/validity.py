@@ -21,7 +21,7 @@ import numpy as np
 import validity_figures
 from random_mechanisms import Drawn, mechanisms
 
-from elastic import Deflection, deflection, sample, share_base
+from elastic import Deflection, deflection, reference_deflection, sample
 from elastic.assessment import introduction_share, shear_share
 from elastic.elastodynamics import Damping, elastodynamic, theory_error
 from fem_check import compare_solid
@@ -134,7 +134,7 @@ def solid(case: Drawn) -> dict[str, Any]:
     )
     found = compare_solid(bent)
     known = np.isfinite(found.difference)
-    share = np.maximum(shear_share(bent), introduction_share(bent)) * share_base(found.largest)
+    share = np.maximum(shear_share(bent), introduction_share(bent)) * reference_deflection(found.largest)
     return {
         "beam theory, estimate": float(share[known].max() / found.largest[known].max()) if known.any() else math.nan,
         "beam theory, measured": found.relative,

@@ -10,7 +10,7 @@ from elastic.chunks import deflection_in_chunks
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, Kind
-from elastic.sampling import displacement_of, sample, share_base
+from elastic.sampling import displacement_of, reference_deflection, sample
 from elastic.solution import Deflection, deflection, marked
 
 __all__ = [
@@ -33,9 +33,9 @@ __all__ = [
     "extremes",
     "marked",
     "rectangle",
+    "reference_deflection",
     "sample",
     "section_of",
-    "share_base",
     "tapered",
     "tube",
 ]

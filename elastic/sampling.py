@@ -107,6 +107,6 @@ def _at_end_of_beam(
     return None
 
 
-def share_base(largest: Any) -> Any:
+def reference_deflection(largest: Any) -> Any:
     """Base of relative errors: every beam's largest deflection, or a least share of that of all, shape (beams, ...)."""
     return np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))

@@ -15,13 +15,13 @@ from elastic.beams.division import Division, division_of, on_pieces
 from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
-from elastic.links.clamped_links import LinkResponse, carry
+from elastic.links.clamped_links import LinkResponse, add_rigid_motion
 from elastic.links.compatibility import JointGaps, bent_links, compatible_forces, problem_of
-from elastic.links.configuration import Problem
+from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
 from rigid import SINGULAR, JointForces, Motion, Reals
-from rigid.conditioning import amplified, greatest_rotation, ill_conditioned
+from rigid.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.displacements import displacements
 from rigid.forces import loaded_flanks, self_stresses
 from rigid.friction import with_friction
@@ -126,7 +126,11 @@ class Deflection:
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
-                found = found * amplified(turned, _greatest(self.phi)) * amplified(turned * self.length.max(0), moved)
+                found = (
+                    found
+                    * cancellation_factor(turned, _greatest(self.phi))
+                    * cancellation_factor(turned * self.length.max(0), moved)
+                )
         found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
         return np.broadcast_to(found, self.motion.columns)
 
@@ -137,7 +141,7 @@ class Deflection:
         It is so near a singular one that nothing but round-off is left, or friction may lock the mechanism there.
         """
         singular = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
-        if not self.motion.suspect:
+        if not self.motion.may_be_singular:
             return singular
         return singular | ill_conditioned(self.motion, self.condition)
 
@@ -202,7 +206,7 @@ def deflection(
         shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, still, forces.flank)
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([value.imag for value in turning], motion.columns, float)
-        carry(problem.configuration, response, shift, angle)
+        add_rigid_motion(problem.configuration, response, shift, angle)
     solved = Deflection(
         motion=motion,
         sections=sections,
@@ -218,14 +222,14 @@ def deflection(
         added=added,
     )
     locked = bool(forces.friction) and np.any(forces.locked)
-    if not (motion.suspect or locked) or not solved.lost.any():
+    if not (motion.may_be_singular or locked) or not solved.lost.any():
         return solved
     lost = solved.lost
     forces.mark(lost)
     return marked(solved, lost)
 
 
-def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGaps]:
+def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, JointGaps]:
     """Joint forces, the response of the links to them and the loads, and the gaps that this leaves at the joints."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
@@ -241,7 +245,7 @@ def _loaded_links(problem: Problem) -> tuple[JointForces, LinkResponse, JointGap
 
 
 def _compatible(
-    problem: Problem, more: Sequence[Any], friction: Mapping[int, Any] | None, given: Mapping[int, Any] | None
+    problem: ElasticProblem, more: Sequence[Any], friction: Mapping[int, Any] | None, given: Mapping[int, Any] | None
 ) -> JointForces:
     """Joint forces that bring the bent links together where statics alone does not tell them.
 

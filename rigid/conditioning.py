@@ -103,7 +103,7 @@ def _pins(closed: Closure) -> list[int]:
     return [k for k, angle in enumerate(closed.group.angles) if angle]
 
 
-def narrowness(mechanism: Mechanism, closed: Closure) -> Columns:
+def closure_sine(mechanism: Mechanism, closed: Closure) -> Columns:
     """Sine at which a group meets; where it closes at sliders, also how short the levers of these are for its links."""
     least = np.abs(closed.sine)
     for c, closing in enumerate(closed.cut):
@@ -131,10 +131,10 @@ def extents(mechanism: Mechanism) -> list[Any]:
     return found
 
 
-def suspect(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
+def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
     """Whether a position may be singular."""
     free = (closed for closed in closures if closed.group.free)
-    return any(not narrowness(mechanism, closed).min() >= REGULAR for closed in free)
+    return any(not closure_sine(mechanism, closed).min() >= REGULAR for closed in free)
 
 
 def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) -> list[Columns]:
@@ -155,7 +155,7 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
         if not closed.group.free:
             found.append(1.0)
             continue
-        narrow = narrowness(motion.mechanism, closed)
+        narrow = closure_sine(motion.mechanism, closed)
         worst = 1.0 / (before * np.square(narrow))
         if _pins(closed):
             speed, growth = (greatest_rotation(closed, part) for part in lacking)
@@ -170,7 +170,7 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
     return found
 
 
-def amplified(bound: Columns, done: Columns) -> Columns:
+def cancellation_factor(bound: Columns, done: Columns) -> Columns:
     """Growth of the relative round-off of a figure by cancellation: its bound over its size, 1 at least."""
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 

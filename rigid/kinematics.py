@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigid.closure import Closure
-from rigid.conditioning import condition_numbers, marked, narrowness, suspect
+from rigid.conditioning import closure_sine, condition_numbers, marked, may_be_singular
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
 from rigid.displacements import Openings, displacements
@@ -98,9 +98,9 @@ class Motion:
         return np.where(np.isnan(worst) & ~np.isnan(self.sine), np.inf, worst)
 
     @cached_property
-    def suspect(self) -> bool:
+    def may_be_singular(self) -> bool:
         """Whether a position may be singular."""
-        return suspect(self.mechanism, self.closures)
+        return may_be_singular(self.mechanism, self.closures)
 
     @property
     def sine(self) -> Reals:
@@ -109,7 +109,7 @@ class Motion:
         Where links slide on each other the distance of their pins over the links' size counts as one.
         """
         free = (closed for closed in self.closures if closed.group.free)
-        return reduce(np.minimum, (narrowness(self.mechanism, closed) for closed in free), np.ones(self.columns))
+        return reduce(np.minimum, (closure_sine(self.mechanism, closed) for closed in free), np.ones(self.columns))
 
 
 def motion(
@@ -209,7 +209,7 @@ def _with_velocities(
         stacked(turning, shape, complex),
         closures,
     )
-    if final or not found.suspect:
+    if final or not found.may_be_singular:
         return found
     with np.errstate(all="ignore"):
         regular = marked(found, _openings(found))

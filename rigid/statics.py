@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.conditioning import amplified, extents, greatest_force, ill_conditioned
+from rigid.conditioning import cancellation_factor, extents, greatest_force, ill_conditioned
 from rigid.constants import mass_constants
 from rigid.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
 from rigid.friction import with_friction
@@ -26,7 +26,7 @@ def reactions(motion: Motion) -> JointForces:
     joint's child link, its opposite on the parent.
     """
     found = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
-    if motion.suspect:
+    if motion.may_be_singular:
         found.mark(ill_conditioned(motion, force_condition(motion, found)))
     states = self_stresses(motion.closures, found.flank)
     for number in found.friction:
@@ -104,7 +104,7 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
         whole = [turn + size * push for turn, size, push in zip(moment, extents(mechanism), force, strict=True)]
         bounds = (greatest_force(closed, force, whole) for closed in motion.closures)
         greatest = reduce(np.maximum, (np.abs(pull) for pull in forces.force), 0.0)
-        found: Reals = motion.condition * amplified(reduce(np.maximum, bounds, 0.0), greatest)
+        found: Reals = motion.condition * cancellation_factor(reduce(np.maximum, bounds, 0.0), greatest)
         return found
 
 

@@ -16,7 +16,7 @@ from test_fem_beam import held
 
 from elastic import RIGID, Section, Taper, deflection, sample
 from fem_check import compare_solid, solve_solid, write_solid_vtu_series
-from fem_check.solid.body import Body
+from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Strip
 from fem_check.solid.responses import responses
 from rigid import Beam, LineLoad, Link, Lump, PointLoad, motion
@@ -33,7 +33,7 @@ class TestTheoryOfElasticity:
     @staticmethod
     def cantilever_errors(across, depth=0.3, EA=7.0, force=1.0):
         """Root of the integral of the displacement's error, and energy of the error, of a body loaded at its end."""
-        body = Body(Outline((0j, 1 + 0j), (Strip(0, 1, (EA,), (EA * depth**2 / 12,)),)), NU, across)
+        body = SolidLink(Outline((0j, 1 + 0j), (Strip(0, 1, (EA,), (EA * depth**2 / 12,)),)), NU, across)
         basis, end = body.basis, 1 + depth / 2  # the body reaches beyond its points by half its depth
         EI, GI, L = EA * depth**2 / 12, EA * depth**2 / 12 / (2 * (1 + NU)), 1 + depth
         turned = force * L**2 / (2 * EI) - force * depth**2 / (8 * GI)
@@ -93,14 +93,14 @@ class TestLoads:
     )
 
     def test_pins_push_as_told(self):
-        body = Body(self.outline, NU, 4)
+        body = SolidLink(self.outline, NU, 4)
         for k, place in enumerate(self.outline.points):
             np.testing.assert_allclose(
                 body.pin(k) @ body.rigid.T, [[1, 0, -place.imag], [0, 1, place.real], [0, 0, 1]], atol=1e-13
             )
 
     def test_inertia_has_the_mass_of_the_beams(self):
-        body = Body(self.outline, NU, 4)
+        body = SolidLink(self.outline, NU, 4)
         mass = sum(
             abs(self.outline.way(strip)) * np.polynomial.Polynomial(strip.mass).integ()(1.0)
             for strip in self.outline.strips
@@ -112,7 +112,7 @@ class TestLoads:
         )
 
     def test_rigid_motions_are_free(self):
-        body = Body(self.outline, NU, 4)
+        body = SolidLink(self.outline, NU, 4)
         forces = body.stiffness() @ body.rigid.T
         assert np.abs(forces).max() < 1e-10 * np.abs(body.stiffness()).max()
 

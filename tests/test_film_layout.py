@@ -15,7 +15,7 @@ from animations.layout import FOOT, HEAD, View, scales_of, turn_of
 from animations.legend import Words, drive_words, headings, legend
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of, without_overlaps
-from animations.shapes import Shape
+from animations.shapes import FlatShape
 from animations.solid import prism
 from elastic import deflection as bend
 from kinelast import deflection, load
@@ -184,7 +184,9 @@ class TestNames:
         return view_for(shapes_of(bent, diagram_named("motion"), scales, style), [], range(3), style), scales
 
     def test_what_is_hidden_is_length_times_width(self):
-        cross = Shape("link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3])))
+        cross = FlatShape(
+            "link", lambda _: np.array([0j, 100j, 0j, -100 + 0j]), lines=(np.array([0, 1]), np.array([2, 3]))
+        )
         view = View(0j, 1.0, np.eye(3))
         hidden = ink_of([cross], [], view, [0], 0.1).hidden
         areas = hidden(np.array([[0 + 0j], [50j], [20 + 0j], [-50 + 0j], [9 + 3j]]), 10 + 5j)

@@ -19,7 +19,7 @@ from animations.marks import drive_shapes, path_shapes
 from animations.paints import paints
 from animations.picture import shapes_of, view_for
 from animations.placing import Label, ink_of
-from animations.shapes import NEGATIVE, POSITIVE, Shape
+from animations.shapes import NEGATIVE, POSITIVE, FlatShape
 from animations.solid import beam_bodies, cross_sections, prism
 from animations.solid_mechanism import mechanism_bodies
 from elastic import Section, circle, deflection, displacement_of, rectangle, section_of, tapered, tube
@@ -190,7 +190,7 @@ class TestWords:
         name = Label("root", label.middle, label.height, "ink", label.half)
         _, moved = peak_label(bent, diagram, scales, view, style, [name])
         assert np.all(abs(moved.middle - label.middle).real > 10)
-        arrow = Shape("mark", lambda position: label.middle[[position]] / view.pixels + view.corner)
+        arrow = FlatShape("mark", lambda position: label.middle[[position]] / view.pixels + view.corner)
         _, beside = peak_label(bent, diagram, scales, view, style, marks=[arrow])
         way = beside.middle - label.middle
         assert np.all((abs(way.real) >= label.half.real) | (abs(way.imag) >= label.half.imag))

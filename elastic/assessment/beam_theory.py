@@ -10,7 +10,7 @@ import numpy as np
 
 from elastic.beams.section import Section, Taper
 from elastic.links.beam_trees import trees_of
-from elastic.sampling import sample, share_base
+from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from rigid import Reals
@@ -156,6 +156,6 @@ def _greatest(values: Any) -> Any:
 
 def _over_largest(change: Any, largest: Any) -> Reals:
     """Changes over the base of every beam's relative errors; 0 where nothing bends."""
-    taken = share_base(largest)
+    taken = reference_deflection(largest)
     share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
     return share

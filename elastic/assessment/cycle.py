@@ -14,7 +14,7 @@ EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ 
 
 
 @dataclass(frozen=True, eq=False)
-class Peak:
+class CyclePeak:
     """The values of largest magnitude over the positions.
 
     Attributes
@@ -32,7 +32,7 @@ class Peak:
     xi: Reals
 
 
-def over_cycle(values: Any) -> Peak:
+def over_cycle(values: Any) -> CyclePeak:
     """Largest magnitude over the positions, the last axis; singular positions do not count.
 
     Parameters
@@ -53,7 +53,7 @@ def over_cycle(values: Any) -> Peak:
         return np.take_along_axis(array, position[..., None], -1)[..., 0]
 
     xi = taken(values.xi) if isinstance(values, Extreme) else np.full(position.shape, np.nan)
-    return Peak(taken(plain), position, xi)
+    return CyclePeak(taken(plain), position, xi)
 
 
 def rms(values: Any) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.buckling import euler_ratio
-from elastic.assessment.cycle import Peak, over_cycle
+from elastic.assessment.cycle import CyclePeak, over_cycle
 from elastic.extreme_values import Extreme, extremes
 from elastic.solution import Deflection
 from rigid import Reals
@@ -23,7 +23,7 @@ KINDS = ("slenderness", "deflection", "axial force", "yield")
 
 
 @dataclass(frozen=True)
-class Limit:
+class ValidityLimit:
     """From where a figure is to be watched, and from where the answer is not to be relied on.
 
     Attributes
@@ -45,11 +45,11 @@ class Limit:
 
 
 LIMITS = {  # the last is of an answer's whole error, `kinelast.figures.theory`
-    "slenderness": Limit(0.03, 0.25),
-    "deflection": Limit(0.01, 0.1),
-    "axial force": Limit(0.1, 0.5),
-    "yield": Limit(2 / 3, 1.0),
-    "vibration": Limit(0.03, 0.25),
+    "slenderness": ValidityLimit(0.03, 0.25),
+    "deflection": ValidityLimit(0.01, 0.1),
+    "axial force": ValidityLimit(0.1, 0.5),
+    "yield": ValidityLimit(2 / 3, 1.0),
+    "vibration": ValidityLimit(0.03, 0.25),
 }
 
 
@@ -147,7 +147,9 @@ def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
-def _per_beam(kind: str, peak: Peak, message: str, more: Callable[[float], str] = lambda _: "") -> Iterator[Exceedance]:
+def _per_beam(
+    kind: str, peak: CyclePeak, message: str, more: Callable[[float], str] = lambda _: ""
+) -> Iterator[Exceedance]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
         words = message.format(figure=_share(float(value))) + more(float(value))
         yield from _judged(kind, beam, int(position), float(value), words)

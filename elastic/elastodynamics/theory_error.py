@@ -11,7 +11,7 @@ import numpy as np
 from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics.second_order import second_order
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.sampling import sample, share_base
+from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from rigid import Reals
 
@@ -44,7 +44,7 @@ def theory_error(found: Elastodynamic) -> TheoryError:
     plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
     own = np.abs(vibrating).max(axis=(1, 2))
     stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
-    greatest = np.maximum(share_base(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
+    greatest = np.maximum(reference_deflection(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
     history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
     peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
     return TheoryError(history, peak, large_displacement_error(found))
@@ -62,7 +62,7 @@ def large_displacement_error(found: Elastodynamic) -> float:
     rotation = cycle_maxima(found.deflection, ["phi"])["phi"].value.max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
-    share = np.abs(more).max(axis=(1, 2)) / share_base(np.abs(linear).max(axis=(1, 2)))
+    share = np.abs(more).max(axis=(1, 2)) / reference_deflection(np.abs(linear).max(axis=(1, 2)))
     return float(share.max() + rotation**2)
 
 

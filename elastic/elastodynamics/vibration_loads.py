@@ -19,7 +19,7 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
-from elastic.links.added_loads import AddedLoads, made_of
+from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
 from rigid.loads import beam_directions
@@ -233,4 +233,4 @@ def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
     def side_by_side(*parts: Any) -> Any:
         return np.stack([np.broadcast_to(part, (*np.shape(part)[:-1], count)) for part in parts], axis=-2)
 
-    return made_of(side_by_side, *found)
+    return map_loads(side_by_side, *found)

@@ -31,7 +31,7 @@ class AddedLoads:
     turns: tuple[Any, ...]
 
 
-def made_of(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
+def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
     """Loads with values computed from those of one or several loads in the same places; positions are the last axis.
 
     A value that is the same at all positions may be a scalar, but of `q`.

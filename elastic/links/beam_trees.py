@@ -16,7 +16,7 @@ LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet 
 
 
 @dataclass(frozen=True)
-class Branch:
+class TreeBeam:
     """A beam in the tree of its link: `number` among all beams, `near` and `far` its ends as seen from the root."""
 
     number: int
@@ -52,14 +52,14 @@ class BeamTrees:
         Per joint whose slider moves along beams, by the joint's place in `Structure.joints`: the beams in its line.
     """
 
-    trees: Mapping[int, tuple[Branch, ...]]
+    trees: Mapping[int, tuple[TreeBeam, ...]]
     cuts: tuple[Cut, ...]
     tips: frozenset[tuple[int, str]]
     points: Mapping[tuple[int, str], Any]
     rails: Mapping[int, tuple[int, ...]]
 
 
-def root_of(tree: tuple[Branch, ...]) -> str:
+def root_of(tree: tuple[TreeBeam, ...]) -> str:
     """The node from which a tree grows."""
     return tree[0].near
 
@@ -87,11 +87,11 @@ def trees_of(mechanism: Mechanism) -> BeamTrees:
     return BeamTrees(trees, tuple(cuts), tips, points, _rails(mechanism, trees))
 
 
-def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, str]]]:
+def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str, str]]]:
     """Branches from the start of the first beam outwards, and the loose ends of those that close rings."""
     waiting = list(enumerate(link.beams, first))
     reached = {waiting[0][1].start}
-    order: list[Branch] = []
+    order: list[TreeBeam] = []
     loose: list[tuple[str, str]] = []
     while waiting:
         found = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
@@ -104,12 +104,12 @@ def _tree(link: Link, first: int) -> tuple[tuple[Branch, ...], list[tuple[str, s
         if far in reached:
             loose.append((far, f"{far} of beam {number}"))
             far = loose[-1][1]
-        order.append(Branch(number, near, far, forward))
+        order.append(TreeBeam(number, near, far, forward))
         reached.add(far)
     return tuple(order), loose
 
 
-def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> None:
+def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
     """Raise where a joint or a load is at a point that no beam of its link reaches."""
     used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
     at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
@@ -134,7 +134,7 @@ def lined_up(link: Link, beam: Beam, origin: Any, direction: Any) -> Any:
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)
 
 
-def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[Branch, ...]]) -> dict[int, tuple[int, ...]]:
+def _rails(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> dict[int, tuple[int, ...]]:
     """The beams along which each slider on a link with beams moves: it passes from one to the next."""
     rails = {}
     for place, joint in enumerate(structure(mechanism).joints):

@@ -80,7 +80,7 @@ def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) 
     return nodes
 
 
-def carry(configuration: Configuration, found: LinkResponse, shift: Any, angle: Any) -> None:
+def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: Any, angle: Any) -> None:
     """Add to every beam's amplitudes, in place, the displacement of its start, by rigid motion and the beams before it.
 
     Parameters

@@ -19,7 +19,7 @@ from elastic.beams.polynomials import added, evaluate
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.added_loads import AddedLoads
 from elastic.links.clamped_links import LinkResponse
-from elastic.links.configuration import LinkLoads, Problem, configuration_of
+from elastic.links.configuration import ElasticProblem, LinkLoads, configuration_of
 from elastic.links.free_body import node_loads, with_joint_forces, with_points
 from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
@@ -50,17 +50,17 @@ def problem_of(
     sections: tuple[Section, ...],
     joints: Mapping[str, JointCompliance],
     more: AddedLoads | None = None,
-) -> Problem:
+) -> ElasticProblem:
     """The problem that a motion sets its links: inertia, weight and loads of its own, and others."""
     configuration = configuration_of(motion)
     nodes, q = node_loads(motion, configuration.trees), beam_loads(motion)
     if more is not None:
         nodes, q = with_points(nodes, configuration.trees, more.points), added(q, more.q)
     compliance = compliance_of(motion.mechanism, sections, len(motion.columns), len(q) + 2)
-    return Problem(motion, configuration, compliance, joints, LinkLoads(nodes, q), more)
+    return ElasticProblem(motion, configuration, compliance, joints, LinkLoads(nodes, q), more)
 
 
-def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
+def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
     """Links under the loads and given joint forces, each clamped at its root, and the gaps they leave at the joints."""
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
@@ -91,7 +91,7 @@ def bent_links(problem: Problem, forces: JointForces) -> tuple[LinkResponse, Joi
     return response, JointGaps(displacement, rotation)
 
 
-def _under_blocks(problem: Problem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Any, Any]:
+def _under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Any, Any]:
     """Displacement, in the ground's axes, and rotation under a block of whichever beam of its line it is on."""
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:
@@ -100,7 +100,7 @@ def _under_blocks(problem: Problem, response: LinkResponse, blocks: Sequence[Blo
     return moved, turned
 
 
-def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tuple[Any, Any]:
+def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Any, Any]:
     """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
@@ -116,7 +116,7 @@ def _under_block(problem: Problem, response: LinkResponse, block: Block) -> tupl
 
 
 def compatible_forces(
-    problem: Problem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
+    problem: ElasticProblem, forces: JointForces, gaps: JointGaps, states: Sequence[JointForces]
 ) -> JointForces:
     """Joint forces that bring the bent links together: the force method over the self-stresses of the mechanism.
 

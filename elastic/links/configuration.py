@@ -103,7 +103,7 @@ class LinkLoads:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class ElasticProblem:
     """Links under loads, with joints that are to close.
 
     Attributes
@@ -126,7 +126,7 @@ class Problem:
     added: AddedLoads | None = None
 
     @property
-    def unloaded(self) -> Problem:
+    def unloaded(self) -> ElasticProblem:
         """The same problem without loads, free strain and gaps of joints: that of joint forces alone."""
         fitting = {name: JointCompliance(own.translation, own.rotation) for name, own in self.joints.items()}
         nothing = np.zeros((1, len(self.configuration.length), *self.configuration.columns), complex)

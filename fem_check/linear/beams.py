@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Section
-from fem_check.linear.block import Block
+from fem_check.linear.block import BlockResponse
 from fem_check.linear.frame import Frame
 from fem_check.linear.loads import distributed
 from fem_check.linear.unit_beam import DEGREE, UnitBeam, unit_beam
@@ -19,7 +19,7 @@ from rigid.kinematics import repeated, stacked
 
 
 @dataclass(frozen=True, eq=False)
-class Beams:
+class LoadedBeams:
     """Lengths, directions, compliances and loads of all beams; rows of shape (beams, ..., positions).
 
     Attributes
@@ -44,7 +44,7 @@ class Beams:
     strain: Any
     load: Any
     units: tuple[UnitBeam, ...]
-    blocks: tuple[Block, ...]
+    blocks: tuple[BlockResponse, ...]
 
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
@@ -60,7 +60,7 @@ class Beams:
         table = np.array([found[id(unit)] for unit in self.units])
         return np.moveaxis(table, 0, 1).reshape(*table.shape[1:], len(table), *[1] * (self.length.ndim - 1))
 
-    def numbered(self, number: int) -> Beams:
+    def numbered(self, number: int) -> LoadedBeams:
         """One of the beams, rows of shape (..., positions)."""
         rows = ("length", "axis", "stretch", "bend", "shear", "strain")
         own = {name: getattr(self, name)[number] for name in rows}
@@ -109,7 +109,7 @@ def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:
     return motion if columns == motion.columns else repeated(motion, columns)
 
 
-def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:
+def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> LoadedBeams:
     """Length, direction, compliance and load of all beams."""
     motion, columns = frame.motion, frame.motion.columns
     bodies = frame.bodies[: len(sections)]
@@ -121,7 +121,7 @@ def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:
         stacked([1.0 / np.asarray(getattr(section, name), float) for section in sections], columns, float)
         for name in ("EA", "EI", "kGA")
     )
-    return Beams(
+    return LoadedBeams(
         length=length,
         axis=motion.direction[[body.link for body in bodies]] * (way / length),
         stretch=stretch,
@@ -130,5 +130,7 @@ def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Beams:
         strain=stacked([section.strain for section in sections], columns, float),
         load=distributed(frame, unit_beam(elements, degree).stations),
         units=units,
-        blocks=tuple(Block(k, np.broadcast_to(xi, columns), units[k]) for k, xi in frame.spots[len(sections) :]),
+        blocks=tuple(
+            BlockResponse(k, np.broadcast_to(xi, columns), units[k]) for k, xi in frame.spots[len(sections) :]
+        ),
     )

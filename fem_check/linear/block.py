@@ -130,7 +130,7 @@ class Divided:
         return moved, resisted
 
 
-class Block:
+class BlockResponse:
     """A block on a beam: the unit beam's response to loads on it, and its displacement by those on the unit beam.
 
     Attributes
@@ -176,7 +176,7 @@ class Block:
             "M": _at_nodes(-forces[1], forces[3]) * scale * n**2,
         }
 
-    def under(self, other: Block) -> tuple[Any, Any, Any, Any]:
+    def under(self, other: BlockResponse) -> tuple[Any, Any, Any, Any]:
         """u, w, phi, slide of this block under unit loads of one on the same beam, shape (loads, ...)."""
         n = float(self.unit.bending.elements)
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi))

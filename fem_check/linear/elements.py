@@ -19,7 +19,7 @@ QUADRATURE = 13  # degree that is integrated exactly: rigidities may be of the e
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Kind:
+class ElementKind:
     """A kind of element, of length 1.
 
     Attributes
@@ -54,7 +54,7 @@ class Kind:
     weights: Reals
 
     def __repr__(self) -> str:
-        return f"Kind({self.element.__name__})"
+        return f"ElementKind({self.element.__name__})"
 
     def stiffness(self, rigidity: Any, length: Any = 1.0) -> Any:
         """Stiffness of elements of some length and rigidity at their points.
@@ -104,7 +104,7 @@ def _values(field: Any) -> Any:
 
 
 @lru_cache(maxsize=1)
-def hermite() -> Kind:
+def hermite() -> ElementKind:
     """Cubic elements of beams that bend: dofs w, slope, w, slope."""
     from skfem import ElementLineHermite
 
@@ -115,7 +115,7 @@ def hermite() -> Kind:
 
 
 @lru_cache(maxsize=1)
-def quadratic() -> Kind:
+def quadratic() -> ElementKind:
     """Quadratic Lagrange elements in stretching or shear: dofs start, end, middle."""
     from skfem import ElementLineP2
 
@@ -134,9 +134,11 @@ def _kind(
     opens: Reals,
     opened: list[int],
     whole: float,
-) -> Kind:
+) -> ElementKind:
     basis = basis_of_one(element)
     shape = np.array([_values(function[0]) for function in basis.basis])
     strain = np.array([_values(function[0].hess if order == 3 else function[0].grad) for function in basis.basis])
     points, weights = np.asarray(basis.global_coordinates()).reshape(-1), basis.dx[0]
-    return Kind(element, form, nodal, order, np.array(turns), opens, opened, whole, shape, strain, points, weights)
+    return ElementKind(
+        element, form, nodal, order, np.array(turns), opens, opened, whole, shape, strain, points, weights
+    )

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.beams import Beams
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.beams import LoadedBeams
+from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
 from fem_check.linear.ties import Row
 from rigid import SINGULAR, Motion
@@ -36,7 +36,7 @@ class Wrenches:
 
 
 def wrenches_of(
-    frame: Frame, rows: Sequence[Row], beams: Beams, more: Sequence[tuple[Place | None, Any, Any]] = ()
+    frame: Frame, rows: Sequence[Row], beams: LoadedBeams, more: Sequence[tuple[FramePlace | None, Any, Any]] = ()
 ) -> Wrenches:
     """Wrenches on the bodies of every constraint and of all loads; `more` loads: place, force [N], and moment [N m]."""
     columns = frame.motion.columns
@@ -44,7 +44,7 @@ def wrenches_of(
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
     size = float(np.max(beams.length, initial=0.0)) or 1.0
 
-    def put(row: int, place: Place | None, force: Any, moment: Any) -> None:
+    def put(row: int, place: FramePlace | None, force: Any, moment: Any) -> None:
         if place is None:
             return
         k = place.body
@@ -69,7 +69,7 @@ def wrenches_of(
     return Wrenches(total, spots, size)
 
 
-def _resultants(beams: Beams) -> tuple[Any, Any]:
+def _resultants(beams: LoadedBeams) -> tuple[Any, Any]:
     """Resultants of the distributed loads about the starts of the beams: force in the ground's axes and moment."""
     if not beams.units:
         return beams.length * beams.axis, beams.length
@@ -84,7 +84,7 @@ def _resultants(beams: Beams) -> tuple[Any, Any]:
     return beams.axis * beams.length * (along + 1j * across), beams.length**2 * turn
 
 
-def balanced(motion: Motion, rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> tuple[Any, Any]:
+def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> tuple[Any, Any]:
     """Solution of the frame: multipliers of all constraints, displacement and rotation of all bodies.
 
     Returns
@@ -122,7 +122,7 @@ class _System:
         Resultants on the bodies of a unit of every row, and of the loads, shape (..., positions, rows + 1, freedoms).
     """
 
-    def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: Beams, wrenches: Wrenches) -> None:
+    def __init__(self, columns: tuple[int, ...], rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> None:
         size, self._spots = wrenches.size, wrenches.spots
         compliance, bent = _ends(beams, size)
         if beams.blocks:
@@ -164,7 +164,7 @@ class _System:
         return -np.concatenate((gaps + self.opened(loads)[..., 0, :], balance), axis=-1)
 
 
-def _ends(beams: Beams, size: float) -> tuple[Any, Any]:
+def _ends(beams: LoadedBeams, size: float) -> tuple[Any, Any]:
     """Flexibility of the beams' ends, and their displacement by distributed loads and free strain.
 
     Returns
@@ -189,7 +189,7 @@ def _ends(beams: Beams, size: float) -> tuple[Any, Any]:
     return np.moveaxis(matrix, (2, 0, 1), (-3, -2, -1)), np.moveaxis(bent, (1, 0), (-2, -1))
 
 
-def _couplings(beams: Beams, size: float) -> Iterator[tuple[int, int, Any]]:
+def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]]:
     """Places that blocks are or move: number of the loaded spot, of the moved one, shape (..., positions, 3, 3)."""
     ends = len(beams.length)
     for number, block in enumerate(beams.blocks, ends):
@@ -205,7 +205,7 @@ def _couplings(beams: Beams, size: float) -> Iterator[tuple[int, int, Any]]:
                 yield other_number, number, np.moveaxis(matrix, (0, 1), (-2, -1))
 
 
-def _block_bent(beams: Beams, size: float) -> Any:
+def _block_bent(beams: LoadedBeams, size: float) -> Any:
     """Displacements of the blocks by distributed loads and free strain, shape (..., positions, blocks, 3)."""
     found = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from elastic import PRIMARY
-from fem_check.linear.beams import Beams
-from fem_check.linear.block import Block
+from fem_check.linear.beams import LoadedBeams
+from fem_check.linear.block import BlockResponse
 from fem_check.linear.unit_beam import UnitBeam
 from rigid import Reals
 
 
-def fields_of(beams: Beams, spots: Any, carried: Any) -> dict[str, Reals]:
+def fields_of(beams: LoadedBeams, spots: Any, carried: Any) -> dict[str, Reals]:
     """N, V, M, u, w, phi at the nodes: unit responses times their loads, and the motion of the beam's axes.
 
     Parameters
@@ -46,7 +46,7 @@ def fields_of(beams: Beams, spots: Any, carried: Any) -> dict[str, Reals]:
 
 def _add_kind(
     fields: dict[str, Reals],
-    beams: Beams,
+    beams: LoadedBeams,
     kind: tuple[UnitBeam, Any],
     along: Any,
     across: Any,
@@ -74,7 +74,7 @@ def _add_kind(
         fields.setdefault(field, np.zeros(shape))[own] = value
 
 
-def _add_block(fields: dict[str, Reals], beams: Beams, block: Block, load: Any) -> None:
+def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Any) -> None:
     """Add the response of a beam to the block on it."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))

@@ -14,7 +14,7 @@ REACHED = 1e-12  # how far beyond a beam's end, in its lengths, a block counts a
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class FrameBody:
     """A beam, or a moving link without beams.
 
     `start` is its reference point and `way` leads from there to its other end, in the link's axes [m]; a link without
@@ -27,7 +27,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class FramePlace:
     """A point of a body: its start, or one of the frame's `spots`, and the arm from there in the ground's axes [m]."""
 
     body: int
@@ -35,7 +35,7 @@ class Place:
     arm: Any = 0.0
 
 
-Side = Place | None | tuple[tuple[Place, Any], ...]
+Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
 """Where a joint is on a link: a place, None for the ground, or places on one of which it is: 1 there, 0 elsewhere."""
 
 
@@ -60,24 +60,24 @@ class Frame:
     def __init__(self, motion: Motion) -> None:
         self.motion = motion
         links = motion.mechanism.links
-        self.bodies: list[Body] = []
+        self.bodies: list[FrameBody] = []
         self.root: dict[int, int] = {}
-        self.ends: dict[tuple[int, str], list[Place]] = {}
+        self.ends: dict[tuple[int, str], list[FramePlace]] = {}
         for number, (at, beam) in enumerate(motion.mechanism.beams):
             start, end = links[at].points[beam.start], links[at].points[beam.end]
-            self.bodies.append(Body(at, start, end - start))
+            self.bodies.append(FrameBody(at, start, end - start))
             self.root.setdefault(at, number)
-            self.ends.setdefault((at, beam.start), []).append(Place(number))
-            self.ends.setdefault((at, beam.end), []).append(Place(number, number))
+            self.ends.setdefault((at, beam.start), []).append(FramePlace(number))
+            self.ends.setdefault((at, beam.end), []).append(FramePlace(number, number))
         self.spots: list[tuple[int, Any]] = [(number, 1.0) for number in range(len(self.bodies))]
         for at, link in enumerate(links):
             if at and not link.beams:
                 self.root[at] = len(self.bodies)
-                self.bodies.append(Body(at, 0.0))
+                self.bodies.append(FrameBody(at, 0.0))
             _refuse_pieces(link)
         self.sides = {slider.name: self._sides(slider) for slider in motion.mechanism.sliders}
 
-    def place(self, at: int, point: str) -> Place | None:
+    def place(self, at: int, point: str) -> FramePlace | None:
         """A link's point that carries something: an end of a beam, or any point of a link without beams."""
         if (at, point) in self.ends:
             return self.ends[at, point][0]
@@ -92,11 +92,11 @@ class Frame:
         """Unit vector of a slider's line, in the ground's axes."""
         return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
 
-    def _carried(self, at: int, arm: Any) -> Place | None:
+    def _carried(self, at: int, arm: Any) -> FramePlace | None:
         """Place on a link without beams; `arm` from the origin of the link's axes, in the ground's."""
-        return Place(self.root[at], arm=arm) if at else None
+        return FramePlace(self.root[at], arm=arm) if at else None
 
-    def _sides(self, slider: Slider) -> tuple[Side, Place | None]:
+    def _sides(self, slider: Slider) -> tuple[Side, FramePlace | None]:
         """Where the point is now: on the owner of the line, and on the link that slides."""
         motion = self.motion
         owner, link = (motion.mechanism.index[name] for name in (slider.on, slider.link))
@@ -116,7 +116,7 @@ class Frame:
             del found[0]
         first = len(self.spots)
         self.spots += [(number, np.where(carried, xi, np.nan)) for number, xi, _ in found]
-        places = [Place(number, spot) for spot, (number, *_) in enumerate(found, first)]
+        places = [FramePlace(number, spot) for spot, (number, *_) in enumerate(found, first)]
         if len(places) == 1:
             return places[0], self.place(link, slider.point)
         shares = [on_beam.astype(float) for *_, on_beam in found]
@@ -137,7 +137,7 @@ class Frame:
         return found
 
 
-def parts_on(side: Side, force: Any, moment: Any) -> tuple[tuple[Place | None, Any, Any], ...]:
+def parts_on(side: Side, force: Any, moment: Any) -> tuple[tuple[FramePlace | None, Any, Any], ...]:
     """A force and a moment on a side of a joint, as those on places."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.frame import Frame, Place, parts_on
+from fem_check.linear.frame import Frame, FramePlace, parts_on
 from fem_check.linear.ties import Tie
 from rigid import Slider, velocity_of
 from rigid.parts import Friction
@@ -16,7 +16,7 @@ from rigid.parts import Friction
 SAME = 1e-13  # share of the greatest force by which the efforts may still change
 STILL = 1e-9  # share of the greatest speed below which a joint is at rest
 
-Load = tuple[Place | None, Any, Any]
+Load = tuple[FramePlace | None, Any, Any]
 
 
 @dataclass(frozen=True, eq=False)

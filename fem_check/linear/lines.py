@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.elements import QUADRATURE, Kind
+from fem_check.linear.elements import QUADRATURE, ElementKind
 from rigid import Reals
 
 PRISMATIC = (1.0,)
@@ -35,7 +35,7 @@ class Line:
         Polynomial in xi, from 0 at the first node to 1 at the last.
     """
 
-    def __init__(self, kind: Kind, elements: int, rigidity: tuple[float, ...] = PRISMATIC) -> None:
+    def __init__(self, kind: ElementKind, elements: int, rigidity: tuple[float, ...] = PRISMATIC) -> None:
         from skfem import MeshLine
         from skfem.assembly import Dofs
 

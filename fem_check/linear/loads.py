@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, FramePlace
 from rigid import LineLoad
 from rigid.plane import cross
 
@@ -47,7 +47,7 @@ def distributed(frame: Frame, stations: Any) -> Any:
     return q
 
 
-def concentrated(frame: Frame) -> Iterator[tuple[Place, Any, Any]]:
+def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
     """Inertia and weight of the lumps, and the loads given at points: place, force [N], complex, and moment [N m]."""
     motion, mechanism = frame.motion, frame.motion.mechanism
     for at, link in enumerate(mechanism.links):

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, FramePlace
 from rigid import Gear, PinDrive, SliderDrive, position_of
 
 Flanks = Mapping[int, Any]
 """By the number of a gear: which flank is loaded, the sign of the effort along the coordinate of its follower."""
 End = PinDrive | SliderDrive
-MeshParts = tuple[tuple[Place | None, Any, Any], ...]
+MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
 
 
 def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> MeshParts | None:
@@ -99,7 +99,7 @@ def _point(frame: Frame, end: End, body: int) -> Any:
     return position_of(frame.motion, mechanism.index[slider.link], slider.point)
 
 
-def _place(frame: Frame, end: End, body: int) -> Place | None:
+def _place(frame: Frame, end: End, body: int) -> FramePlace | None:
     if isinstance(end, PinDrive):
         return frame.place(body, end.at)
     side = frame.sides[end.slider][_links(frame, end).index(body)]

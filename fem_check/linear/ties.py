@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance
-from fem_check.linear.frame import Frame, Place, Side, parts_on
+from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
 from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
 from rigid.joints import Joint
 
-Part = tuple[Place | None, Any, Any]
+Part = tuple[FramePlace | None, Any, Any]
 """A place (None: the ground), and the force, complex, and the moment that the row's multiplier exerts there."""
-Sides = tuple[Side, Place | None]
+Sides = tuple[Side, FramePlace | None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ PIN = 0.5  # radius of the region over which a joint force is spread, in depths 
 QUADRATURE = 6  # degree that is integrated exactly on a straight element
 
 
-class Body:
+class SolidLink:
     """A link in plane stress, elements of nine nodes.
 
     The thickness is such that E t h is the beam's EA; with the outline's depth h, E t h^3/12 is its EI.

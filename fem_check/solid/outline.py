@@ -76,7 +76,7 @@ class Outline:
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class QuadGrid:
     """Quadrilaterals of a link.
 
     Attributes
@@ -98,7 +98,7 @@ class Grid:
     xi: tuple[Reals, ...]
 
 
-def grid(outline: Outline, across: int) -> Grid:
+def grid(outline: Outline, across: int) -> QuadGrid:
     """Mesh of a link, `across` elements (an even number) over the depth of every beam.
 
     Raises
@@ -122,7 +122,7 @@ def grid(outline: Outline, across: int) -> Grid:
         stations.append(xi)
         first += rows.size
     points, number = _merged(np.concatenate(places), max(abs(outline.way(strip)) for strip in outline.strips))
-    return Grid(
+    return QuadGrid(
         points,
         number[np.concatenate(cells)],
         np.concatenate(owners),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_check.solid.body import Body
+from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Powers
 from rigid import Reals
 
@@ -31,7 +31,7 @@ class Responses:
         Mean over the region of the pin at every point, complex, shape (loads, points).
     """
 
-    body: Body
+    body: SolidLink
     values: Reals
     points: Any
 
@@ -65,7 +65,7 @@ def responses(outline: Outline, carrying: tuple[int, ...], poisson: float, acros
     across
         Elements over the depth.
     """
-    body = Body(outline, poisson, across)
+    body = SolidLink(outline, poisson, across)
     pins = [body.pin(point) for point in range(len(outline.points))]
     loads = np.concatenate((_distributed(body), *pins, *(_of_strip(body, k) for k in range(len(outline.strips)))))
     values = body.displaced(_balanced(body, loads, _supports(outline, pins, carrying)))
@@ -73,13 +73,13 @@ def responses(outline: Outline, carrying: tuple[int, ...], poisson: float, acros
     return Responses(body, values, means.T)
 
 
-def _distributed(body: Body) -> Reals:
+def _distributed(body: SolidLink) -> Reals:
     """Inertia of unit accelerations, -m' a, shape (4, dofs)."""
     mass = body.along(lambda strip, xi: Powers(xi, strip.mass)) * body.spread
     return np.array([body.under(-mass * felt) for felt in (1.0, 1j, body.places, 1j * body.places)])
 
 
-def _of_strip(body: Body, k: int) -> Reals:
+def _of_strip(body: SolidLink, k: int) -> Reals:
     """Unit loads along and across a strip, at its start and its end, and its free strain, shape (5, dofs)."""
     way = body.outline.way(body.outline.strips[k])
     axis = way / abs(way)
@@ -99,7 +99,7 @@ def _supports(outline: Outline, pins: list[Any], carrying: tuple[int, ...]) -> R
     return np.array((*pins[first][:2], across.real * pins[carrying[far]][0] + across.imag * pins[carrying[far]][1]))
 
 
-def _balanced(body: Body, loads: Reals, supports: Reals) -> Reals:
+def _balanced(body: SolidLink, loads: Reals, supports: Reals) -> Reals:
     """Loads with the reactions of their supports, without resultant."""
     carried = np.linalg.solve(supports @ body.rigid.T, (loads @ body.rigid.T).T)
     return loads - carried.T @ supports

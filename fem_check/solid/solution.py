@@ -11,7 +11,7 @@ import numpy as np
 from elastic import JointCompliance, Section, Taper
 from fem_check.linear.beams import beams_of
 from fem_check.linear.equilibrium import balanced, wrenches_of
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
 from fem_check.linear.solution import loaded_flanks
 from fem_check.linear.ties import ties
@@ -186,7 +186,7 @@ def _pushes(
         multipliers, _ = balanced(frame.motion, rows, beams, wrenches)
     beamed = frame.motion.mechanism.beams
 
-    def on_end(place: Place, force: Any, moment: Any) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
+    def on_end(place: FramePlace, force: Any, moment: Any) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
         if place.body < len(beamed):
             at, beam = beamed[place.body]
             yield at, beam.start if place.spot is None else beam.end, (force, moment)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Section, Taper
-from fem_check.linear.elements import Kind, hermite, quadratic
+from fem_check.linear.elements import ElementKind, hermite, quadratic
 from fem_check.linear.lines import Line
 from rigid import Beam, Reals
 
@@ -23,13 +23,13 @@ Powers = np.polynomial.polynomial.polyval
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class ElementField:
     """A displacement along a body: values of the dofs of its elements [m, rad] per coordinate.
 
     `values` of shape (positions or 1, elements, dofs of an element, n).
     """
 
-    kind: Kind
+    kind: ElementKind
     values: Reals
 
     def at(self, functions: Any, length: Any) -> Any:
@@ -54,7 +54,7 @@ class VibratingBody:
 
     stiffness: Reals
     mass: Reals
-    fields: tuple[Field, ...]
+    fields: tuple[ElementField, ...]
     nodes: Reals
 
     def moves(self, x: Any) -> Any:
@@ -157,7 +157,7 @@ def nodes_at(elements: int, blocks: Sequence[Any]) -> Reals:
     return nodes
 
 
-def _fields(kinds: list[Kind], rigidities: list[float], nodes: Reals, elements: int) -> tuple[Field, ...]:
+def _fields(kinds: list[ElementKind], rigidities: list[float], nodes: Reals, elements: int) -> tuple[ElementField, ...]:
     """Dofs of every field per coordinate: all dofs, or rigid motions where a rigidity is infinite.
 
     The shearing part starts from zero: the bending part moves the beam's start.
@@ -174,6 +174,8 @@ def _fields(kinds: list[Kind], rigidities: list[float], nodes: Reals, elements: 
         parts.append(rigid)
     stops = np.cumsum([0, *(part.shape[-1] for part in parts)])
     return tuple(
-        Field(line.kind, np.pad(part, ((0, 0), (0, 0), (first, stops[-1] - first - part.shape[-1])))[:, line.dofs])
+        ElementField(
+            line.kind, np.pad(part, ((0, 0), (0, 0), (first, stops[-1] - first - part.shape[-1])))[:, line.dofs]
+        )
         for line, part, first in zip(lines, parts, stops, strict=False)
     )

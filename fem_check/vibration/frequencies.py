@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic import JointCompliance, Section
 from fem_check.linear.beams import over_designs
-from fem_check.linear.frame import Frame, Place
+from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.solution import loaded_flanks
 from fem_check.linear.ties import Row, ties
 from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_lumps
@@ -139,7 +139,7 @@ class _Structure:
                 self.mass += mass * (np.outer(along, along) + np.outer(across, across))
                 self.mass += inertia * np.outer(turned, turned)
 
-    def _moves(self, place: Place) -> Any:
+    def _moves(self, place: FramePlace) -> Any:
         """Displacement along and across its body and rotation, per coordinate, (3, positions or 1, coordinates)."""
         body = self.bodies[place.body]
         xi = 0.0 if place.spot is None else self.frame.spots[place.spot][1]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import Deflection, sample, share_base
+from elastic import Deflection, reference_deflection, sample
 from kinelast.figures.comparisons import NonlinearCheck
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.error import SceneError
@@ -52,7 +52,7 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
     except (NotCheckedError, DoesNotCloseError) as error:
         raise SceneError(scene.path, "", "", f"the nonlinear check: {error}") from None
     largest = np.abs(found.chord).max(axis=(1, 2))
-    base = share_base(largest)
+    base = reference_deflection(largest)
 
     def apart(bent: Deflection) -> dict[str, float]:
         away = np.abs(sample(bent, "chord", found.xi)[:, ::stride] - found.chord).max(axis=(1, 2))

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
-from elastic.links.added_loads import AddedLoads, made_of
+from elastic.links.added_loads import AddedLoads, map_loads
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from rigid import posture
@@ -67,7 +67,7 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
         wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
         return np.repeat(wide[..., at, None, None], designs, axis=-2)
 
-    return made_of(there, loads)
+    return map_loads(there, loads)
 
 
 def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Any]:

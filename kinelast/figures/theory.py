@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic import Deflection, sample, share_base
+from elastic import Deflection, reference_deflection, sample
 from elastic.assessment import introduction_share, shear_share
 from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import (
@@ -137,7 +137,9 @@ def _round_off(bent: Deflection) -> float:
     chord = np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     known = np.isfinite(bent.condition) & np.isfinite(chord).all(axis=0)
     chord, condition = chord[:, known], bent.condition[known]
-    share = (chord / np.maximum(share_base(chord.max(axis=1, initial=0.0)), TINY)[:, None]).max(axis=0, initial=0.0)
+    share = (chord / np.maximum(reference_deflection(chord.max(axis=1, initial=0.0)), TINY)[:, None]).max(
+        axis=0, initial=0.0
+    )
     return max(EPS, float((np.minimum(EPS * condition, 1.0) * share).max(initial=0.0)))
 
 

@@ -81,7 +81,7 @@ def require_determined(scene: Scene) -> None:
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
         first = motion(mechanism, np.array(start)[:, None])
-        if not first.suspect or (first.condition <= SINGULAR).all():
+        if not first.may_be_singular or (first.condition <= SINGULAR).all():
             return
         _require_no_flat_triangle(scene)
     except MechanismError as error:

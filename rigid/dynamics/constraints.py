@@ -23,7 +23,7 @@ FIRST = 1e6  # weight of the drives' rows, so that they are among the independen
 
 
 @dataclass(frozen=True, eq=False)
-class JointTable:
+class ConstraintTable:
     """All joints of a mechanism; arrays of shape (joints, ..., 1) that broadcast against (joints, ..., positions).
 
     After the joints follow those pairs of links whose coordinate drives a gear: they hold nothing by themselves.
@@ -69,7 +69,7 @@ class JointTable:
 
 
 @lru_cache(maxsize=64)
-def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
+def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
     """Joints of a mechanism for columns of `ndim` axes."""
     joints = structure(mechanism).joints
     drivers = [joint.gear.driver for joint in joints if joint.gear is not None]
@@ -81,7 +81,7 @@ def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
     ]
     sliders = [joint.slider for joint in everyone]
     moved, shares = _shares(joints, len(mechanism.drives), len(drivers))
-    return JointTable(
+    return ConstraintTable(
         joints,
         np.array([owner for (owner, _), _ in ends]),
         np.array([block for _, (block, _) in ends]),
@@ -96,7 +96,7 @@ def joint_table(mechanism: Mechanism, ndim: int) -> JointTable:
 
 
 def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Any, Any]:
-    """`JointTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
+    """`ConstraintTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
     moved = [*(driven[drive] for drive in range(drives)), *followers, *range(len(joints), len(joints) + gears)]
@@ -125,7 +125,7 @@ class Constraints:
         From the owner's origin to its point, from the block's origin to its point [m], complex.
     """
 
-    table: JointTable
+    table: ConstraintTable
     toward: Any
     vector: Any
     foot: Any
@@ -137,7 +137,7 @@ class Constraints:
         return self.toward * (self.vector - self.foot)
 
 
-def constraints_at(table: JointTable, origin: Any, direction: Any) -> Constraints:
+def constraints_at(table: ConstraintTable, origin: Any, direction: Any) -> Constraints:
     """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip = direction[block] * table.tip
@@ -193,7 +193,7 @@ def centripetal(here: Constraints, velocity: Any, omega: Any) -> Any:
     return rows
 
 
-def independent_rows(table: JointTable, matrix: Any) -> Any:
+def independent_rows(table: ConstraintTable, matrix: Any) -> Any:
     """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
     if matrix.shape[0] == matrix.shape[1]:
         return np.arange(len(matrix))
@@ -203,7 +203,7 @@ def independent_rows(table: JointTable, matrix: Any) -> Any:
     return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
 
 
-def unwound_angles(table: JointTable, angle: Any, drive: Any) -> Any:
+def unwound_angles(table: ConstraintTable, angle: Any, drive: Any) -> Any:
     """Angles of all links [rad], shape (links, 1), so that sliders and driven pins have the coordinates given.
 
     Whole turns are chosen, nothing else.

@@ -14,7 +14,7 @@ import numpy as np
 
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_constants
-from rigid.dynamics.constraints import constraint_matrix, constraints_at, joint_table
+from rigid.dynamics.constraints import constraint_matrix, constraint_table, constraints_at
 from rigid.dynamics.rubbing import friction_loads, friction_of
 from rigid.forces import UNSTRESSED, JointForces
 from rigid.friction import sliding_rate
@@ -160,7 +160,7 @@ def multiplier_forces(motion: Motion) -> JointForces:
 def _multiplier_forces(motion: Motion, friction: Mapping[int, Any]) -> JointForces:
     """Joint forces with efforts of friction in the joints of some numbers."""
     links, columns = len(motion.mechanism.links), motion.columns
-    here = constraints_at(joint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
+    here = constraints_at(constraint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
     force, moment = (np.stack([np.broadcast_to(value, columns) for value in part]) for part in link_loads(motion))
     ground = force[0].copy(), moment[0].copy()
     for link, pull, couple in friction_loads(motion, friction):

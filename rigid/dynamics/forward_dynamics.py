@@ -15,8 +15,8 @@ import numpy as np
 from rigid.analysis.turning_points import aligned_joint
 from rigid.decomposition.order import structure
 from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw
-from rigid.dynamics.leading import Lead, Stretch, led_otherwise, unwound
-from rigid.dynamics.system import EnoughError, System
+from rigid.dynamics.leading import Lead, Stretch, better_leading_joints, unwound
+from rigid.dynamics.system import BudgetExceededError, RightHandSide
 from rigid.dynamics.tracking import Tracker
 from rigid.joint_places import joint_place
 from rigid.kinematics import motion
@@ -91,7 +91,7 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     own = {number: float(start[number]) for number in free}
-    system = System(Lead(mechanism, mechanism), Tracker(mechanism, start), drives, free, evaluations, own)
+    system = RightHandSide(Lead(mechanism, mechanism), Tracker(mechanism, start), drives, free, evaluations, own)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
@@ -117,7 +117,7 @@ _Step = tuple[float, Any, Any, Any, Any]
 """Time, the interpolation that ends there, and there the origins and directions of the links and their angles."""
 
 
-def _integrated(system: System, begin: Reals, run: _Run) -> IntegratedMotion:
+def _integrated(system: RightHandSide, begin: Reals, run: _Run) -> IntegratedMotion:
     """Stretches from time 0 to the duration."""
     stretches: list[Stretch] = []
     while True:
@@ -146,7 +146,9 @@ def _integrated(system: System, begin: Reals, run: _Run) -> IntegratedMotion:
         raise ended
 
 
-def _stepped(system: System, begin: Reals, run: _Run, steps: list[_Step]) -> ForwardError | tuple[System, Reals] | None:
+def _stepped(
+    system: RightHandSide, begin: Reals, run: _Run, steps: list[_Step]
+) -> ForwardError | tuple[RightHandSide, Reals] | None:
     """Take steps to the end, and append them; the error that stops it before, or the system and state to go on with."""
     from scipy.integrate import DOP853
 
@@ -159,12 +161,12 @@ def _stepped(system: System, begin: Reals, run: _Run, steps: list[_Step]) -> For
     while solver.status == "running":
         try:
             solver.step()
-        except EnoughError:
+        except BudgetExceededError:
             why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
         reached = tracker.go(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
-            other = _led_otherwise(system, steps, solver)
+            other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
         if run.steps >= run.most_steps:
             more = f"{run.duration:g} s would take about {run.duration / run.time:.3g} times as many"
@@ -176,13 +178,13 @@ def _stepped(system: System, begin: Reals, run: _Run, steps: list[_Step]) -> For
         if run.on_step:
             run.on_step(run.time)
         if tracker.steepness > FADING and solver.status == "running":
-            other = _led_otherwise(system, steps, solver)
+            other = _with_better_lead(system, steps, solver)
             if other is not None:
                 return other
     return None
 
 
-def _led_otherwise(system: System, steps: list[_Step], solver: Any) -> tuple[System, Reals] | None:
+def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:
     """The same motion from the last step on, led by another joint; None where there is none that leads it better."""
     time, piece, origin, direction, angle = steps[-1]
     if piece is None:
@@ -192,7 +194,7 @@ def _led_otherwise(system: System, steps: list[_Step], solver: Any) -> tuple[Sys
     if not tracker.go(drive):
         return None
     twists = tracker.unit_twists
-    other = led_otherwise(lead, tracker, twists, system.free, tracker.size)
+    other = better_leading_joints(lead, tracker, twists, system.free, tracker.size)
     if other is None:
         return None
     velocity, omega = (part @ rate[:, None] for part in twists)
@@ -207,11 +209,11 @@ def _led_otherwise(system: System, steps: list[_Step], solver: Any) -> tuple[Sys
     if next_one.steepness > FADING:
         return None
     own = system.own_coordinates(angle)
-    found = System(other, next_one, system.drives, system.free, system.most, own, system.evaluations)
+    found = RightHandSide(other, next_one, system.drives, system.free, system.most, own, system.evaluations)
     return found, np.concatenate([drive[system.free], rate[system.free]])
 
 
-def _stretch(system: System, steps: Sequence[_Step]) -> Stretch:
+def _stretch(system: RightHandSide, steps: Sequence[_Step]) -> Stretch:
     """The stretch that steps from a start make."""
     from scipy.integrate import OdeSolution
 

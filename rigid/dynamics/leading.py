@@ -81,7 +81,9 @@ def unwound(placed: Any, joint: Joint, near: Any) -> Any:
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
 
-def led_otherwise(lead: Lead, placed: Any, twists: tuple[Any, Any], free: Sequence[int], size: float) -> Lead | None:
+def better_leading_joints(
+    lead: Lead, placed: Any, twists: tuple[Any, Any], free: Sequence[int], size: float
+) -> Lead | None:
     """The mechanism led by the joint that moves fastest in the place of the drive that moves it; None where none does.
 
     Parameters

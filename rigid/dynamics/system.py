@@ -16,11 +16,11 @@ from rigid.kinematics import Motion
 from rigid.parts import Reals
 
 
-class EnoughError(Exception):
+class BudgetExceededError(Exception):
     """The bound on evaluations is reached."""
 
 
-class System:
+class RightHandSide:
     """Right-hand side of the equation of motion; its only memory is where the links were last."""
 
     def __init__(
@@ -79,7 +79,7 @@ class System:
         drive, rate, rate2 = self.laws(time, state)
         self.evaluations += 1
         if self.evaluations > self.most:
-            raise EnoughError
+            raise BudgetExceededError
         reached = self.tracker.go(drive)
         if reached and not self.tracker.narrow:
             inertia, balance, coasting = self.tracker.equation(time, rate)

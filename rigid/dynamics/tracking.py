@@ -12,9 +12,9 @@ from rigid.dynamics.constraints import (
     Constraints,
     centripetal,
     constraint_matrix,
+    constraint_table,
     constraints_at,
     independent_rows,
-    joint_table,
     unwound_angles,
 )
 from rigid.kinematics import Motion, motion
@@ -56,7 +56,7 @@ class Tracker:
 
         self._lapack = lapack
         self.mechanism = mechanism
-        self._table = joint_table(mechanism, 1)
+        self._table = constraint_table(mechanism, 1)
         self._links = len(mechanism.links)
         first = motion(mechanism, drive[:, None], near=near)
         if first.columns != (1,):
