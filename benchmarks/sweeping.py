@@ -11,7 +11,7 @@ import numpy as np
 
 from kinelast import shipped_scenes
 from kinelast.designs.evaluation import Evaluation
-from kinelast.scene.text import file_text, toml_tables
+from kinelast.scene.document import read_document
 
 POSITIONS = 72
 BOUNDS = {  # path: lowest and highest value [m]
@@ -45,14 +45,14 @@ class Spread:
 
 def four_bars(count: int, figures: tuple[str, ...] = MAXIMA) -> Evaluation:
     """So many four-bars, and which figures of them."""
-    tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
-    tables["run"]["positions"] = POSITIONS
-    return Evaluation(tables, Spread(count), figures)
+    document = read_document(shipped_scenes()["steel_four_bar"]).with_positions(POSITIONS)
+    return Evaluation(document, Spread(count), figures)
 
 
 def identity(evaluation: Evaluation) -> dict[str, Any]:
     """What a sweep's figures depend on."""
-    return {"tables": evaluation.tables, "figures": list(evaluation.figures or ()), "paths": evaluation.plan.paths}
+    tables, plan = evaluation.document.tables, evaluation.plan
+    return {"tables": tables, "figures": list(evaluation.figures or ()), "paths": plan.paths}
 
 
 def tree(folder: Path) -> dict[str, bytes]:

@@ -25,9 +25,9 @@ from kinelast.outputs.outbox import complete, finished, foreign, made_from, size
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
-from kinelast.scene.document import scene_from_bytes
+from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
-from kinelast.scene.text import decoded, file_bytes
+from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 
 Tell = Callable[[str], None]
@@ -81,14 +81,13 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
     if resume and (before := finished(folder, made)):
         status = CHECK_FAILED if _differs(before) else FINE
         return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
+    document = document_from_bytes(content, task.path).with_positions(request.positions)
     if request.changes:
-        from kinelast.designs.rewritten import with_changes
-
-        content = with_changes(decoded(content, str(task.path)), request.changes, str(task.path)).encode()
-    scene = scene_from_bytes(content, task.path)
+        document = document.with_changes(request.changes)
+    scene = document.scene
     if request.units:
         scene = replace(scene, report_units=request.units)
-    positions = request.positions or scene.run.positions
+    positions = scene.run.positions
     long = is_long(scene, positions)
     scene = replace(scene, course=scene.course.telling(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
@@ -101,12 +100,12 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
             advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         with complete(folder) as part:
-            figures = _finish(part, _long(part, scene, request, progress), made, request, progress)
+            figures = _finish(part, document, _long(part, scene, request, progress), made, request, progress)
     else:
         results = computed(scene, request, progress)
         with complete(folder) as part:
             write_tables(part, results, request)
-            figures = _finish(part, results, made, request, progress)
+            figures = _finish(part, document, results, made, request, progress)
     return _told(task, figures)
 
 
@@ -150,7 +149,9 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
         tables.write_fields(part / "fields.npz", results, request.stations)
 
 
-def _finish(part: Path, results: Results, made: dict[str, Any], request: Request, progress: Progress) -> dict[str, Any]:
+def _finish(
+    part: Path, document: Document, results: Results, made: dict[str, Any], request: Request, progress: Progress
+) -> dict[str, Any]:
     """The figures of a scene whose tables are written, and all other files."""
     from kinelast.figures.refinement import refined_peaks
     from kinelast.figures.summary import summary
@@ -165,7 +166,7 @@ def _finish(part: Path, results: Results, made: dict[str, Any], request: Request
     if request.speeds and results.scene.labels:
         figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
     if request.sensitivities or request.tolerances or request.optimize:
-        figures.update(_studies(part, results.scene, request, progress))
+        figures.update(_studies(part, document, request, progress))
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
@@ -186,18 +187,16 @@ def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress:
     return speed_figures(found, scene)
 
 
-def _studies(part: Path, scene: Scene, request: Request, progress: Progress) -> dict[str, Any]:
+def _studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
     """What is asked of the designs around a scene, written and as figures."""
     from kinelast.outputs.studies import Studies, write_studies
 
-    asked = Studies(
-        request.sensitivities, request.tolerances, request.optimize, request.samples, positions=request.positions
-    )
+    asked = Studies(request.sensitivities, request.tolerances, request.optimize, request.samples)
 
     def tell(stage: str, done: int, total: int) -> None:
-        progress(f"{scene.name}: {stage}", done, total)
+        progress(f"{document.name}: {stage}", done, total)
 
-    return write_studies(part, scene.text, scene.path, scene.name, asked, tell)
+    return write_studies(part, document, asked, tell)
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:

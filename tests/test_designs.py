@@ -15,6 +15,7 @@ from kinelast.designs.base import base_of
 from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
 from kinelast.request import Request
+from kinelast.scene.document import document_from_dict
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.scene.variables import numbers
@@ -112,7 +113,7 @@ def test_a_row_is_what_a_single_run_says_with_every_number_changed_at_once(name)
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "rubbing"])
 def test_designs_on_one_axis_of_arrays_are_what_single_runs_say(name):
     tables, _ = MECHANISMS[name]
-    base = base_of(tables, paths_of(name), None)
+    base = base_of(document_from_dict(tables), paths_of(name), None)
     paths = [place.variable.path for place, fits in zip(base.places, base.on_axis, strict=True) if fits]
     assert len(paths) > 9
     found, singles = rows_and_singles(tables, paths, 3, seed=2)

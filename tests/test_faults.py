@@ -237,13 +237,13 @@ def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     first = hashlib.sha256(scene.read_bytes()).hexdigest()
-    real = kinelast.run.scene_from_bytes
+    real = kinelast.run.document_from_bytes
 
     def changing(content, path):
         scene.write_text(ARM + "# later\n")
         return real(content, path)
 
-    monkeypatch.setattr(kinelast.run, "scene_from_bytes", changing)
+    monkeypatch.setattr(kinelast.run, "document_from_bytes", changing)
     assert main([str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())["made_from"]["sha256"] == first
 

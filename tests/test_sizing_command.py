@@ -3,25 +3,26 @@
 import csv
 import io
 import json
-import tomllib
 import xml.etree.ElementTree as ET
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
 import browser
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.designs.asked import scattered, sought
 from kinelast.designs.plan import plan_of
-from kinelast.designs.rewritten import rewritten
 from kinelast.designs.together import together
 from kinelast.numbers import quantity
 from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.scene import build, parsing
+from kinelast.scene.document import document_from_text, read_document
 from kinelast.scene.error import SceneError
-from kinelast.scene.parsing import parse_scene
-from kinelast.scene.variables import numbers, place_of
+from kinelast.scene.variables import numbers
 
 ASKED = """
 [tolerances]
@@ -149,11 +150,24 @@ def test_samples_belong_to_tolerances(capsys):
     assert "--samples belongs to --tolerances" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("option", ["--sensitivities", "--tolerances", "--optimize"])
+def test_a_study_parses_its_scene_once(option, scene, tmp_path, monkeypatch):
+    """The text, its tables, and each of their entries; as it stands the scene is built once."""
+    calls = {"parse": [], "built": []}
+    toml, parsed, built = parsing.tomllib.loads, parsing._parsed, build.built
+    monkeypatch.setattr(parsing.tomllib, "loads", lambda text: calls["parse"].append("text") or toml(text))
+    monkeypatch.setattr(parsing, "_parsed", lambda *given: calls["parse"].append("tables") or parsed(*given))
+    monkeypatch.setattr("kinelast.scene.document.built", lambda *given: calls["built"].append(given) or built(*given))
+    assert main([str(scene()), option, "-o", str(tmp_path / "out"), "--quiet"]) in (0, 1)
+    assert calls["parse"] == ["text", "tables"]
+    assert len(calls["built"]) == 1
+
+
 class TestRewritten:
     def test_units_comments_and_order_stay(self):
-        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
-        new = rewritten(text, {"sections.root.depth": 0.0412345678, "links.arm.masses.R": 2.5}, "the best")
-        old = text.splitlines()
+        arm = read_document(shipped_scenes()["lightest_arm"])
+        new = arm.with_values({"sections.root.depth": 41.2345678 * 0.001, "links.arm.masses.R": 2.5}).text("the best")
+        old = arm.source.splitlines()
         changed = [(a, b) for a, b in zip(old, new.splitlines(), strict=True) if a != b]
         assert changed == [
             (old[0], "# the best"),
@@ -162,14 +176,30 @@ class TestRewritten:
         ]
 
     def test_one_end_of_a_taper(self):
-        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
-        new = rewritten(text, {"sections.root.depth[2]": 0.02})
-        assert 'depth = ["45 mm", "20 mm"]' in new
+        arm = read_document(shipped_scenes()["lightest_arm"])
+        assert 'depth = ["45 mm", "20 mm"]' in arm.with_values({"sections.root.depth[2]": 0.02}).text()
 
     def test_there_is_no_such_number(self):
-        text = shipped_scenes()["lightest_arm"].read_text(encoding="utf-8")
+        arm = read_document(shipped_scenes()["lightest_arm"])
         with pytest.raises(SceneError, match="no such number"):
-            rewritten(text, {"sections.root.height": 0.02})
+            arm.with_values({"sections.root.height": 0.02})
+
+    @pytest.mark.parametrize("name", ["lightest_arm", "steel_four_bar", "press_sweep", "flapping_wing"])
+    @given(share=st.floats(0.5, 1.5))
+    @settings(max_examples=5)
+    def test_the_text_is_read_to_the_last_bit(self, name, share):
+        scene = read_document(shipped_scenes()[name])
+        paths = [path for path in numbers(scene.table) if path not in ("run.positions", "run.steps")]
+        one = {}
+        for path in paths:
+            with suppress(SceneError):
+                scene.with_values({path: share * scene.variable(path).base})
+                one[path] = share * scene.variable(path).base
+        new = scene.with_values(one)
+        read = document_from_text(new.text())
+        assert len(one) > 0.8 * len(paths)
+        for number in (read.variable, new.variable):
+            assert {path: number(path).base for path in one} == one
 
 
 BARE = """
@@ -228,15 +258,14 @@ class TestBareLengths:
     @pytest.mark.parametrize(("units", "metres"), [("mm", 1e-3), ("in", 0.0254)])
     def test_every_number_of_a_rewritten_file_is_the_one_asked_for(self, units, metres):
         text = BARE.format(units=units, quoted=f"{332.6 * metres} m")
-        table = parse_scene(tomllib.loads(text))
-        paths = [path for path in numbers(table) if path not in ("run.positions", "run.steps")]
+        document = document_from_text(text)
+        paths = [path for path in numbers(document.table) if path not in ("run.positions", "run.steps")]
         assert {"sections.bar.depth", "points.A.x", "links.rocker.points.T.y", "limits.output"} <= set(paths)
-        before = {path: place_of(table, path).variable.base for path in paths}
+        before = {path: document.variable(path).base for path in paths}
         for path, base in before.items():
             value = base * 1.03125 if base else 0.3125 * metres
-            new = parse_scene(tomllib.loads(rewritten(text, {path: value})))
-            found = {each: place_of(new, each).variable.base for each in paths}
-            assert found == {**before, path: pytest.approx(value, rel=1e-11)}
+            new = document_from_text(document.with_values({path: value}).text())
+            assert {each: new.variable(each).base for each in paths} == {**before, path: value}
 
     @pytest.mark.parametrize(("units", "metres"), [("m", 1.0), ("mm", 1e-3)])
     def test_what_is_asked_of_them_is_in_the_files_unit_too(self, units, metres):
@@ -245,14 +274,13 @@ class TestBareLengths:
         text += '[tolerances]\n"links.crank.length" = 0.1\n'
         text += '[optimize]\nminimize = "mass"\n[optimize.variables]\n"points.A.x" = [30, 50]\n'
         text += "[optimize.limits]\nchord = 4\n"
-        tables = tomllib.loads(text)
-        table = parse_scene(tables)
-        values = plan_of(tables, Path()).values(0, 8)
+        document = document_from_text(text)
+        values = plan_of(document, Path()).values(0, 8)
         assert sorted(values[:, 0] / metres) == pytest.approx([15, 15, 18, 18, 21, 21, 24, 24])
         assert set(values[:, 1]) == {6.0, 7.0}
-        assert scattered(tables, table).tolerances[0].half == pytest.approx(0.1 * metres)
+        assert scattered(document).tolerances[0].half == pytest.approx(0.1 * metres)
         units = {"mass": "kg", "chord": "m", "deflection": "m", "output_error": "m"}
-        asked = sought(tables, table, scene_from_text(text), units)
+        asked = sought(document, units)
         assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
         bounds = {limit.figure: limit.bound for limit in asked.limits}
         assert bounds == pytest.approx({"deflection": 3 * metres, "output_error": 2 * metres, "chord": 4 * metres})

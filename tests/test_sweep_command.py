@@ -9,6 +9,7 @@ from sweeps import swept_scene, tree
 from kinelast.cli.command import main
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import plan_of
+from kinelast.scene.document import document_from_dict
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.sweep.manifest import read_manifest
 from kinelast.sweep.running import run_plan
@@ -58,7 +59,7 @@ def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
 
 def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_path):
     tables = toml_tables(file_text(scene), "")
-    evaluation = Evaluation(tables, plan_of(tables), ("deflection", "mass"))
+    evaluation = Evaluation(document_from_dict(tables), plan_of(tables), ("deflection", "mass"))
     found = []
     for chunk in (90, 31):
         run_plan(90, evaluation, tmp_path / str(chunk), {}, chunk)

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kinelast.designs.problem import Limit
 from kinelast.designs.tolerances import Tolerance
 from kinelast.scene.data import Scene
+from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.format_sizing import Amount, BoundTable, ToleranceTable
 from kinelast.scene.units import Quantity
-from kinelast.scene.variables import Variable, read_value, variable
-
-Tables = Mapping[str, Any]
+from kinelast.scene.variables import Variable
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +27,7 @@ class Scattered:
     tolerances: tuple[Tolerance, ...]
 
 
-def scattered(tables: Tables, table: SceneTable) -> Scattered:
+def scattered(document: Document) -> Scattered:
     """The tolerances of a scene.
 
     Raises
@@ -37,29 +35,30 @@ def scattered(tables: Tables, table: SceneTable) -> Scattered:
     SceneError
         There are none, or one is no number with a unit that fits, or not greater than zero.
     """
-    if not table.tolerances:
+    asked = document.table.tolerances
+    if not asked:
         raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
-    found = [(variable(tables, path), _tolerance(tables, path, given)) for path, given in table.tolerances.items()]
+    found = [(document.variable(path), _tolerance(document, path, given)) for path, given in asked.items()]
     return Scattered(tuple(one for one, _ in found), tuple(tolerance for _, tolerance in found))
 
 
-def _tolerance(tables: Tables, path: str, given: Amount | ToleranceTable) -> Tolerance:
+def _tolerance(document: Document, path: str, given: Amount | ToleranceTable) -> Tolerance:
     if not isinstance(given, ToleranceTable):
         given = ToleranceTable(plus_minus=given)
-    half = _amount(tables, path, given.plus_minus, "tolerances")
+    half = _amount(document, path, given.plus_minus, "tolerances")
     if not half > 0:
         raise fault("tolerances", f'"{path}"', f"expected a tolerance greater than zero, got {given.plus_minus!r}")
     return Tolerance(half, given.distribution == "normal")
 
 
-def _amount(tables: Tables, path: str, given: Amount, place: str) -> float:
+def _amount(document: Document, path: str, given: Amount, place: str) -> float:
     """A difference of a number, in its own unit or as a share of it in per cent."""
     if isinstance(given, str) and given.strip().endswith("%"):
         try:
-            return abs(variable(tables, path).base) * float(given.strip()[:-1]) / 100
+            return abs(document.variable(path).base) * float(given.strip()[:-1]) / 100
         except ValueError:
             raise fault(place, f'"{path}"', f'expected a share, as in "2 %", got "{given}"') from None
-    return read_value(tables, path, given)
+    return document.value(path, given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +75,13 @@ class Sought:
     seed: int
 
 
-def sought(tables: Tables, table: SceneTable, scene: Scene, units: Mapping[str, str]) -> Sought:
+def sought(document: Document, units: Mapping[str, str]) -> Sought:
     """What a scene's [optimize] asks for; its [limits] count too.
 
     Parameters
     ----------
-    tables, table, scene
-        The scene's tables as they are in its file and parsed, and what is built of them.
+    document
+        The scene as it is written.
     units
         Of the figures that there are, by name.
 
@@ -91,7 +90,7 @@ def sought(tables: Tables, table: SceneTable, scene: Scene, units: Mapping[str, 
     SceneError
         The table is missing, or names what there is not, or bounds are the wrong way round.
     """
-    asked = table.optimize
+    asked = document.table.optimize
     if not asked.variables and asked.minimize is None and asked.maximize is None:
         raise fault("optimize", "", 'the table is missing: say what to minimize, as in minimize = "mass"')
     if (asked.minimize is None) == (asked.maximize is None):
@@ -104,16 +103,16 @@ def sought(tables: Tables, table: SceneTable, scene: Scene, units: Mapping[str, 
             "optimize.variables", "", 'expected numbers with bounds, as in "sections.bar.depth" = ["3 mm", "9 mm"]'
         )
     paths = list(asked.variables)
-    bounds = np.array([_range(tables, path, *asked.variables[path]) for path in paths])
-    limits = (*_own_limits(scene, units), *_limits(table, units))
+    bounds = np.array([_range(document, path, *asked.variables[path]) for path in paths])
+    limits = (*_own_limits(document.scene, units), *_limits(document.table, units))
     return Sought(
-        tuple(variable(tables, path) for path in paths), bounds[:, 0], bounds[:, 1], figure, asked.maximize is not None,
-        limits, asked.method == "evolution", asked.seed,
+        tuple(document.variable(path) for path in paths), bounds[:, 0], bounds[:, 1],
+        figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
     )  # fmt: skip
 
 
-def _range(tables: Tables, path: str, low: Amount, high: Amount) -> tuple[float, float]:
-    first, last = (read_value(tables, path, each) for each in (low, high))
+def _range(document: Document, path: str, low: Amount, high: Amount) -> tuple[float, float]:
+    first, last = (document.value(path, each) for each in (low, high))
     if not first < last:
         problem = f"expected two bounds, the lower one first, got [{low!r}, {high!r}]"
         raise fault("optimize.variables", f'"{path}"', problem)

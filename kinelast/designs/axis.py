@@ -10,11 +10,10 @@ import numpy as np
 
 from kinelast.designs.base import Base
 from kinelast.scene.format import SceneTable
-from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Direction, Size
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
-from kinelast.scene.variables import Place, changed, replaced, within_bounds
+from kinelast.scene.variables import Place, replaced, within_bounds
 from rigid.plane import unit
 
 
@@ -41,12 +40,8 @@ def table_with(base: Base, group: Rows) -> SceneTable:
     SceneError
         A number that they agree in cannot stand there.
     """
-    table, tables = base.table, base.tables
-    apart = [k for k, on_axis in enumerate(base.on_axis) if not on_axis]
-    for k in apart:
-        tables = changed(tables, base.places[k], group.values[0, k])
-    if apart:
-        table = parse_scene(tables)
+    apart = {place.variable.path: group.values[0, k] for k, place in enumerate(base.places) if not base.on_axis[k]}
+    table = base.document.with_values(apart).table
     for k, place in enumerate(base.places):
         if base.on_axis[k]:
             each = np.concatenate([[place.variable.base], group.values[:, k]])[:, None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,14 +14,13 @@ from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.output_range import output_range_figures
 from kinelast.figures.output_error import angle_figures, output_figure, point_figures
 from kinelast.figures.results import Results
-from kinelast.scene.build import built
 from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.data import Scene
+from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import Output
-from kinelast.scene.motion import require_determined, scene_deflection, scene_motion
-from kinelast.scene.parsing import parse_scene
+from kinelast.scene.motion import scene_deflection, scene_motion
 from kinelast.scene.quantities import Direction
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
@@ -40,9 +39,7 @@ class Base:
 
     Attributes
     ----------
-    tables, table
-        Of the file, and parsed.
-    scene
+    document
         As it stands.
     places
         Of the numbers that differ.
@@ -54,13 +51,21 @@ class Base:
         What the machine is there for, where it is known.
     """
 
-    tables: Mapping[str, Any]
-    table: SceneTable
-    scene: Scene
+    document: Document
     places: tuple[Place, ...]
     on_axis: tuple[bool, ...]
     figures: tuple[Figure, ...]
     output: Output | None
+
+    @property
+    def table(self) -> SceneTable:
+        """The parsed tables."""
+        return self.document.table
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it stands."""
+        return self.document.scene
 
     @cached_property
     def fields(self) -> frozenset[str]:
@@ -68,12 +73,10 @@ class Base:
         return frozenset(key for figure in self.figures for key in figure.fields)
 
 
-def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
+def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
     """A scene and its numbers and figures by name; raises as `evaluate`."""
-    table = parse_scene(tables)
+    table, scene = document.table, document.scene
     places = tuple(place_of(table, path) for path in paths)
-    scene = built(table, "scene")
-    require_determined(scene)
     output = scene.output
     if output is None and figures is not None and "output_error" in figures:
         output = _guessed_output(scene)
@@ -81,7 +84,7 @@ def base_of(tables: Mapping[str, Any], paths: Sequence[str], figures: Sequence[s
     known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
     names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    return Base(tables, table, scene, places, on_axis, tuple(chosen(known, names)), output)
+    return Base(document, places, on_axis, tuple(chosen(known, names)), output)
 
 
 def _guessed_output(scene: Scene) -> Output | None:

@@ -13,6 +13,7 @@ from kinelast.designs.base import Base, base_of
 from kinelast.designs.figures import Figure, Found
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene
+from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from rigid import SINGULAR, MechanismError, Reals
 from rigid.chunks import columns_of
@@ -50,7 +51,7 @@ class Designs:
 
 
 def evaluate(
-    tables: Mapping[str, Any], paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
+    scene: Document | Tables, paths: Sequence[str], values: Any, figures: Sequence[str | Figure] | None = None
 ) -> Designs:
     """Figures of many designs of a scene, which differ in some of its numbers.
 
@@ -58,8 +59,8 @@ def evaluate(
 
     Parameters
     ----------
-    tables
-        Of the scene's file.
+    scene
+        Its document, or the tables of its file.
     paths
         Of the numbers, see `variable`.
     values
@@ -78,14 +79,18 @@ def evaluate(
     The mass of the steel four-bar with bars of 3 mm and of 6 mm, in grams:
 
     >>> from kinelast import shipped_scenes
-    >>> from kinelast.scene.text import file_text, toml_tables
-    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
-    >>> found = evaluate(tables, ["sections.bar.depth"], [[0.003], [0.006]], ["mass"])
+    >>> from kinelast.scene.document import read_document
+    >>> four_bar = read_document(shipped_scenes()["steel_four_bar"])
+    >>> found = evaluate(four_bar, ["sections.bar.depth"], [[0.003], [0.006]], ["mass"])
     >>> [round(1e3 * mass, 3) for mass in found.columns["mass"].tolist()]
     [153.075, 306.15]
     """
-    base = base_of(tables, paths, figures)
-    values = np.asarray(values, float)
+    return evaluated(base_of(document_of(scene), paths, figures), values)
+
+
+def evaluated(base: Base, values: Any) -> Designs:
+    """Figures of many designs, which differ in the numbers of a base; as `evaluate`."""
+    values, paths = np.asarray(values, float), base.places
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
     count = len(values)

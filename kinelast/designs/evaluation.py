@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-from kinelast.designs.base import base_of
-from kinelast.designs.evaluate import evaluate
-from kinelast.scene.variables import variable
+from kinelast.designs.base import Base, base_of
+from kinelast.designs.evaluate import evaluated
+from kinelast.scene.document import Document
 
 WORK = 1_000_000  # positions of beams that take about a second, with a handful of figures
 
@@ -37,26 +37,34 @@ class Evaluation:
     that computes chunks gets it pickled.
     """
 
-    tables: Mapping[str, Any]
+    document: Document
     plan: Plan
     figures: tuple[str, ...] | None = None
 
-    @cached_property
-    def units(self) -> dict[str, str]:
-        """Units of the columns."""
-        base = base_of(self.tables, self.plan.paths, self.figures)
-        numbers = {path: variable(self.tables, path).unit for path in self.plan.paths}
-        return {**numbers, **{figure.name: figure.unit for figure in base.figures}}
+    def __reduce__(self) -> Any:
+        """Pickled without what can be built again."""
+        return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
+    def base(self) -> Base:
+        """What holds for all designs, found once in every process."""
+        return base_of(self.document, self.plan.paths, self.figures)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns."""
+        numbers = {place.variable.path: place.variable.unit for place in self.base.places}
+        return {**numbers, **{figure.name: figure.unit for figure in self.base.figures}}
+
+    @property
     def chunk(self) -> int:
         """Designs that take about a second; the same on every machine, as the files of a sweep depend on it."""
-        scene = base_of(self.tables, self.plan.paths, self.figures).scene
+        scene = self.document.scene
         return max(1, min(self.plan.count, WORK // (scene.run.positions * max(1, len(scene.labels)))))
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
         """Columns of designs first to last - 1, and why some have no figures."""
         values = self.plan.values(first, last)
-        found = evaluate(self.tables, self.plan.paths, values, self.figures)
+        found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))
         return {**numbers, **found.columns}, found.reason

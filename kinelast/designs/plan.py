@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -14,10 +14,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError, fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_sweep import RangeTable, SweepTable
-from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text
 from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
@@ -149,13 +149,13 @@ class Plan:
         return np.concatenate(parts[::-1], axis=1)
 
 
-def plan_of(tables: Mapping[str, Any], folder: Path = Path()) -> Plan:
+def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     """The plan of a scene's sweep.
 
     Parameters
     ----------
-    tables
-        Of the scene's file.
+    scene
+        Its document, or the tables of its file.
     folder
         Where the file is, and its table of designs.
 
@@ -175,7 +175,7 @@ def plan_of(tables: Mapping[str, Any], folder: Path = Path()) -> Plan:
     >>> plan.count, plan.values(5, 6)
     (8, array([[5.e-03, 1.e+02]]))
     """
-    table = parse_scene(tables)
+    table = document_of(scene).table
     sweep = table.sweep
     if not sweep.vary and sweep.table is None:
         problem = 'no number is varied: expected as in "sections.bar.depth" = {from = "3 mm", to = "9 mm", count = 7}'

@@ -10,7 +10,8 @@ import numpy as np
 
 from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
 from kinelast.designs.asked import Sought, scattered, sought
-from kinelast.designs.evaluate import Designs, evaluate
+from kinelast.designs.base import base_of
+from kinelast.designs.evaluate import Designs, evaluate, evaluated
 from kinelast.designs.figures import Figure
 from kinelast.designs.figures import figures_of as known_figures
 from kinelast.designs.frequency_figures import frequency_figures
@@ -20,15 +21,13 @@ from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
 from kinelast.scene.data import Scene
-from kinelast.scene.document import scene_from_dict
+from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
 from kinelast.scene.motion import scene_motion
-from kinelast.scene.parsing import parse_scene
-from kinelast.scene.variables import Variable, numbers, variable
+from kinelast.scene.variables import Variable, numbers
 
-Tables = Mapping[str, Any]
 Tell = Callable[[str, int, int], None]
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing
@@ -40,16 +39,17 @@ def _unheard(stage: str, done: int, total: int) -> None:
 
 
 def _figures_of(
-    tables: Tables, paths: Sequence[str], figures: Sequence[str | Figure], tell: Tell = _unheard, stage: str = ""
+    document: Document, paths: Sequence[str], figures: Sequence[str | Figure], tell: Tell = _unheard, stage: str = ""
 ) -> Callable[[np.ndarray], Designs]:
     """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
+    base = base_of(document, paths, figures)
 
     def found(values: np.ndarray) -> Designs:
         parts = []
         for first in range(0, len(values), PART):
             if stage:
                 tell(stage, first, len(values))
-            parts.append(evaluate(tables, paths, values[first : first + PART], figures))
+            parts.append(evaluated(base, values[first : first + PART]))
         if len(parts) == 1:
             return parts[0]
         places = {name: None for part in parts for name in part.place}
@@ -67,7 +67,7 @@ def _place(part: Designs, name: str) -> Any:
     return part.place.get(name, np.full(len(part.reason), -1))
 
 
-def _as_it_stands(tables: Tables, figures: Sequence[str | Figure] | None) -> Designs:
+def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) -> Designs:
     """Figures of a scene as it stands.
 
     Raises
@@ -75,14 +75,14 @@ def _as_it_stands(tables: Tables, figures: Sequence[str | Figure] | None) -> Des
     SceneError
         It has none.
     """
-    found = evaluate(tables, [], np.zeros((1, 0)), figures)
+    found = evaluate(document, [], np.zeros((1, 0)), figures)
     if found.reason[0]:
         raise fault("", "", f"the scene as it stands: {found.reason[0]}")
     return found
 
 
 def sensitivity_study(
-    tables: Tables, asked: Sequence[str] = (), tell: Tell = _unheard
+    scene: Document | Tables, asked: Sequence[str] = (), tell: Tell = _unheard
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
     """Sensitivities of a scene's figures to its numbers; the numbers, and the figures' units.
 
@@ -96,13 +96,14 @@ def sensitivity_study(
     SceneError
         The tables hold a mistake, or name what there is not; or the scene as it stands has no figures.
     """
-    table = parse_scene(tables)
+    document = document_of(scene)
+    table = document.table
     paths = [*asked] or table.sensitivities.numbers or _machine(table)
     names = table.sensitivities.figures or None
-    base = _as_it_stands(tables, names)
+    base = _as_it_stands(document, names)
     chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
-    variables = tuple(variable(tables, path) for path in paths)
-    figures_of = _figures_of(tables, paths, chosen, tell, "sensitivities")
+    variables = tuple(document.variable(path) for path in paths)
+    figures_of = _figures_of(document, paths, chosen, tell, "sensitivities")
     at = np.array([one.base for one in variables])
     with np.errstate(all="ignore"):
         return sensitivities(figures_of, at, _scale(table, variables)), variables, base.units
@@ -124,7 +125,7 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
     )
 
 
-def tolerance_study(tables: Tables, designs: int = DESIGNS, tell: Tell = _unheard) -> Toleranced:
+def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, tell: Tell = _unheard) -> Toleranced:
     """Ranges of a scene's figures under its [tolerances].
 
     Besides the figures of a design's summary, where the scene names its output: how far that is off by geometry, by
@@ -140,22 +141,21 @@ def tolerance_study(tables: Tables, designs: int = DESIGNS, tell: Tell = _unhear
     SceneError
         As `sensitivity_study`; or there are no tolerances.
     """
-    table = parse_scene(tables)
-    asked = scattered(tables, table)
-    scene = scene_from_dict(tables)
+    document = document_of(scene)
+    table, built, asked = document.table, document.scene, scattered(document)
     own: list[str | Figure] = []
-    if scene.output is not None:
-        own += accuracy_figures(scene_motion(scene), scene.output)
-    base = _as_it_stands(tables, None)
+    if built.output is not None:
+        own += accuracy_figures(scene_motion(built), built.output)
+    base = _as_it_stands(document, None)
     known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     figures = [*known, *own]
     paths = [one.path for one in asked.variables]
     at = np.array([one.base for one in asked.variables])
     with np.errstate(all="ignore"):
-        nominal = sensitivities(_figures_of(tables, paths, figures), at, _scale(table, asked.variables))
-        figures_of = _figures_of(tables, paths, figures, tell, "designs within tolerances")
+        nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, asked.variables))
+        figures_of = _figures_of(document, paths, figures, tell, "designs within tolerances")
         sampled = scatter(figures_of, asked.tolerances, at, designs)
-        shares = variance_shares(_figures_of(tables, paths, figures, tell, "shares"), asked.tolerances, at)
+        shares = variance_shares(_figures_of(document, paths, figures, tell, "shares"), asked.tolerances, at)
     units = {**base.units, **{figure.name: figure.unit for figure in own if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
     return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
@@ -172,7 +172,7 @@ class Posed:
     quasi_static: bool
 
 
-def problem_of(tables: Tables) -> Posed:
+def problem_of(given: Document | Tables) -> Posed:
     """The problem that a scene's [optimize] poses.
 
     Raises
@@ -180,22 +180,22 @@ def problem_of(tables: Tables) -> Posed:
     SceneError
         The tables hold a mistake, name what there is not, or ask for nothing.
     """
-    table = parse_scene(tables)
-    scene = scene_from_dict(tables)
+    document = document_of(given)
+    table, scene = document.table, document.scene
     own = _path_figures(table, scene)
-    base = evaluate(tables, [], np.zeros((1, 0)), _known_figures(table, scene, own))
+    base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, own))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
-    asked = sought(tables, table, scene, known)
+    asked = sought(document, known)
     by_name = {figure.name: figure for figure in own}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
     paths = [one.path for one in asked.variables]
-    figures_of = _figures_of(tables, paths, [by_name.get(name, name) for name in names])
+    figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
     problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
     return Posed(asked, problem, _first(base.columns), base.units, scene.theory.plain)
 
 
-def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
+def optimum_study(scene: Document | Tables, tell: Tell = _unheard) -> Solved:
     """The best design that a scene's [optimize] asks for.
 
     Raises
@@ -203,7 +203,7 @@ def optimum_study(tables: Tables, tell: Tell = _unheard) -> Solved:
     SceneError
         As `problem_of`; or no design that was tried has the figures.
     """
-    posed = problem_of(tables)
+    posed = problem_of(scene)
     asked, problem = posed.sought, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
     try:

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kinelast.designs.rewritten import rewritten
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
 from kinelast.outputs.optimum import optimum_figures, write_optimum
 from kinelast.outputs.sensitivities import sensitivity_bars, sensitivity_figures, write_sensitivities
 from kinelast.outputs.tolerances import tolerance_bars, tolerance_figures, write_tolerances
-from kinelast.scene.parsing import parse_toml
+from kinelast.scene.document import Document
 from kinelast.scene.text import of_file
 
 FILES = ("sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg", "optimum.csv", "optimum.toml")
@@ -29,18 +28,17 @@ class Studies:
     tolerances: bool = False
     optimize: bool = False
     samples: int | None = None
-    positions: int | None = None
 
 
-def write_studies(part: Path, text: str, path: str, name: str, asked: Studies, tell: Tell) -> dict[str, Any]:
+def write_studies(part: Path, document: Document, asked: Studies, tell: Tell) -> dict[str, Any]:
     """Files of what is asked for, and the figures of it by what they are of.
 
     Parameters
     ----------
     part
         Where to.
-    text, path, name
-        Of the scene: its file, where that is, and what it is called.
+    document
+        Of the scene.
 
     Raises
     ------
@@ -48,26 +46,24 @@ def write_studies(part: Path, text: str, path: str, name: str, asked: Studies, t
         It cannot be answered.
     """
     figures = {}
-    with of_file(path):
-        tables = parse_toml(text)
-        if asked.positions:
-            tables["run"] = {**tables.get("run", {}), "positions": asked.positions}
+    with of_file(document.path):
         if asked.sensitivities:
-            found = sensitivity_study(tables, tell=tell)
+            found = sensitivity_study(document, tell=tell)
             write_sensitivities(part / "sensitivities.csv", *found)
             (part / "sensitivities.svg").write_text(sensitivity_bars(*found), encoding="utf-8")
             figures["sensitivities"] = sensitivity_figures(*found)
         if asked.tolerances:
-            ranges = tolerance_study(tables, asked.samples or DESIGNS, tell)
+            ranges = tolerance_study(document, asked.samples or DESIGNS, tell)
             write_tolerances(part / "tolerances.csv", ranges)
             (part / "tolerances.svg").write_text(tolerance_bars(ranges), encoding="utf-8")
             figures["tolerances"] = tolerance_figures(ranges)
         if asked.optimize:
-            best = optimum_study(tables, tell)
-            values = zip(best.sought.variables, best.optimum.values.tolist(), strict=True)
+            best = optimum_study(document, tell)
+            paths = (number.path for number in best.sought.variables)
+            values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
             kept = "all limits kept" if best.optimum.feasible else "NOT all limits kept"
-            head = f"The best design by [optimize] of the scene {name}, quasi-statically: {kept}."
-            new = rewritten(text, {one.path: value for one, value in values}, head)
+            head = f"The best design by [optimize] of the scene {document.name}, quasi-statically: {kept}."
+            new = document.with_values(values).text(head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
             write_optimum(part / "optimum.csv", best)
             figures["optimum"] = optimum_figures(best)

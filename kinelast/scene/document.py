@@ -1,17 +1,181 @@
-"""From a scene file, a text or tables to a `Scene`."""
+"""A scene's document: its text and tables, parsed once; with other values it is another document."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene
+from kinelast.scene.error import fault
+from kinelast.scene.format import SceneTable
 from kinelast.scene.motion import require_determined
-from kinelast.scene.parsing import parse_scene
+from kinelast.scene.parsing import parse_parts, parse_scene
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
+from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
+
+Tables = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Document:
+    """A scene as it is written: what its numbers are, before a mechanism is built of them.
+
+    Attributes
+    ----------
+    tables, table
+        Of the file, and parsed.
+    name, path
+        Of the scene, and of its file, for messages.
+    source
+        The text of the file as it was read; empty where the scene comes from tables.
+    values
+        Numbers that differ from the source, by their paths [SI units].
+    """
+
+    tables: Tables
+    table: SceneTable
+    name: str = "scene"
+    path: str = ""
+    source: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        changed = "".join(f", {path} = {value:g}" for path, value in self.values.items())
+        return f'Document("{self.name}"{changed})'
+
+    def __reduce__(self) -> Any:
+        """Pickled without what can be built again."""
+        return Document, (self.tables, self.table, self.name, self.path, self.source, self.values)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene, built once.
+
+        Raises
+        ------
+        SceneError
+            The tables tell no mechanism whose motion is determined.
+        """
+        with of_file(self.path):
+            scene = replace(built(self.table, self.name, self.path), text=self.text())
+            require_determined(scene)
+            return scene
+
+    def text(self, head: str = "") -> str:
+        """The text of the file with the values as they are now; its comments and order stay.
+
+        Parameters
+        ----------
+        head
+            A comment for the first line.
+        """
+        if not self.source or not (self.values or head):
+            return self.source
+        from kinelast.scene.writing import written
+
+        return written(self.source, self.table, self.values, head)
+
+    def variable(self, path: str) -> Variable:
+        """A number of the scene by its path; SceneError names the nearest where there is none."""
+        return place_of(self.table, path).variable
+
+    def value(self, path: str, text: Any) -> float:
+        """A value for a number as it may stand in the file, in the SI unit of the number; bare lengths in the file's.
+
+        Raises
+        ------
+        SceneError
+            As `variable`; another dimension, or a value that cannot stand there.
+        """
+        return value_at(self.table, place_of(self.table, path), text)
+
+    def with_values(self, values: Mapping[str, float], note: str = "") -> Document:
+        """The same scene with other values [SI units] for numbers by their paths.
+
+        Parameters
+        ----------
+        note
+            What is added to the title, where there is one, to tell the scene from others of that title.
+
+        Raises
+        ------
+        SceneError
+            As `variable`; or a value cannot stand there.
+        """
+        places = {path: place_of(self.table, path) for path in values}
+        tables = self.tables
+        for path, place in places.items():
+            tables = put(tables, place.names, in_file(place, values[path]))
+        if note and self.table.title:
+            tables = put(tables, ("title",), f"{self.table.title}, {note}")
+        parts = dict.fromkeys(["title", *(place.names[0] for place in places.values())])
+        table = parse_parts(self.table, tables, (part for part in parts if part in tables))
+        return replace(self, tables=tables, table=table, values={**self.values, **values})
+
+    def with_changes(self, changes: Sequence[str]) -> Document:
+        """The same scene with other values as they were typed, each as in "links.rod.length=330 mm".
+
+        Raises
+        ------
+        SceneError
+            As `with_values`.
+        """
+        values = {}
+        with of_file(self.path):
+            for change in changes:
+                path, equals, value = (part.strip() for part in change.partition("="))
+                if not equals:
+                    expected = 'expected a path and a value, as in "links.rod.length=330 mm"'
+                    raise fault("", "", f'--set: {expected}, got "{change}"')
+                values[path] = self.value(path, _typed(value))
+            return self.with_values(values, ", ".join(changes))
+
+    def with_positions(self, positions: int | None) -> Document:
+        """The same scene at another number of positions, which its text does not tell; None for its own."""
+        if positions is None:
+            return self
+        tables = put(self.tables, ("run", "positions"), positions)
+        with of_file(self.path):
+            return replace(self, tables=tables, table=parse_parts(self.table, tables, ["run"]))
+
+
+def _typed(value: str) -> int | float | str:
+    """A number, or else a text with a unit."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(value)
+    return value
+
+
+def document_from_bytes(content: bytes, path: str | Path) -> Document:
+    """The document in the bytes of a TOML file; SceneError where they are none."""
+    return document_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
+
+
+def document_from_text(text: str, name: str = "scene", path: str = "") -> Document:
+    """The document in a TOML text; `path` stands for the file in messages. SceneError where it holds a mistake."""
+    return replace(document_from_dict(toml_tables(text, path), name, path), source=text)
+
+
+def document_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Document:
+    """The document in the tables of a TOML file; SceneError where a table or a key is wrong."""
+    with of_file(path):
+        return Document(raw, parse_scene(raw), name, path)
+
+
+def document_of(scene: Document | Tables) -> Document:
+    """A document, or the one in the tables of a file."""
+    return scene if isinstance(scene, Document) else document_from_dict(scene)
+
+
+def read_document(path: str | Path) -> Document:
+    """The document in a TOML file; SceneError where it cannot be read or holds a mistake."""
+    return document_from_bytes(file_bytes(Path(path)), path)
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -22,12 +186,7 @@ def read_scene(path: str | Path) -> Scene:
     SceneError
         The file cannot be read or holds a mistake.
     """
-    return scene_from_bytes(file_bytes(Path(path)), path)
-
-
-def scene_from_bytes(content: bytes, path: str | Path) -> Scene:
-    """The scene in the bytes of a TOML file; raises as `read_scene`."""
-    return scene_from_text(decoded(content, str(path)), scene_name(Path(path)), str(path))
+    return read_document(path).scene
 
 
 def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
@@ -38,10 +197,10 @@ def scene_from_text(text: str, name: str = "scene", path: str = "") -> Scene:
     SceneError
         The text holds a mistake.
     """
-    return replace(scene_from_dict(toml_tables(text, path), name, path), text=text)
+    return document_from_text(text, name, path).scene
 
 
-def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "") -> Scene:
+def scene_from_dict(raw: Tables, name: str = "scene", path: str = "") -> Scene:
     """The scene in the tables of a TOML file; `path` stands for the file in messages.
 
     Raises
@@ -49,7 +208,47 @@ def scene_from_dict(raw: Mapping[str, Any], name: str = "scene", path: str = "")
     SceneError
         A table or a key is wrong.
     """
-    with of_file(path):
-        scene = built(parse_scene(raw), name, path)
-        require_determined(scene)
-        return scene
+    return document_from_dict(raw, name, path).scene
+
+
+def variable(scene: Document | Tables, path: str) -> Variable:
+    """A number of a scene by its path.
+
+    Raises
+    ------
+    SceneError
+        The tables hold a mistake, or no number of that name; the message tells the nearest.
+
+    Examples
+    --------
+    >>> from kinelast import shipped_scenes
+    >>> document = read_document(shipped_scenes()["steel_four_bar"])
+    >>> variable(document, "sections.bar.depth")
+    Variable(path='sections.bar.depth', unit='m', base=0.006)
+    """
+    return document_of(scene).variable(path)
+
+
+def read_value(scene: Document | Tables, path: str, text: Any) -> float:
+    """A value for a variable as it may stand in a file, a number or a text with its unit, in the variable's SI unit.
+
+    Bare lengths are in the file's `units`.
+
+    Raises
+    ------
+    SceneError
+        As `variable`; another dimension, or a value that cannot stand there.
+
+    Examples
+    --------
+    >>> from kinelast import shipped_scenes
+    >>> document = read_document(shipped_scenes()["steel_four_bar"])
+    >>> read_value(document, "sections.bar.depth", "5 mm")
+    0.005
+    """
+    return document_of(scene).value(path, text)
+
+
+def with_value(tables: Tables, path: str, value: float) -> dict[str, Any]:
+    """The tables of the same scene with another value [SI unit of the variable] for one number."""
+    return dict(document_from_dict(tables).with_values({path: value}).tables)

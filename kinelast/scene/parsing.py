@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
 from typing import Annotated, Any, get_args, get_origin
 
@@ -117,6 +117,12 @@ def parse_scene(raw: Mapping[str, Any]) -> SceneTable:
         raise fault("joints", "", "joints in space are for their structure alone: ask for it with --structure")
     table: SceneTable = _parsed(raw, SceneTable)
     return table
+
+
+def parse_parts(table: SceneTable, raw: Mapping[str, Any], names: Iterable[str]) -> SceneTable:
+    """Parsed tables of a scene with some entries of the top level parsed anew; raises as `parse_scene`."""
+    fields, hook = _fields(SceneTable), partial(read_quantity, per_length=PER_LENGTH[table.units])
+    return msgspec.structs.replace(table, **{name: _part(name, fields[name].type, raw[name], hook) for name in names})
 
 
 def parse_chain(raw: Mapping[str, Any]) -> ChainTable:

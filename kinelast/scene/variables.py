@@ -7,9 +7,8 @@ by their link or slider where that is the only such; components are x and y, or 
 from __future__ import annotations
 
 import cmath
-import copy
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
@@ -21,12 +20,10 @@ from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.gears import UNITS
-from kinelast.scene.parsing import parse_scene
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
 
-Tables = Mapping[str, Any]
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 AXES = {"x": 0, "y": 1}
@@ -73,49 +70,14 @@ class Place:
         return self.per_length if self.variable.unit == "m" else 1.0
 
 
-def variable(tables: Tables, path: str) -> Variable:
-    """A number of a scene by its path.
-
-    Raises
-    ------
-    SceneError
-        The tables hold a mistake, or no number of that name; the message tells the nearest.
-
-    Examples
-    --------
-    >>> from kinelast import shipped_scenes
-    >>> from kinelast.scene.text import file_text, toml_tables
-    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
-    >>> variable(tables, "sections.bar.depth")
-    Variable(path='sections.bar.depth', unit='m', base=0.006)
-    """
-    return place_of(parse_scene(tables), path).variable
-
-
-def read_value(tables: Tables, path: str, text: Any) -> float:
-    """A value for a variable as it may stand in a file, a number or a text with its unit, in the variable's SI unit.
-
-    Bare lengths are in the file's `units`.
-
-    Raises
-    ------
-    SceneError
-        As `variable`; another dimension, or a value that cannot stand there.
-
-    Examples
-    --------
-    >>> from kinelast import shipped_scenes
-    >>> from kinelast.scene.text import file_text, toml_tables
-    >>> tables = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
-    >>> read_value(tables, "sections.bar.depth", "5 mm")
-    0.005
-    """
-    table = parse_scene(tables)
-    return value_at(table, place_of(table, path), text)
-
-
 def value_at(table: SceneTable, place: Place, text: Any) -> float:
-    """The same for a place in parsed tables."""
+    """A value for a number as it may stand in the file, in the SI unit of the number.
+
+    Raises
+    ------
+    SceneError
+        Another dimension, or a value that cannot stand there.
+    """
     found = place.variable
     try:
         value = _read(place, text)
@@ -130,33 +92,34 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
     return float(value)
 
 
-def with_value(tables: Tables, path: str, value: float) -> dict[str, Any]:
-    """The tables of the same scene with another value [SI unit of the variable] for one number."""
-    return changed(tables, place_of(parse_scene(tables), path), value)
-
-
-def changed(tables: Tables, place: Place, value: float) -> dict[str, Any]:
-    """The same, of the number in a place."""
-    changed = copy.deepcopy(dict(tables))
-    *names, last = place.names
-    node: Any = changed
-    for at, name in enumerate(names):
-        if isinstance(node, dict) and name not in node:
-            node[name] = {}
-        following = (*names, last)[at + 1]
-        if isinstance(following, int) and not isinstance(node[name], list):
-            node[name] = [node[name], node[name]]  # one size for both ends of a beam
-        node = node[name]
-    unit = place.variable.unit
+def in_file(place: Place, value: float) -> Any:
+    """A value [SI unit] as it may stand in a place of a file, whatever its bare lengths are in."""
     if isinstance(place.leaf, int):
-        node[last] = round(value)
-    else:
-        node[last] = float(value) if unit == "1" else f"{float(value)!r} {unit}"
-    return changed
+        return round(value)
+    unit = place.variable.unit
+    return float(value) if unit == "1" else f"{float(value)!r} {unit}"
+
+
+def put(node: Any, names: Sequence[Any], value: Any) -> Any:
+    """Tables of a file with another value at the end of some names; nothing that is given is changed."""
+    if not names:
+        return value
+    name, *rest = names
+    if isinstance(name, int):
+        parts = list(node) if isinstance(node, list) else [node, node]  # one size for both ends of a beam
+        parts[name] = put(parts[name], rest, value)
+        return parts
+    return {**(node or {}), name: put((node or {}).get(name), rest, value)}
 
 
 def place_of(table: SceneTable, path: str) -> Place:
-    """Where the number of a path stands in parsed tables; raises as `variable`."""
+    """Where the number of a path stands in parsed tables.
+
+    Raises
+    ------
+    SceneError
+        There is no number of that name; the message tells the nearest.
+    """
     keys: list[Any] = []
     names: list[Any] = []
     node: Any = table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,11 +19,9 @@ from kinelast.numbers import quantity
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task
 from kinelast.outputs.outbox import json_bytes, version
 from kinelast.request import RequestError
-from kinelast.scene.build import built
+from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
-from kinelast.scene.format_sweep import SweepTable
-from kinelast.scene.parsing import parse_scene
-from kinelast.scene.text import decoded, file_bytes, of_file, toml_tables
+from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest
 from kinelast.sweep.pages import Pages, design_text, write_pages
 from kinelast.sweep.running import run_plan
@@ -73,14 +71,13 @@ def try_design(task: Task, number: int) -> Outcome:
 
 
 def _design(task: Task, number: int) -> Outcome:
-    path = str(task.path)
-    text = decoded(file_bytes(task.path), path)
-    with of_file(path):
-        plan = plan_of(toml_tables(text, path), task.path.parent)
+    document = read_document(task.path)
+    with of_file(document.path):
+        plan = plan_of(document, task.path.parent)
         if number >= plan.count:
             raise RequestError(f"--design: there is no design {number}, the last one of the sweep is {plan.count - 1}")
         values = dict(zip(plan.paths, plan.values(number, number + 1)[0].tolist(), strict=True))
-        new = design_text(text, number, values, task.path.name).encode()
+        new = design_text(document, number, values, task.path.name).encode()
     target = task.folder.with_name(f"{task.folder.name}_design_{number}.toml")
     if target.exists() and target.read_bytes() != new:
         raise RequestError(f"{target} is there already: move it, or choose another -o")
@@ -91,23 +88,18 @@ def _design(task: Task, number: int) -> Outcome:
 
 def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     content = file_bytes(task.path)
-    path = str(task.path)
-    text = decoded(content, path)
-    tables = toml_tables(text, path)
-    if asked.positions is not None:
-        tables["run"] = {**tables.get("run", {}), "positions": asked.positions}
-    with of_file(path):
-        plan = plan_of(tables, task.path.parent)
-        sweep = parse_scene(tables).sweep
-        figures, aim = _asked_of(tables, sweep, plan)
-    evaluation = Evaluation(tables, plan, figures)
+    document = document_from_bytes(content, task.path).with_positions(asked.positions)
+    with of_file(document.path):
+        plan = plan_of(document, task.path.parent)
+        figures, aim = _asked_of(document, plan)
+    evaluation = Evaluation(document, plan, figures)
     takes = _duration(evaluation) / asked.jobs
     if plan.count > asked.most:
         advice = "ask for fewer, or allow so many by --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
         tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
-    if built(parse_scene(tables), task.name).theory.demanded:
+    if document.scene.theory.demanded:
         tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
     identity = _identity(content, plan, evaluation, asked)
     outcome = run_plan(
@@ -133,25 +125,25 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     status, line = CHECK_FAILED if found.best is None else FINE, f"{task.name}: {_closing(evaluation, found)}"
     failed, why = FINE, ""
     if found.kept:
-        title = tables.get("title", task.path.stem)
         pages = Pages(asked.pages, asked.positions, asked.resume)
-        failed, why = write_pages(task, title, text, evaluation, found, pages, progress)
+        failed, why = write_pages(task, evaluation, found, pages, progress)
     told = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
     return Outcome(max(status, failed), told, DONE, figures=summary)
 
 
-def _asked_of(tables: Mapping[str, Any], sweep: SweepTable, plan: Plan) -> tuple[tuple[str, ...], Aim]:
+def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
     """Names of the figures, and which of them tells the best design."""
+    sweep = document.table.sweep
     if sweep.smallest is not None and sweep.largest is not None:
         raise fault("sweep", "largest", "the best design is either the smallest or the largest of one figure")
     try:
-        base = base_of(tables, plan.paths, None)
+        base = base_of(document, plan.paths, None)
         known = [figure.name for figure in base.figures]
         names = list(sweep.figures or known)
         aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
         limits = ["acceptable"] if base.scene.limits else []
         names = list(dict.fromkeys([*names, aim.figure, *limits]))
-        base_of(tables, plan.paths, names)
+        base_of(document, plan.paths, names)
     except SceneError as error:
         raise (fault("sweep", error.key, error.problem) if error.key == "figures" else error) from None
     return tuple(names), aim

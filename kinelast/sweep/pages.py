@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
-from kinelast.designs.rewritten import rewritten
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
 from kinelast.outputs.outbox import complete, finished, sizes, version, write_json
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.request import Request, RequestError
 from kinelast.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.document import Document
 from kinelast.scene.error import plain
 from kinelast.scene.shipped import shipped_scenes
 from kinelast.sweep.store import NUMBER, put
@@ -65,14 +65,12 @@ def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | N
     return [*first, *others][:most]
 
 
-def design_text(text: str, number: int, values: Mapping[str, float], file: str) -> str:
-    """The text of the scene of one design, from that of the swept scene and the name of its file."""
-    return rewritten(text, values, f"Design {number} of the sweep of {file}.", f"design {number}")
+def design_text(document: Document, number: int, values: Mapping[str, float], file: str) -> str:
+    """The text of the scene of one design, from the swept scene and the name of its file."""
+    return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
-def write_pages(
-    task: Task, title: str, text: str, evaluation: Evaluation, found: Tally, asked: Pages, progress: Progress
-) -> tuple[int, str]:
+def write_pages(task: Task, evaluation: Evaluation, found: Tally, asked: Pages, progress: Progress) -> tuple[int, str]:
     """Write the page of all designs of a sweep, and the folders of single ones that it leads to.
 
     The page stands there before the folders do, so that it is not lost with them.
@@ -81,8 +79,8 @@ def write_pages(
     ----------
     task
         The scene that is swept; the folder of its sweep.
-    title, text
-        Of the scene, and of its file.
+    evaluation
+        Of its designs.
     found
         The designs, all of them kept.
 
@@ -94,6 +92,8 @@ def write_pages(
     columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in evaluation.units}
     reasons = [reason for _, part in found.kept for reason in part]
     best = None if found.best is None else int(found.best[NUMBER])
+    document = evaluation.document
+    title = document.table.title or task.path.stem
     page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
     options = f"--theory {QUASI_STATIC}" + (f" --positions {asked.positions}" if asked.positions else "")
@@ -103,7 +103,7 @@ def write_pages(
     texts = {}
     for number in paged_designs(columns, first_axes(paths, figures), best, asked.most):
         values = {path: float(columns[path][number]) for path in paths}
-        texts[number] = design_text(text, number, values, task.path.name)
+        texts[number] = design_text(document, number, values, task.path.name)
     numbers, status, why = _folders(task, texts, asked, progress)
     pages = {number: f"{FOLDER}/{number}/report.html" for number in numbers}
     put(task.folder / "designs.html", page(pages=pages, scene=scene, options=options))
