@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 from elastic import Deflection
 from kinelast.figures.long_runs import SHOWN
 from kinelast.figures.results import Results
+from kinelast.progress import SILENT, Progress
 from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
@@ -21,14 +21,8 @@ from rigid.analysis import reachable
 if TYPE_CHECKING:
     from fem_check import Comparison
 
-Progress = Callable[[str, int, int], None]
 
-
-def no_progress(stage: str, done: int, total: int) -> None:
-    """Nobody is told."""
-
-
-def computed(scene: Scene, request: Request, progress: Progress = no_progress) -> Results:
+def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:
     """Motion, deflection and, where asked for, the check of a scene.
 
     Raises
@@ -77,12 +71,12 @@ def _further_checked(results: Results, request: Request, progress: Progress) -> 
 
 def checked(scene: Scene, bent: Deflection, request: Request, progress: Progress) -> Comparison | None:
     """The comparison with finite elements, where it is asked for."""
-    if request.check is None:
+    if request.elements is None:
         return None
     from fem_check import compare, solve
 
     progress(f"{scene.name}: finite elements", 0, 1)
-    return compare(bent, solve(bent.motion, scene.sections, request.check, scene.joints))
+    return compare(bent, solve(bent.motion, scene.sections, request.elements, scene.joints))
 
 
 def _require_reached(scene: Scene, moved: Motion) -> None:

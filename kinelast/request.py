@@ -1,46 +1,184 @@
-"""What is asked of a scene besides what it says itself."""
+"""What can be asked: of a scene besides what it says itself, and of a run over scenes.
+
+The fields are the options of the command, which makes its parser of them; there is no other list.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinelast.option import (
+    ELEMENTS,
+    Option,
+    at_least,
+    checks,
+    colour,
+    diagrams,
+    option,
+    positive,
+    share,
+    shown,
+    size,
+    speeds,
+)
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
 
+MOST_POSITIONS = 1_000_000  # as for [run] positions in a scene
+MOST_STATIONS = 10_001
+MOST_SAMPLES = 1_000_000
+STYLES = ("plain", "solid")
+FORMATS = ("mp4", "gif", "png")
+ALWAYS = ("report.html", "positions.csv")
+"""What is written of every scene, with its summary.json."""
+SCENE, CHECKING, PICTURES, DESIGNS, RUNNING = GROUPS = ("scene", "checks", "pictures", "designs", "running")
+
+
+class RequestError(ValueError):
+    """Something is asked for that cannot be given."""
+
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a scene; the fields are the options of the command."""
+    """What is asked of a scene: what its results depend on besides its file."""
 
-    fields: bool = False
-    stations: int = 101
-    check: int | None = None
-    nonlinear: bool = False
-    solid: bool = False
-    theory: str | None = None
-    accuracy: float | None = None
-    speeds: tuple[float, float, int] | None = None
-    animate: tuple[str, ...] = ()
-    frames: int | None = None
-    picture: str = "mp4"
-    fps: float | None = None
-    size: tuple[int, int] | None = None
-    style: str = "plain"
-    exaggeration: float | None = None
-    background: str | None = None
-    show: tuple[str, ...] | None = None
-    mesh: bool = False
-    stills: bool = False
-    positions: int | None = None
-    refine: bool = False
-    reachable: bool = False
-    sensitivities: bool = False
-    tolerances: bool = False
-    samples: int | None = None
-    optimize: bool = False
-    units: str | None = None
-    changes: tuple[str, ...] = ()
+    positions: int | None = option(
+        SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MOST_POSITIONS)
+    )
+    changes: tuple[str, ...] = option(
+        SCENE,
+        'what if: another number for one of the scene, as in "links.rod.length=330 mm"; as often as needed',
+        "PATH=VALUE",
+        flags=("--set",),
+        many=True,
+        default=(),
+    )
+    theory: str | None = option(
+        SCENE, "of motion, instead of the scene's own", choices=("quasi-static", "elastodynamic")
+    )
+    accuracy: float | None = option(
+        SCENE,
+        'how far the answer may be off, as in "2 %": takes the cheapest theory that gets there',
+        "SHARE",
+        read=share,
+    )
+    units: str | None = option(
+        SCENE, "of the page and of positions.csv, instead of the scene's own [SI]", choices=("SI", "mm", "in")
+    )
+    refine: bool = option(SCENE, "search the largest values between the positions too")
+    reachable: bool = option(SCENE, "leave out positions that the mechanism cannot reach")
+    speeds: tuple[float, float, int] | None = option(
+        SCENE,
+        'largest values against the speed of the drive, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
+        "FROM:TO:COUNT",
+        read=speeds,
+        writes=("speeds.csv", "speeds.svg"),
+    )
+    fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
+    stations: int = option(
+        SCENE,
+        "stations along a link for --fields",
+        "N",
+        read=at_least(2, MOST_STATIONS),
+        belongs="fields",
+        default=101,
+        shows=True,
+    )
+    checks: tuple[int | str, ...] = option(
+        CHECKING,
+        f"compare with finite elements, so many to a beam [{ELEMENTS}]; with the whole mechanism vibrating and "
+        "displaced as far as it will; with links as plane bodies (check.json)",
+        "ELEMENTS|nonlinear|solid,...",
+        flags=("--check",),
+        read=checks,
+        bare=(ELEMENTS,),
+        default=(),
+        writes=("check.json",),
+    )
+    stills: bool = option(
+        PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",)
+    )
+    mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
+    animate: tuple[str, ...] = option(
+        PICTURES,
+        "movies: deflection, slope, bending-moment, ... (an unknown name lists all)",
+        "DIAGRAM,...",
+        read=diagrams,
+        default=(),
+    )
+    frames: int | None = option(
+        PICTURES, "frames of a movie [one a position, 120 at most]", "N", read=at_least(1), belongs="animate"
+    )
+    picture: str = option(
+        PICTURES,
+        "of the movies; png: stills",
+        flags=("--format",),
+        choices=FORMATS,
+        belongs="animate",
+        default=FORMATS[0],
+        shows=True,
+    )
+    fps: float | None = option(
+        PICTURES, "frames of a movie shown in a second [25]", "N", read=positive, belongs="animate"
+    )
+    size: tuple[int, int] | None = option(
+        PICTURES, "of a picture in pixels [1280x720]", "WxH", read=size, belongs="animate"
+    )
+    style: str = option(
+        PICTURES,
+        "solid: links as shaded bodies in the colours of the field",
+        choices=STYLES,
+        belongs="animate",
+        default=STYLES[0],
+        shows=True,
+    )
+    exaggeration: float | None = option(
+        PICTURES, "of deformed links in a picture [what shows them]", "N", read=positive, belongs="animate"
+    )
+    background: str | None = option(
+        PICTURES, 'of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=colour, belongs="animate"
+    )
+    show: tuple[str, ...] | None = option(
+        PICTURES,
+        "in a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
+        "WHAT,...",
+        read=shown,
+        belongs="animate",
+    )
+    sensitivities: bool = option(
+        DESIGNS,
+        "how every figure changes with every number (sensitivities.*)",
+        writes=("sensitivities.csv", "sensitivities.svg"),
+    )
+    tolerances: bool = option(
+        DESIGNS, "ranges of all figures under [tolerances] (tolerances.*)", writes=("tolerances.csv", "tolerances.svg")
+    )
+    samples: int | None = option(
+        DESIGNS, "designs to sample for --tolerances [2048]", "N", read=at_least(16, MOST_SAMPLES), belongs="tolerances"
+    )
+    optimize: bool = option(
+        DESIGNS,
+        "the best design by [optimize], as a scene of its own (optimum.toml)",
+        writes=("optimum.csv", "optimum.toml"),
+    )
+
+    @property
+    def elements(self) -> int | None:
+        """Finite elements to a beam that the answer is compared with; None where it is not."""
+        return next((check for check in self.checks if isinstance(check, int)), None)
+
+    @property
+    def nonlinear(self) -> bool:
+        """Whether the whole mechanism is checked, vibrating and displaced as far as it will."""
+        return "nonlinear" in self.checks
+
+    @property
+    def solid(self) -> bool:
+        """Whether links are checked as plane bodies."""
+        return "solid" in self.checks
 
     def theory_of(self, scene: Scene) -> Theory:
         """The theory of motion that is asked for: by the command, or else by the scene."""
@@ -49,5 +187,76 @@ class Request:
         return replace(scene.theory, name=self.theory, accuracy=self.accuracy)
 
 
-class RequestError(ValueError):
-    """Something is asked for that cannot be given."""
+@dataclass(frozen=True)
+class Batch:
+    """What is asked of a run over scenes: which, what for if not for their reports, where to, and how."""
+
+    scenes: tuple[str, ...] = option(
+        SCENE,
+        "a scene file (.toml), a folder or pattern of such, a shipped scene",
+        "SCENE",
+        flags=("scenes",),
+        many=True,
+        default=(),
+    )
+    structure: bool = option(
+        CHECKING,
+        "tell mobility, loops and groups instead, and draw the skeleton",
+        writes=("structure.txt", "skeleton.svg"),
+    )
+    sweep: bool = option(DESIGNS, "compute the designs of the scene's [sweep] instead (designs.csv)")
+    design: int | None = option(
+        DESIGNS,
+        "write the scene of one design of the scene's [sweep] instead (SCENE_design_N.toml)",
+        "N",
+        read=at_least(0),
+    )
+    most: int = option(DESIGNS, "designs that a sweep may have", "N", read=at_least(1), default=10_000_000, shows=True)
+    pages: int = option(
+        DESIGNS,
+        "designs of a sweep with a report of their own: the best, and those on its front",
+        "N",
+        read=at_least(0),
+        default=20,
+        shows=True,
+    )
+    scheduler: str | None = option(
+        DESIGNS,
+        'of dask, as "tcp://host:8786": its workers compute the designs of a sweep instead',
+        "ADDRESS",
+        belongs="sweep",
+    )
+    out: Path = option(  # noqa: RUF009 - a path does not change
+        RUNNING,
+        "folder for the results",
+        "OUT",
+        flags=("-o", "--out"),
+        read=Path,
+        default=Path("deflection-report"),
+        shows=True,
+    )
+    jobs: int = option(
+        RUNNING,
+        "processes: scenes, or designs of a sweep, side by side; 0: as many as cores",
+        "N",
+        read=at_least(0),
+        default=1,
+        shows=True,
+    )
+    resume: bool = option(
+        RUNNING, "skip scenes, and parts of a sweep, whose results are there, from the same file and options"
+    )
+    quiet: bool = option(RUNNING, "print nothing but errors")
+    list: bool = option(RUNNING, "list the shipped scenes and stop")
+    version: bool = option(RUNNING, "print the version and stop")
+
+
+def options_of(*lists: type) -> dict[str, tuple[Option, Any]]:
+    """The options of `Request` and `Batch`, or of one of them, by their fields, each with its default."""
+    return {each.name: (each.metadata["option"], each.default) for one in lists for each in fields(one)}
+
+
+def written() -> set[str]:
+    """Names of all files and folders that a scene's folder may hold of this program, but of films."""
+    options = options_of(Request, Batch).values()
+    return {*ALWAYS, *(name for each, _ in options for name in each.writes)}

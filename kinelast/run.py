@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.attempt import attempted
-from kinelast.compute import Progress, by_theory, checked, computed, no_progress, require_chunk
+from kinelast.compute import by_theory, checked, computed, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
 from kinelast.line import gist, questions
-from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, attempted, missing_package
 from kinelast.outputs import tables
 from kinelast.outputs.outbox import complete, finished, foreign, made_from, sizes, version, write_json
+from kinelast.progress import SILENT, Progress
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
@@ -30,33 +30,8 @@ from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
 from kinelast.weight import require_room
 
-Tell = Callable[[str], None]
 
-
-def _unheard(sentence: str) -> None:
-    pass
-
-
-def require_pictures(request: Request) -> None:
-    """Raise where pictures are asked for that there are none of, or that cannot be drawn on this machine."""
-    if not request.animate:
-        return
-    from animations import RenderingUnavailable, diagram_named, probe
-
-    for name in request.animate:
-        try:
-            diagram_named(name)
-        except ValueError as error:
-            raise RequestError(f"--animate: {error}") from None
-    try:
-        probe()
-    except RenderingUnavailable as error:
-        raise RequestError(f"--animate: {error}") from None
-
-
-def try_scene(
-    task: Task, request: Request, resume: bool = False, progress: Progress = no_progress, tell: Tell = _unheard
-) -> Outcome:
+def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
     """Compute a scene and write its folder; whatever goes wrong becomes the outcome.
 
     Parameters
@@ -64,18 +39,16 @@ def try_scene(
     resume
         Leave a folder as it is that came from the same file and request.
     progress
-        Called with what is being done, and how much of it is done and to be done.
-    tell
-        Called with a sentence on how much a large request takes, before it starts.
+        Hears how far it is, and before it starts how much a large request takes.
     """
     start = time.perf_counter()
     with np.errstate(all="ignore"):  # what is no number is told as none
-        work = partial(_scene, task, request, resume, progress, tell)
+        work = partial(_scene, task, request, resume, progress)
         outcome = attempted(task.name, work, "positions, stations or elements, or --jobs")
     return replace(outcome, seconds=time.perf_counter() - start)
 
 
-def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell: Tell) -> Outcome:
+def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
     content = file_bytes(task.path)
     made, folder = made_from(content, request), task.folder
     if resume and (before := finished(folder, made)):
@@ -94,7 +67,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress, tell:
         request = replace(request, reachable=True)
         made = {**made, "interrupted": scene.course.interrupted}  # so that no later run takes it for whole
     if heavy := require_room(scene, request, positions, SHOWN if long else positions, folder):
-        tell(heavy)
+        progress.tell(heavy)
     if long:
         if request.nonlinear or request.solid or request.theory_of(scene).demanded:
             advice = "the quasi-static answer takes any"
@@ -192,11 +165,7 @@ def _studies(part: Path, document: Document, request: Request, progress: Progres
     from kinelast.outputs.studies import Studies, write_studies
 
     asked = Studies(request.sensitivities, request.tolerances, request.optimize, request.samples)
-
-    def tell(stage: str, done: int, total: int) -> None:
-        progress(f"{document.name}: {stage}", done, total)
-
-    return write_studies(part, document, asked, tell)
+    return write_studies(part, document, asked, progress.within(document.name))
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
@@ -222,7 +191,9 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
         yield
     except (RequestError, OSError, MemoryError):
         raise
-    except Exception:
+    except Exception as error:
+        if told := missing_package(error):
+            raise RequestError(f"{name}: {told}") from None
         failed[name] = traceback.format_exc()
 
 

@@ -38,7 +38,7 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
     disk = positions * DIGITS * _columns(scene)
     if request.fields:
         disk += 2 * positions * request.stations * sum(field.main for field in FIELDS.values()) * beams * NUMBER
-    elements = request.check or 0
+    elements = request.elements or 0
     memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
     for need, free, where, less in (
         (disk, _free_disk(out), "on the disk", "--positions or --stations"),

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from kinelast import shipped_scenes
+from kinelast.progress import Progress
 from kinelast.scene.text import file_text
 
 
@@ -53,6 +54,13 @@ def tree(folder):
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+class Printed(Progress):
+    """Sentences, printed."""
+
+    def tell(self, sentence):
+        print(sentence, flush=True)
+
+
 def main(folder, count, chunk, jobs, seconds, store):
     """A sweep in a process of its own, to be ended from outside; it goes on with what is there."""
     from kinelast.stopping import stoppable
@@ -68,7 +76,7 @@ def main(folder, count, chunk, jobs, seconds, store):
             IDENTITY,
             int(chunk),
             jobs=int(jobs),
-            tell=lambda text: print(text, flush=True),
+            progress=Printed(),
             resume=True,
         )
 

@@ -14,6 +14,8 @@ import pytest
 from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.cli.command import main
+from kinelast.cli.parser import parsed
+from kinelast.request import GROUPS, Batch, Request, options_of
 from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
@@ -366,12 +368,54 @@ def test_wrong_calls_are_refused(options, capsys, tmp_path):
         (["--positions", "1000001"], "from 1 to 1000000"),
         (["--animate", "moment"], 'did you mean "bending-moment"'),
         (["--animate", "zzz"], "all: longitudinal-load"),
+        (["--chek"], 'there is no option "--chek"; did you mean "--check"?'),
+        (["--toleranses", "--quiet"], 'did you mean "--tolerances"?'),
     ],
 )
 def test_wrong_options_are_told_with_what_is_right(options, message, tmp_path, capsys):
     assert main(["steel_four_bar", *options, "-o", str(tmp_path / "out")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_every_field_of_a_request_is_an_option_in_a_group_of_the_help(capsys):
+    assert main(["--help"]) == 0
+    groups = {}
+    for line in capsys.readouterr().out.splitlines():
+        if re.fullmatch(r"\w+:", line):
+            groups[line[:-1]] = []
+        elif flag := re.match(r"  (?:-o OUT, )?--(\w+)", line):
+            groups[list(groups)[-1]].append(flag[1])
+    assert list(groups)[1:6] == list(GROUPS)
+    for name, (option, _) in options_of(Request, Batch).items():
+        flag = (option.flags or (f"--{name}",))[-1].removeprefix("--")
+        assert flag == "scenes" or flag in groups[option.group]
+
+
+@pytest.mark.parametrize("words", [["a", "--check", "b"], ["--check", "a", "b"], ["a", "b", "--check"]])
+def test_scenes_stand_anywhere_among_the_options(words):
+    request, batch = parsed([*words, "--set", "x=1", "c", "--set", "y=2", "--", "-d"])
+    assert batch.scenes == ("a", "b", "c", "-d")
+    assert request == Request(checks=(16,), changes=("x=1", "y=2"))
+
+
+def test_a_package_that_is_missing_is_named_with_what_to_install(arm, tmp_path, monkeypatch, capsys):
+    for package, option, told in (
+        ("skfem", "--check", 'arm: the package "skfem" is not installed: pip install "scikit-fem"'),
+        ("matplotlib", "--stills", 'arm: stills: the package "matplotlib" is not installed: pip install "matplotlib"'),
+        ("matplotlib", "--structure", 'the package "matplotlib" is not installed'),
+        ("meshio", "--mesh", 'arm: mesh: the package "meshio" is not installed: pip install "meshio"'),
+        ("pyvista", "--animate=deflection", 'the package "pyvista" is not installed: pip install "pyvista"'),
+    ):
+        code = (
+            f"import sys; sys.modules[{package!r}] = None\n"
+            "from kinelast.cli.command import main; sys.exit(main(sys.argv[1:]))"
+        )
+        call = [sys.executable, "-c", code, str(arm), option, "-o", str(tmp_path / "out")]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+        assert done.returncode == 2, done.stderr
+        assert told in done.stderr
+        assert len(done.stderr.splitlines()) == 1
 
 
 def test_nothing_at_all_is_answered_with_advice(capsys):

@@ -19,10 +19,11 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 import kinelast.outputs.outbox as folders
 from kinelast import processes
 from kinelast.cli.command import main
-from kinelast.cli.workers import side_by_side
+from kinelast.cli.workers import Work, side_by_side
 from kinelast.outcome import BUG, FINE, Task
 from kinelast.outputs.outbox import complete, finished, held, made_from
-from kinelast.request import Request, RequestError
+from kinelast.progress import SILENT
+from kinelast.request import Batch, Request, RequestError
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
 COMMAND = [sys.executable, "-m", "kinelast"]
@@ -102,7 +103,7 @@ def test_a_dead_worker_fails_its_scene_alone(tmp_path):
 
     killer = threading.Thread(target=kill)
     killer.start()
-    outcomes = list(side_by_side(tasks, 2, Request(), False, lambda *_: None))
+    outcomes = list(side_by_side(tasks, Work(Request(), Batch()), 2, SILENT))
     killer.join()
     assert [outcome.status for outcome in outcomes] == [BUG, FINE, FINE, FINE, FINE]
     assert "s0: its process was ended (signal 9)" in outcomes[0].line

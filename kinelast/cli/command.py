@@ -5,26 +5,20 @@ Nothing heavy is imported before it is needed: `--help` answers at once.
 
 from __future__ import annotations
 
-import argparse
-import gc
 import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from kinelast.cli.options import parsed
-from kinelast.cli.terminal import fill_closed_streams, progress, say
-from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task
+from kinelast.cli.parser import parsed
+from kinelast.cli.terminal import fill_closed_streams, listener, say
+from kinelast.cli.workers import Work, one_by_one, side_by_side
+from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.stopping import StoppedError, stoppable
-
-if TYPE_CHECKING:
-    from kinelast.cli.terminal import Report
-    from kinelast.request import Request
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 
@@ -46,34 +40,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # before numpy is loaded: last digits do not depend on --jobs
     try:
-        options = parsed(sys.argv[1:] if argv is None else argv)
+        with stoppable():
+            return _answer(*parsed(sys.argv[1:] if argv is None else argv))
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
-    try:
-        with stoppable():
-            return _answer(options)
-    except KeyboardInterrupt:
-        return _stopped(INTERRUPTED, "")
-    except StoppedError as stop:
-        return _stopped(BY_SIGNAL + stop.number, "")
-    except OSError as error:
-        return _refuse(plain(f"{error.filename or ''} {error.strerror or error}".strip(), 300))
-    except Exception:
-        import traceback
-
-        say(f"deflection-report: the program failed, please report this:\n{traceback.format_exc()}", sys.stderr)
-        return BUG
+    except (KeyboardInterrupt, StoppedError) as stop:
+        return _stopped(stop, "")
+    except Exception as error:
+        return _failed(error)
 
 
-def _answer(options: argparse.Namespace) -> int:
+def _answer(request: Request, batch: Batch) -> int:
     """Do what is asked."""
-    if options.version:
+    if batch.version:
         return _version()
-    if options.list:
+    if batch.list:
         return _list()
-    if not options.scenes:
+    if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
-    return _run(options)
+    try:
+        Path.cwd()
+    except OSError:  # which libraries do not survive being imported in
+        return _refuse("the working folder is gone: go to one that is there")
+    return _run(request, batch)
 
 
 def _refuse(message: str) -> int:
@@ -81,10 +70,26 @@ def _refuse(message: str) -> int:
     return BAD_INPUT
 
 
-def _stopped(status: int, done: str) -> int:
-    how = "interrupted" if status == INTERRUPTED else f"ended by signal {status - BY_SIGNAL}"
+def _failed(error: Exception) -> int:
+    """Say what has gone wrong outside of a scene; the exit status."""
+    if isinstance(error, RequestError):
+        return _refuse(str(error))
+    if isinstance(error, OSError):
+        return _refuse(plain(f"{error.filename or ''} {error.strerror or error}".strip(), 300))
+    if told := missing_package(error):
+        return _refuse(told)
+    import traceback
+
+    say(f"deflection-report: the program failed, please report this:\n{traceback.format_exc()}", sys.stderr)
+    return BUG
+
+
+def _stopped(stop: BaseException, done: str) -> int:
+    """Say what has ended the run; the exit status."""
+    number = stop.number if isinstance(stop, StoppedError) else 0
+    how = f"ended by signal {number}" if number else "interrupted"
     say(f"{how}{done}; finished scenes are kept, --resume goes on from there", sys.stderr)
-    return status
+    return BY_SIGNAL + number if number else INTERRUPTED
 
 
 def _version() -> int:
@@ -108,83 +113,56 @@ def _list() -> int:
     return FINE
 
 
-def _run(options: argparse.Namespace) -> int:
-    """Compute all scenes, one line of output for each."""
-    try:
-        Path.cwd()
-    except OSError:  # which libraries do not survive being imported in
-        return _refuse("the working folder is gone: go to one that is there")
+def _run(request: Request, batch: Batch) -> int:
+    """Do with all scenes what is asked, say how each went, and in the end how all went; the exit status."""
     from kinelast.tasks import result_names, scene_paths
 
-    paths, problems = scene_paths(options.scenes)
+    paths, problems = scene_paths(batch.scenes)
     for problem in problems:
         _refuse(problem)
     names = result_names(paths)
     if isinstance(names, str):
         return _refuse(names)
-    if options.out.exists() and not options.out.is_dir():
-        return _refuse(f'-o: "{options.out}" is a file: name a folder')
-    tasks = [Task(path, options.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
-    others = _structures if options.structure else _sweeps if options.sweep or options.design is not None else None
-    if others:
-        return others(tasks, options, BAD_INPUT if problems else FINE)
-    request = _request(options)
-    if isinstance(request, str):
-        return _refuse(request)
-    return max(BAD_INPUT if problems else FINE, _batch(tasks, options, request, len(problems)))
+    if batch.out.exists() and not batch.out.is_dir():
+        return _refuse(f'-o: "{batch.out}" is a file: name a folder')
+    if request.animate:
+        from kinelast.outputs.films import require_rendering
 
-
-def _batch(tasks: Sequence[Task], options: argparse.Namespace, request: Request, refused: int) -> int:
-    """Compute scenes, print how each went, and in the end how all went; the exit status."""
+        require_rendering()
+    tasks = [Task(path, batch.out / name, plain(str(name), 200)) for path, name in zip(paths, names, strict=True)]
     outcomes: list[tuple[Task, Outcome]] = []
-    begin, status = time.monotonic(), FINE
+    begin, status = time.monotonic(), BAD_INPUT if problems else FINE
     try:
-        with progress(options) as report:
-            for task, outcome in zip(tasks, _outcomes(tasks, options, request, report), strict=True):
+        with listener(batch.quiet) as progress:
+            work, jobs = Work(request, batch), batch.jobs
+            apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # which has its designs side by side
+            coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
+            for task, outcome in zip(tasks, coming, strict=True):
                 outcomes.append((task, outcome))
                 status = max(status, outcome.status)
-                for question in outcome.questions:
-                    say(question, sys.stderr)
-                if outcome.status >= BAD_INPUT:
-                    say(_named_once(outcome.line, task), sys.stderr)
-                elif not options.quiet:
-                    say(outcome.line, sys.stdout)
+                _tell(task, outcome, batch.quiet)
                 if outcome.interrupted:
                     raise KeyboardInterrupt
     except (KeyboardInterrupt, StoppedError) as stop:
-        status = INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number
-        _stopped(status, f" after {len(outcomes)} of {len(tasks)} scenes")
-    if len(tasks) + refused > 1:
-        _summarize(outcomes, options)
+        status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes")
+    if len(tasks) + len(problems) > 1 and not (batch.structure or batch.sweep or batch.design is not None):
+        _summarize(outcomes, batch.out)
         states = Counter(outcome.state for _, outcome in outcomes)
-        states[FAILED] += refused
-        if not options.quiet:
+        states[FAILED] += len(problems)
+        if not batch.quiet:
             counts = ", ".join(f"{states[state]} {state}" for state in ("done", "failed", "skipped"))
             say(f"{counts}, {time.monotonic() - begin:.1f} s", sys.stderr)
     return status
 
 
-def _summarize(outcomes: Sequence[tuple[Task, Outcome]], options: argparse.Namespace) -> None:
-    """A table of all scenes, where there is anything to tell."""
-    from dataclasses import replace
-
-    from kinelast.outputs.tables import summary_row, write_index, write_parquet, write_summary
-    from kinelast.request import RequestError
-
-    if not (outcomes or options.out.is_dir()):
-        return
-    rows = {}
-    for task, outcome in outcomes:
-        name = str(task.folder.relative_to(options.out))
-        rows[name] = summary_row(replace(outcome, line=_named_once(outcome.line, task)), name)
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        whole = write_summary(options.out, {row[0]: row for row in rows.values()})
-        seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
-        write_index(options.out, whole, seconds)
-        write_parquet(options.out, whole)
-    except (RequestError, OSError, ValueError) as error:
-        say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
+def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
+    """Say how a scene went."""
+    for question in outcome.questions:
+        say(question, sys.stderr)
+    if outcome.status >= BAD_INPUT:
+        say(_named_once(outcome.line, task), sys.stderr)
+    elif not quiet:
+        say(outcome.line, sys.stdout)
 
 
 def _named_once(line: str, task: Task) -> str:
@@ -193,146 +171,26 @@ def _named_once(line: str, task: Task) -> str:
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
-def _structures(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
-    """The structure of every scene, printed and put into its folder."""
-    from kinelast.structure.output import structure_outcome
+def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
+    """A table of all scenes, where there is anything to tell."""
+    from dataclasses import replace
 
-    for task in tasks:
-        outcome, text = structure_outcome(task)
-        status = max(status, outcome.status)
-        if outcome.status:
-            say(_named_once(outcome.line, task), sys.stderr)
-        elif not options.quiet:
-            say(text, sys.stdout)
-            say(outcome.line, sys.stdout)
-    return status
+    from kinelast.outputs.tables import summary_row, write_index, write_parquet, write_summary
 
-
-def _sweeps(tasks: Sequence[Task], options: argparse.Namespace, status: int) -> int:
-    """The designs of every scene's sweep, or one of them as a scene, one line of output for each scene."""
-    from kinelast.sweep.output import Asked, try_design, try_sweep
-
-    jobs = options.jobs or _cores()
-    asked = Asked(options.positions, jobs, options.resume, options.most, options.scheduler, options.pages)
-
-    def tell(sentence: str) -> None:
-        if not options.quiet:
-            say(sentence, sys.stderr)
-
-    try:
-        with progress(options) as report:
-            for task in tasks:
-                if options.design is None:
-                    outcome = try_sweep(task, asked, report, tell)
-                else:
-                    outcome = try_design(task, options.design)
-                status = max(status, outcome.status)
-                if outcome.status >= BAD_INPUT:
-                    say(_named_once(outcome.line, task), sys.stderr)
-                elif not options.quiet:
-                    say(outcome.line, sys.stdout)
-    except (KeyboardInterrupt, StoppedError) as stop:
-        return _stopped(INTERRUPTED if isinstance(stop, KeyboardInterrupt) else BY_SIGNAL + stop.number, "")
-    return status
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Without looking for garbage: imports leave none, and looking through all that they make takes a while."""
-    looks = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if looks:
-            gc.enable()
-
-
-def _request(options: argparse.Namespace) -> Request | str:
-    """What is asked of every scene, or what is wrong with that."""
-    with _uncollected():
-        from kinelast.request import Request, RequestError
-        from kinelast.run import require_pictures
-
-    unknown = _unknown_diagram(options.animate)
-    if unknown:
-        return unknown
-    request = Request(
-        fields=options.fields,
-        stations=options.stations,
-        check=next((one for one in options.check if isinstance(one, int)), None),
-        nonlinear="nonlinear" in options.check,
-        solid="solid" in options.check,
-        theory=options.theory,
-        accuracy=options.accuracy,
-        speeds=options.speeds,
-        animate=options.animate,
-        frames=options.frames,
-        picture=options.format,
-        fps=options.fps,
-        size=options.size,
-        style=options.style,
-        exaggeration=options.exaggeration,
-        background=options.background,
-        show=options.show,
-        mesh=options.mesh,
-        stills=options.stills,
-        positions=options.positions,
-        refine=options.refine,
-        reachable=options.reachable,
-        sensitivities=options.sensitivities,
-        tolerances=options.tolerances,
-        samples=options.samples,
-        optimize=options.optimize,
-        units=options.units,
-        changes=tuple(options.set),
-    )
-    try:
-        require_pictures(request)
-    except RequestError as error:
-        return str(error)
-    return request
-
-
-def _unknown_diagram(names: Sequence[str]) -> str:
-    """What to say of the first diagram that there is none of; empty where there are all."""
-    if not names:
-        return ""
-    from animations import DIAGRAMS
-    from elastic import FIELDS
-    from kinelast.scene.error import likely
-
-    for name in names:
-        if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # all are listed anyhow
-            return f'--animate: there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}'
-    return ""
-
-
-def _outcomes(
-    tasks: Sequence[Task], options: argparse.Namespace, request: Request, report: Report
-) -> Iterator[Outcome]:
-    """The outcomes in the order of the scenes."""
-    jobs = min(options.jobs or _cores(), len(tasks))
-    if jobs > 1:
-        from kinelast.cli.workers import side_by_side
-
-        yield from side_by_side(tasks, jobs, request, options.resume, report)
+    if not (outcomes or out.is_dir()):
         return
-    from kinelast.run import try_scene
-
-    def tell(sentence: str) -> None:
-        if not options.quiet:
-            say(sentence, sys.stderr)
-
-    for number, task in enumerate(tasks):
-        report(task.name, number, len(tasks))
-        yield try_scene(task, request, options.resume, report, tell)
-
-
-def _cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    rows = {}
+    for task, outcome in outcomes:
+        name = str(task.folder.relative_to(out))
+        rows[name] = summary_row(replace(outcome, line=_named_once(outcome.line, task)), name)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        whole = write_summary(out, {row[0]: row for row in rows.values()})
+        seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
+        write_index(out, whole, seconds)
+        write_parquet(out, whole)
+    except (RequestError, OSError, ValueError) as error:
+        say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 
 
 if __name__ == "__main__":

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
+from kinelast.progress import SILENT, Progress
 from kinelast.scene.error import plain
 
 SOON, SELDOM = 1.0, 10.0  # [s] until there is a bar, and between two lines where there is no terminal
-Report = Callable[[str, int, int], None]
-"""What is being done, how much of it is done, and how much is to be done."""
 
 
 def say(text: str, stream: TextIO | None) -> None:
@@ -53,38 +51,47 @@ def fill_closed_streams() -> None:
 
 
 @contextmanager
-def progress(options: argparse.Namespace) -> Iterator[Report]:
-    """What to report progress to: after a second a bar on a terminal, elsewhere a line now and then."""
-    if options.quiet:
-        yield lambda stage, done, total: None
+def listener(quiet: bool) -> Iterator[Progress]:
+    """Whom to report progress to: after a second a bar on a terminal, elsewhere a line now and then."""
+    if quiet:
+        yield SILENT
         return
     if not sys.stderr or not sys.stderr.isatty():
-        yield _now_and_then()
+        yield _NowAndThen()
         return
     bar = _Bar()
     timer = threading.Timer(SOON, bar.show)
     timer.daemon = True
     timer.start()
     try:
-        yield bar.report
+        yield bar
     finally:
         timer.cancel()
         bar.stop()
 
 
-def _now_and_then() -> Report:
-    told = time.monotonic()
+class Sentences(Progress):
+    """A listener who passes on sentences alone."""
 
-    def report(stage: str, done: int, total: int) -> None:
-        nonlocal told
-        if time.monotonic() > told + SELDOM and done < total:
-            told = time.monotonic()
+    def tell(self, sentence: str) -> None:
+        """Say a sentence."""
+        say(sentence, sys.stderr)
+
+
+class _NowAndThen(Sentences):
+    """A line now and then."""
+
+    def __init__(self) -> None:
+        self._told = time.monotonic()
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        """Say how far things are, where it is long since that was said."""
+        if time.monotonic() > self._told + SELDOM and done < total:
+            self._told = time.monotonic()
             say(f"{stage}: {done} of {total}", sys.stderr)
 
-    return report
 
-
-class _Bar:
+class _Bar(Sentences):
     """A bar that is there from a moment on."""
 
     def __init__(self) -> None:
@@ -95,21 +102,28 @@ class _Bar:
 
     def show(self) -> None:
         """Let the bar appear."""
+        from rich import progress as bars
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+        columns = (
+            bars.SpinnerColumn(),
+            bars.TextColumn("{task.description}"),
+            bars.BarColumn(),
+            bars.MofNCompleteColumn(),
+        )
         both = sys.stdout is not None and sys.stdout.isatty()  # lines that go to a file are not caught for the terminal
         with self._lock:
             if self._over:
                 return
             console = Console(stderr=True)
-            self._bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True, redirect_stdout=both)
+            self._bar = bars.Progress(
+                *columns, bars.TimeElapsedColumn(), console=console, transient=True, redirect_stdout=both
+            )
             self._task = self._bar.add_task("", total=None)
             self._bar.start()
-        self.report(*self._now)
+        self(*self._now)
 
-    def report(self, stage: str, done: int, total: int) -> None:
+    def __call__(self, stage: str, done: int, total: int) -> None:
         """Note how far things are."""
         self._now = stage, done, total
         if self._bar is not None:

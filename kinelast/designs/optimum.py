@@ -10,7 +10,8 @@ import numpy as np
 from kinelast.designs.asked import Sought
 from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
-from kinelast.designs.search import Found, Tell, evolved, from_many_starts, local_searches
+from kinelast.designs.search import Found, evolved, from_many_starts, local_searches
+from kinelast.progress import SILENT, Progress
 
 ROUNDS = 4  # local searches from a better neighbour, at most
 
@@ -42,12 +43,8 @@ class Optimum:
     calls: int
 
 
-def _unheard(stage: str, done: int, total: int) -> None:
-    pass
-
-
 def optimum(
-    problem: Problem, evolve: bool = False, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard
+    problem: Problem, evolve: bool = False, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> Optimum:
     """The best design: as local searches from many starts find it, or else one from a population that has evolved.
 
@@ -55,15 +52,15 @@ def optimum(
     ----------
     first
         A start besides others, as shares of the variables, shape (variables,).
-    tell
-        Called with what is being done, how much of it is done, and to be done.
+    progress
+        Hears how far it is.
 
     Raises
     ------
     ValueError
         No design that was tried has all figures.
     """
-    searches = (evolved if evolve else from_many_starts)(problem, seed, first, tell)
+    searches = (evolved if evolve else from_many_starts)(problem, seed, first, progress)
     if not searches or not np.isfinite(searches[0].violation):
         raise ValueError("no design that was tried has all the figures that are asked for")
     best = searches[0]
@@ -71,7 +68,7 @@ def optimum(
     for _ in range(ROUNDS):
         if found.neighbours.best is None:
             break
-        closer = local_searches(problem, [found.neighbours.best], tell)[0]
+        closer = local_searches(problem, [found.neighbours.best], progress)[0]
         if closer.rank >= best.rank:
             break
         best = closer

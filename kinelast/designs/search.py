@@ -12,6 +12,7 @@ from scipy.stats import qmc
 
 from kinelast.designs.problem import Linear, Problem, linearized
 from kinelast.designs.together import together
+from kinelast.progress import SILENT, Progress
 
 SAMPLED = 64  # designs to a variable, of which the best are starts
 MOST_SAMPLED = 1024
@@ -23,12 +24,6 @@ POPULATION, GENERATIONS = 15, 400  # to a variable; at most
 OUT_OF_STEPS = 9  # as scipy says it
 LOST = 1e3  # cost, in units of the start's, of a design that has no figures
 WORSE = 1e50  # than any cost: designs that break a limit come after all others
-
-Tell = Callable[[str, int, int], None]
-
-
-def _unheard(stage: str, done: int, total: int) -> None:
-    pass
 
 
 @dataclass(frozen=True)
@@ -60,7 +55,7 @@ class Found:
 
 
 def from_many_starts(
-    problem: Problem, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard
+    problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
 ) -> list[Found]:
     """Local searches from the best designs of a Latin hypercube, that lie apart; the best first.
 
@@ -69,7 +64,7 @@ def from_many_starts(
     first
         One more start, shape (variables,).
     """
-    return local_searches(problem, _starts(problem, seed, first), tell)
+    return local_searches(problem, _starts(problem, seed, first), progress)
 
 
 def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.ndarray]:
@@ -86,7 +81,9 @@ def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.nd
     return starts
 
 
-def evolved(problem: Problem, seed: int = 0, first: np.ndarray | None = None, tell: Tell = _unheard) -> list[Found]:
+def evolved(
+    problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
+) -> list[Found]:
     """The end of a local search from the best of a population that has evolved (differential evolution)."""
     variables, generation = len(problem.low), [0]
 
@@ -97,32 +94,32 @@ def evolved(problem: Problem, seed: int = 0, first: np.ndarray | None = None, te
 
     def on_generation(*_: object) -> None:
         generation[0] += 1
-        tell("generations", generation[0], GENERATIONS)
+        progress("generations", generation[0], GENERATIONS)
 
     result = differential_evolution(
         cost, [(0.0, 1.0)] * variables, vectorized=True, updating="deferred", polish=False, popsize=POPULATION,
         maxiter=GENERATIONS, rng=np.random.default_rng(seed), x0=first, callback=on_generation, tol=1e-8,
     )  # fmt: skip
-    return local_searches(problem, [np.asarray(result.x)], tell)
+    return local_searches(problem, [np.asarray(result.x)], progress)
 
 
-def local_searches(problem: Problem, starts: Sequence[np.ndarray], tell: Tell = _unheard) -> list[Found]:
+def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Progress = SILENT) -> list[Found]:
     """Where local searches end from several starts at once, the best first; that one goes on until it ends."""
-    found = _side_by_side(problem, starts, ITERATIONS, tell)
+    found = _side_by_side(problem, starts, ITERATIONS, progress)
     if found and not found[0].ended and np.isfinite(found[0].violation):
-        further = _side_by_side(problem, [found[0].end], FURTHER, tell)[0]
+        further = _side_by_side(problem, [found[0].end], FURTHER, progress)[0]
         if further.rank < found[0].rank:
             found[0] = replace(further, start=found[0].start)
     return found
 
 
-def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, tell: Tell) -> list[Found]:
+def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, progress: Progress) -> list[Found]:
     """Local searches of so many iterations at most; the best first."""
     calls = [0]
 
     def answers(asked: list[np.ndarray]) -> list[Linear]:
         calls[0] += 1
-        tell("steps of local searches", min(calls[0], most), most)
+        progress("steps of local searches", min(calls[0], most), most)
         return linearized(problem, asked)
 
     found = together([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)

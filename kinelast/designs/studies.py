@@ -20,6 +20,7 @@ from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
+from kinelast.progress import SILENT, Progress
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
@@ -28,18 +29,17 @@ from kinelast.scene.limits import Output
 from kinelast.scene.motion import scene_motion
 from kinelast.scene.variables import Variable, numbers
 
-Tell = Callable[[str, int, int], None]
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing
 PART = 512  # designs between two words on how far it is
 
 
-def _unheard(stage: str, done: int, total: int) -> None:
-    pass
-
-
 def _figures_of(
-    document: Document, paths: Sequence[str], figures: Sequence[str | Figure], tell: Tell = _unheard, stage: str = ""
+    document: Document,
+    paths: Sequence[str],
+    figures: Sequence[str | Figure],
+    progress: Progress = SILENT,
+    stage: str = "",
 ) -> Callable[[np.ndarray], Designs]:
     """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
     base = base_of(document, paths, figures)
@@ -48,7 +48,7 @@ def _figures_of(
         parts = []
         for first in range(0, len(values), PART):
             if stage:
-                tell(stage, first, len(values))
+                progress(stage, first, len(values))
             parts.append(evaluated(base, values[first : first + PART]))
         if len(parts) == 1:
             return parts[0]
@@ -82,7 +82,7 @@ def _as_it_stands(document: Document, figures: Sequence[str | Figure] | None) ->
 
 
 def sensitivity_study(
-    scene: Document | Tables, asked: Sequence[str] = (), tell: Tell = _unheard
+    scene: Document | Tables, asked: Sequence[str] = (), progress: Progress = SILENT
 ) -> tuple[Sensitivities, tuple[Variable, ...], Mapping[str, str]]:
     """Sensitivities of a scene's figures to its numbers; the numbers, and the figures' units.
 
@@ -103,7 +103,7 @@ def sensitivity_study(
     base = _as_it_stands(document, names)
     chosen = names or [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
     variables = tuple(document.variable(path) for path in paths)
-    figures_of = _figures_of(document, paths, chosen, tell, "sensitivities")
+    figures_of = _figures_of(document, paths, chosen, progress, "sensitivities")
     at = np.array([one.base for one in variables])
     with np.errstate(all="ignore"):
         return sensitivities(figures_of, at, _scale(table, variables)), variables, base.units
@@ -125,7 +125,7 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
     )
 
 
-def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, tell: Tell = _unheard) -> Toleranced:
+def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> Toleranced:
     """Ranges of a scene's figures under its [tolerances].
 
     Besides the figures of a design's summary, where the scene names its output: how far that is off by geometry, by
@@ -153,9 +153,9 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, tell: Tell
     at = np.array([one.base for one in asked.variables])
     with np.errstate(all="ignore"):
         nominal = sensitivities(_figures_of(document, paths, figures), at, _scale(table, asked.variables))
-        figures_of = _figures_of(document, paths, figures, tell, "designs within tolerances")
+        figures_of = _figures_of(document, paths, figures, progress, "designs within tolerances")
         sampled = scatter(figures_of, asked.tolerances, at, designs)
-        shares = variance_shares(_figures_of(document, paths, figures, tell, "shares"), asked.tolerances, at)
+        shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
     units = {**base.units, **{figure.name: figure.unit for figure in own if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
     return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
@@ -195,7 +195,7 @@ def problem_of(given: Document | Tables) -> Posed:
     return Posed(asked, problem, _first(base.columns), base.units, scene.theory.plain)
 
 
-def optimum_study(scene: Document | Tables, tell: Tell = _unheard) -> Solved:
+def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Solved:
     """The best design that a scene's [optimize] asks for.
 
     Raises
@@ -207,7 +207,7 @@ def optimum_study(scene: Document | Tables, tell: Tell = _unheard) -> Solved:
     asked, problem = posed.sought, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
     try:
-        best = optimum(problem, asked.evolve, asked.seed, first, tell)
+        best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
     after = problem.figures_of(best.values[None]).columns

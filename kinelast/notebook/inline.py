@@ -91,7 +91,7 @@ def report(
     SceneError
         As `kinelast.deflection`.
     """
-    request = Request(positions=positions, check=check, accuracy=accuracy)
+    request = Request(positions=positions, checks=() if check is None else (check,), accuracy=accuracy)
     results = computed(scene, request)
     found = peaks(results)
     made = made_from(scene.text.encode(), request)

@@ -7,11 +7,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.figures.results import Results
-from kinelast.request import Request
+from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
 
 if TYPE_CHECKING:
     from animations import Style
+
+
+def require_rendering() -> None:
+    """Raise `RequestError` where nothing can be drawn on this machine."""
+    from animations import RenderingUnavailable, probe
+
+    try:
+        probe()
+    except RenderingUnavailable as error:
+        raise RequestError(f"--animate: {error}") from None
 
 
 def draw_film(

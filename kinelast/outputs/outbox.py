@@ -18,17 +18,11 @@ from dataclasses import asdict
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from kinelast.request import Request, RequestError
+from kinelast.request import Request, RequestError, written
 from kinelast.scene.error import plain
 
-if TYPE_CHECKING:
-    pass
-
-USED = {"report.html", "positions.csv", "fields.npz", "check.json", "mesh", "stills", "structure.txt", "skeleton.svg",
-        "speeds.csv", "speeds.svg", "sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg",
-        "optimum.csv", "optimum.toml"}  # fmt: skip
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
@@ -261,7 +255,7 @@ def _ours(folder: Path) -> set[str]:
     """
     known = _summary_in(folder)
     if known is None:
-        found = USED & {entry.name for entry in folder.iterdir()}
+        found = written() & {entry.name for entry in folder.iterdir()}
         return {*found, "summary.json"} if found else set()
     return {*_files(known), "summary.json"} if known else set()
 

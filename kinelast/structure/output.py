@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import traceback
 from dataclasses import replace
-from importlib import metadata
+from functools import partial
 
-from kinelast.outcome import BAD_INPUT, BUG, DONE, FINE, MESSAGE, Outcome, Task
-from kinelast.outputs.outbox import add_to
-from kinelast.request import RequestError
-from kinelast.scene.error import SceneError, plain
+from kinelast.outcome import DONE, FINE, Outcome, Task, attempted
+from kinelast.outputs.outbox import add_to, version
+from kinelast.progress import SILENT, Progress
 from kinelast.scene.structure_scene import StructureScene, read_structure
 from rigid import MechanismError
 
 
-def structure_outcome(task: Task) -> tuple[Outcome, str]:
-    """How a scene's structure went, and its text; the files are put into the scene's folder."""
-    name = task.name
-    try:
-        scene = read_structure(task.path)
-        text = scene_text(scene)
-        files, drawn = _files(scene, text)
-        add_to(task.folder, files, {"kinelast": metadata.version("kinelast")})
-    except (SceneError, MechanismError, RequestError) as error:
-        return Outcome(BAD_INPUT, f"{name}: {plain(str(error), MESSAGE)}"), ""
-    except OSError as error:
-        return Outcome(BAD_INPUT, f"{name}: not written: {plain((error.strerror or str(error)).lower(), MESSAGE)}"), ""
-    except Exception:  # one scene that the program fails on must not take the others with it
-        return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}"), ""
-    return Outcome(FINE, f"{name}: structure{drawn} -> {task.folder}", DONE), text
+def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
+    """How a scene's structure went, with its text; the files are put into the scene's folder."""
+    return attempted(task.name, partial(_structure, task))
+
+
+def _structure(task: Task) -> Outcome:
+    scene = read_structure(task.path)
+    text = scene_text(scene)
+    files, drawn = _files(scene, text)
+    add_to(task.folder, files, {"kinelast": version()})
+    return Outcome(FINE, f"{text}\n{task.name}: structure{drawn} -> {task.folder}", DONE)
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:

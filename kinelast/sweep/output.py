@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from kinelast.attempt import attempted
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.numbers import quantity
-from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, attempted
 from kinelast.outputs.outbox import json_bytes, version
-from kinelast.request import RequestError
+from kinelast.processes import cores
+from kinelast.progress import SILENT, Progress
+from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest
-from kinelast.sweep.pages import Pages, design_text, write_pages
+from kinelast.sweep.pages import design_text, write_pages
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, put, stored_chunks
 from kinelast.sweep.tally import Aim, Tally, tallied
@@ -36,36 +35,19 @@ FEWER = "positions or --jobs"
 REASONS = 20  # that are counted by name
 MOST_SHOWN = 3  # numbers of the best design in the closing line
 
-Progress = Callable[[str, int, int], None]
-Tell = Callable[[str], None]
 
-
-@dataclass(frozen=True)
-class Asked:
-    """What is asked of a sweep; the fields are options of the command."""
-
-    positions: int | None = None
-    jobs: int = 1
-    resume: bool = False
-    most: int = 10_000_000
-    scheduler: str | None = None
-    pages: int = 20
-
-
-def try_sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
+def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
     """Compute the designs of a scene and write its folder; whatever goes wrong becomes the outcome.
 
     Parameters
     ----------
     progress
-        Called with what is being done, and how much of it is done and to be done.
-    tell
-        Called with a sentence on how long it takes, before it starts.
+        Hears how far it is, and before it starts how long it takes.
     """
-    return attempted(task.name, partial(_sweep, task, asked, progress, tell), FEWER, str(task.folder))
+    return attempted(task.name, partial(_sweep, task, request, batch, progress), FEWER, str(task.folder))
 
 
-def try_design(task: Task, number: int) -> Outcome:
+def try_design(number: int, task: Task, _: Progress = SILENT) -> Outcome:
     """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
     return attempted(task.name, partial(_design, task, number), FEWER, str(task.folder))
 
@@ -86,33 +68,34 @@ def _design(task: Task, number: int) -> Outcome:
     return Outcome(FINE, f"{task.name}: design {number} -> {target}", DONE)
 
 
-def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
+def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Outcome:
     content = file_bytes(task.path)
-    document = document_from_bytes(content, task.path).with_positions(asked.positions)
+    document = document_from_bytes(content, task.path).with_positions(request.positions)
     with of_file(document.path):
         plan = plan_of(document, task.path.parent)
         figures, aim = _asked_of(document, plan)
     evaluation = Evaluation(document, plan, figures)
-    takes = _duration(evaluation) / asked.jobs
-    if plan.count > asked.most:
+    takes = _duration(evaluation) / (batch.jobs or cores())
+    if plan.count > batch.most:
         advice = "ask for fewer, or allow so many by --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
     if takes > LONG:
-        tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
+        progress.tell(f"{task.name}: {plan.count} designs, about {_words(takes)}")
     if document.scene.theory.demanded:
-        tell(f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy")
-    identity = _identity(content, plan, evaluation, asked)
+        progress.tell(
+            f"{task.name}: the designs are computed without vibration, whatever the scene's theory or accuracy"
+        )
+    identity = _identity(content, plan, evaluation, request.positions)
     outcome = run_plan(
         plan.count,
         evaluation,
         task.folder,
         identity,
         evaluation.chunk,
-        asked.jobs,
-        asked.scheduler,
+        batch.jobs or cores(),
+        batch.scheduler,
         progress,
-        tell,
-        asked.resume,
+        batch.resume,
     )
     manifest = outcome.manifest
     if manifest.failed:
@@ -125,8 +108,7 @@ def _sweep(task: Task, asked: Asked, progress: Progress, tell: Tell) -> Outcome:
     status, line = CHECK_FAILED if found.best is None else FINE, f"{task.name}: {_closing(evaluation, found)}"
     failed, why = FINE, ""
     if found.kept:
-        pages = Pages(asked.pages, asked.positions, asked.resume)
-        failed, why = write_pages(task, evaluation, found, pages, progress)
+        failed, why = write_pages(task, evaluation, found, request.positions, batch, progress)
     told = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
     return Outcome(max(status, failed), told, DONE, figures=summary)
 
@@ -170,7 +152,7 @@ def _words(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) -> dict[str, Any]:
+def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
     """What the figures of a sweep depend on: the file, the table of designs, figures and positions."""
     drawn = hashlib.sha256()
     for factor in plan.factors:
@@ -180,7 +162,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, asked: Asked) 
         "sha256": hashlib.sha256(content).hexdigest(),
         "values": drawn.hexdigest(),
         "figures": list(evaluation.figures or ()),
-        "positions": asked.positions,
+        "positions": positions,
     }
 
 

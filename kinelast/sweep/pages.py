@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,7 +13,8 @@ from kinelast.designs.evaluation import Evaluation
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
 from kinelast.outputs.outbox import complete, finished, sizes, version, write_json
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
-from kinelast.request import Request, RequestError
+from kinelast.progress import Progress
+from kinelast.request import Batch, Request, RequestError
 from kinelast.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
@@ -25,17 +25,6 @@ from kinelast.sweep.tally import Tally
 
 FOLDER = "designs"  # in that of the scene
 """Each of its folders bears the number of its design."""
-
-Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Pages:
-    """How many designs have pages of their own, at how many positions; whether to keep those that are there."""
-
-    most: int
-    positions: int | None
-    resume: bool
 
 
 def paged_designs(columns: Mapping[str, Any], pair: Sequence[str], best: int | None, most: int) -> list[int]:
@@ -70,7 +59,9 @@ def design_text(document: Document, number: int, values: Mapping[str, float], fi
     return document.with_values(values, f"design {number}").text(f"Design {number} of the sweep of {file}.")
 
 
-def write_pages(task: Task, evaluation: Evaluation, found: Tally, asked: Pages, progress: Progress) -> tuple[int, str]:
+def write_pages(
+    task: Task, evaluation: Evaluation, found: Tally, positions: int | None, batch: Batch, progress: Progress
+) -> tuple[int, str]:
     """Write the page of all designs of a sweep, and the folders of single ones that it leads to.
 
     The page stands there before the folders do, so that it is not lost with them.
@@ -83,6 +74,10 @@ def write_pages(task: Task, evaluation: Evaluation, found: Tally, asked: Pages, 
         Of its designs.
     found
         The designs, all of them kept.
+    positions
+        Of a single design, where they are not the scene's own.
+    batch
+        Tells how many designs have pages of their own, and whether those that are there are kept.
 
     Returns
     -------
@@ -96,30 +91,32 @@ def write_pages(task: Task, evaluation: Evaluation, found: Tally, asked: Pages, 
     title = document.table.title or task.path.stem
     page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)
     scene = task.path.stem if task.path in shipped_scenes().values() else task.path.name
-    options = f"--theory {QUASI_STATIC}" + (f" --positions {asked.positions}" if asked.positions else "")
+    options = f"--theory {QUASI_STATIC}" + (f" --positions {positions}" if positions else "")
     put(task.folder / "designs.html", page(scene=scene, options=options))
-    if not asked.most:
+    if not batch.pages:
         return FINE, ""
     texts = {}
-    for number in paged_designs(columns, first_axes(paths, figures), best, asked.most):
+    for number in paged_designs(columns, first_axes(paths, figures), best, batch.pages):
         values = {path: float(columns[path][number]) for path in paths}
         texts[number] = design_text(document, number, values, task.path.name)
-    numbers, status, why = _folders(task, texts, asked, progress)
+    numbers, status, why = _folders(task, texts, positions, batch.resume, progress)
     pages = {number: f"{FOLDER}/{number}/report.html" for number in numbers}
     put(task.folder / "designs.html", page(pages=pages, scene=scene, options=options))
     return status, why
 
 
-def _folders(task: Task, texts: Mapping[int, str], asked: Pages, progress: Progress) -> tuple[list[int], int, str]:
+def _folders(
+    task: Task, texts: Mapping[int, str], positions: int | None, resume: bool, progress: Progress
+) -> tuple[list[int], int, str]:
     """Make the folders of single designs, all at once or, where something stands in the way, none.
 
     Numbers of those that have a page; status and words of those that failed. Their figures are quasi-static, as those
     of the sweep are, and of the same positions.
     """
-    request, target = Request(theory=QUASI_STATIC, positions=asked.positions), task.folder / FOLDER
+    request, target = Request(theory=QUASI_STATIC, positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
-    made = {"sha256": hashes, "positions": asked.positions}
-    if asked.resume and (before := finished(target, made)):
+    made = {"sha256": hashes, "positions": positions}
+    if resume and (before := finished(target, made)):
         return before["pages"], FINE, ""
     pages: list[int] = []
     failed: list[str] = []
@@ -130,7 +127,7 @@ def _folders(task: Task, texts: Mapping[int, str], asked: Pages, progress: Progr
                 progress(f"{task.name}: pages of designs", done, len(texts))
                 path, folder = part / f"{task.folder.name}_design_{number}.toml", part / str(number)
                 path.write_text(each, encoding="utf-8", newline="")
-                outcome = try_scene(Task(path, folder, f"page of design {number}"), request)
+                outcome = try_scene(request, False, Task(path, folder, f"page of design {number}"))
                 if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
                     raise KeyboardInterrupt
                 if (folder / "report.html").is_file():

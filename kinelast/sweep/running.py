@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 
 from kinelast.outputs.outbox import held
 from kinelast.processes import Lost, answers
+from kinelast.progress import SILENT, Progress
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
@@ -20,7 +21,6 @@ from kinelast.sweep.store import Store, encoded, store_name
 
 TRIES = 3  # of a chunk whose process dies
 MOST_FAILED = 10  # chunks of a run: what fails so often fails always
-Report = Callable[[str, int, int], None]
 
 
 class Compute(Protocol):
@@ -80,8 +80,7 @@ def run_plan(
     chunk: int,
     jobs: int = 1,
     scheduler: str | None = None,
-    report: Report = lambda stage, done, total: None,
-    tell: Callable[[str], None] = lambda sentence: None,
+    progress: Progress = SILENT,
     resume: bool = False,
 ) -> Outcome:
     """Compute all designs of a sweep and keep them in a folder.
@@ -103,8 +102,8 @@ def run_plan(
         Processes side by side on this machine; 1: this one.
     scheduler
         Address of a dask scheduler whose workers compute instead, as "tcp://host:8786".
-    report, tell
-        Called with what is being done and how far it is; with a sentence for the user where it ends early.
+    progress
+        Hears how far it is, and where it ends early what is kept.
     resume
         Go on with what is kept there.
 
@@ -121,7 +120,7 @@ def run_plan(
             manifest = _begun(store, manifest, resume)
             done = store.done(manifest)
             manifest = replace(manifest, complete=manifest.complete and len(done) == manifest.chunks)
-            manifest = _computed(store, manifest, done, compute, jobs, scheduler, report)
+            manifest = _computed(store, manifest, done, compute, jobs, scheduler, progress)
             return Outcome(folder, _finished(store, manifest, done), manifest.count(done))
         except RequestError:
             raise
@@ -132,7 +131,7 @@ def run_plan(
             if isinstance(stop, OSError):
                 why = plain(f"{stop.filename or folder}: {(stop.strerror or str(stop)).lower()}", 300)
                 raise RequestError(f"not written: {why}; {kept}") from stop
-            tell(kept)
+            progress.tell(kept)
             raise
 
 
@@ -162,7 +161,7 @@ def _computed(
     compute: Compute,
     jobs: int,
     scheduler: str | None,
-    report: Report,
+    progress: Progress,
 ) -> Manifest:
     """Compute the chunks that are not done, and keep each as it comes; the manifest with what was found of them."""
     failed: dict[int, str] = {}
@@ -183,7 +182,7 @@ def _computed(
                 store.note(manifest)
             store.keep(number, chunk.content)
             done.add(number)
-            report("designs", manifest.count(done), manifest.designs)
+            progress("designs", manifest.count(done), manifest.designs)
     return replace(manifest, failed=failed)
 
 
