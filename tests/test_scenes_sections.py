@@ -23,8 +23,12 @@ LOADED_ARM = edited(
     ("depth = 0.006\nwidth = 0.01", 'depth = "20 mm"\nwidth = "10 mm"'),
     ("A = [0.2, 0]", "A = [0.4, 0]"),
     ("speed = 50.0", 'law = [{curve = "dwell", duration = 1}]'),
-    ("[run]\npositions = 8", '[[loads]]\nlink = "arm"\npoint = "A"\nforce = [0, "-100 N"]\n[run]\npositions = 2'),
+    (
+        "[run]\npositions = 8",
+        '[[loads]]\nlink = "arm"\npoint = "A"\nforce = [0, "-100 N"]\n[run]\nbeams = "euler-bernoulli"\npositions = 2',
+    ),
 )
+WHOLE = ('beams = "euler-bernoulli"\n', "")  # beams shear, as they do unless something else is said
 A, I, L, P = 2e-4, 0.01 * 0.02**3 / 12, 0.4, 100.0  # noqa: E741
 E = 200e9
 
@@ -45,12 +49,18 @@ class TestSections:
     def test_a_slender_arm(self):
         assert tip(LOADED_ARM) == pytest.approx(-1j * P * L**3 / (3 * E * I), rel=1e-12)
 
+    @pytest.mark.parametrize("asked", ["", 'beams = "timoshenko"'])
     @pytest.mark.parametrize("given", ["poisson = 0.25", 'G = "80 GPa"'])
-    def test_shear_counts_in_timoshenkos_theory(self, given):
+    def test_shear_counts_unless_it_is_to_be_left_out(self, given, asked):
         # Cowper: k = 10 (1 + nu)/(12 + 11 nu) for a rectangle; G = E/(2 (1 + nu)) = 80 GPa.
-        text = edited(LOADED_ARM, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'), ("poisson = 0.25", given))
+        text = edited(LOADED_ARM, ('beams = "euler-bernoulli"', asked), ("poisson = 0.25", given))
         k = 10 * 1.25 / (12 + 11 * 0.25)
         assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * 80e9 * A)), rel=1e-10)
+
+    def test_poissons_ratio_of_metals_where_none_is_given(self):
+        text = edited(LOADED_ARM, WHOLE, ("poisson = 0.25\n", ""))
+        G, k = E / 2.6, 10 * 1.3 / (12 + 11 * 0.3)
+        assert tip(text) == pytest.approx(-1j * (P * L**3 / (3 * E * I) + P * L / (k * G * A)), rel=1e-10)
 
     @pytest.mark.parametrize(
         ("shape", "kGA"),
@@ -61,7 +71,7 @@ class TestSections:
         plain = edited(LOADED_ARM, ('shape = "rectangle"\ndepth = "20 mm"\nwidth = "10 mm"', shape))
         if "rigidities" in shape:
             plain = edited(plain, ('material = "steel"', ""))
-        sheared = edited(plain, ("positions = 2", 'positions = 2\nbeams = "timoshenko"'))
+        sheared = edited(plain, WHOLE)
         assert tip(sheared) - tip(plain) == pytest.approx(-1j * P * L / kGA, rel=1e-9)
         (known,) = scene_from_text(plain).sections
         assert np.isinf(known.kGA)

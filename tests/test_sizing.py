@@ -48,6 +48,7 @@ link = "arm"
 law = [{ curve = "cycloidal", duration = 1, by = 1 }]
 
 [run]
+beams = "euler-bernoulli"
 positions = 5
 """
 GREATEST = 2 * np.pi  # [rad/s^2] of the cycloidal law, at a quarter of its second

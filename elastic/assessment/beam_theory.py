@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.beams.cross_sections import POISSON
 from elastic.beams.section import Section, Taper
 from elastic.links.beam_trees import trees_of
 from elastic.sampling import reference_deflection, sample
@@ -16,7 +17,6 @@ from elastic.solution import deflection as solve
 from rigid import Reals
 from rigid.constants import per_row
 
-POISSON = 0.3  # of metals, where none is known
 STATIONS = 33  # along a beam, at which deflections are compared
 INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
 

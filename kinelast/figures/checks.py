@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import Deflection, reference_deflection, sample
+from elastic.beams.cross_sections import POISSON
 from kinelast.figures.comparisons import NonlinearCheck
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.error import SceneError
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
 ELEMENTS = 8  # to a beam
-POISSON = 0.3  # where a material does not tell
 FEWEST, ENOUGH = 16, 96  # positions of a cycle
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
+from elastic.beams.cross_sections import POISSON
 from kinelast.figures.figure import at_position
 from kinelast.figures.friction import friction_figures
 from kinelast.figures.results import NOISE, WELL, Results
@@ -43,7 +44,10 @@ WITHIN = {
     "axial force": "none is pressed with more than {:.0f} % of Euler's load",
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
 }
-SHEARING = 'beams = "timoshenko" in [run] counts shear deformation; it asks for poisson of materials'
+LEFT_OUT, UNTOLD = (
+    'beams = "euler-bernoulli" leaves shear out',
+    "its section tells neither shear_area nor kGA, so shear is left out",
+)
 UNKNOWN = {
     "yield": "strength: {} not given",
     "vibration": "vibration: the quasi-static answer is what was asked for",
@@ -63,6 +67,7 @@ def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
     found = [
         *_inputs(results),
+        *_poisson(results),
         *_theory(results),
         _positions(results),
         *_friction(results),
@@ -177,6 +182,20 @@ def _sizes(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, INPUTS, f"{text}.")
 
 
+def _poisson(results: Results) -> Iterator[Finding]:
+    """What was taken for the Poisson's ratio of materials that do not tell it, where beams shear by it."""
+    scene = results.scene
+    sheared = {
+        made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()
+    }
+    assumed = [name for name, stuff in scene.materials.items() if name in sheared and stuff.poisson is None]
+    if assumed:
+        text = (
+            f"Poisson's ratio of {' and '.join(assumed)} is not given: that of metals, {POISSON}, is taken for shear."
+        )
+        yield Finding(GOOD, "Shear", text)
+
+
 def _theory(results: Results) -> Iterator[Finding]:
     """How far the answer of the theory that was taken is from the truth."""
     answer = results.answer
@@ -246,11 +265,19 @@ def _exceedances(results: Results) -> Iterator[Finding]:
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
         )
         words += f" (limits: {_limits(kind)})"
-        if kind == "slenderness" and LIMITS[kind].passed(float(shear_share(results.deflection)[worst.beam])):
-            words += f"; {SHEARING}"
+        if kind == "slenderness" and worst.beam is not None:
+            words += _without_shear(results, worst.beam)
         if names:
             words += f"; less so {', '.join(names)}"
         yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")
+
+
+def _without_shear(results: Results, beam: int) -> str:
+    """Why a beam is computed without shear, where that makes it stubby; else nothing."""
+    if not LIMITS["slenderness"].passed(float(shear_share(results.deflection)[beam])):
+        return ""
+    known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
+    return f"; {LEFT_OUT if known else UNTOLD}"
 
 
 def _limits(kind: str) -> str:

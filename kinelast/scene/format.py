@@ -139,7 +139,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
-    beams: Literal["euler-bernoulli", "timoshenko"] = "euler-bernoulli"
+    beams: Literal["euler-bernoulli", "timoshenko"] | None = None
     theory: Literal["quasi-static", "elastodynamic"] | None = None
     accuracy: Share | None = None
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
+from elastic.beams.cross_sections import POISSON
 from kinelast.scene.data import Making
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import (
@@ -62,23 +63,25 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     """
     shape = _named(scene.sections, table, "section", section)
     material = beam.material or link.material
-    shear = scene.run.beams == "timoshenko" and not link.rigid
+    demanded = scene.run.beams == "timoshenko" and not link.rigid
+    shear = scene.run.beams != "euler-bernoulli" and not link.rigid
     if isinstance(shape, Rigidities):
         if material is not None:
             raise fault(table, "material", f'the section "{section}" tells its rigidities and mass: leave material out')
-        if shear and shape.kGA is None:
+        if demanded and shape.kGA is None:
             raise fault(f"sections.{section}", "kGA", 'the key is missing: beams = "timoshenko" asks for it')
         kGA = real(shape.kGA) if shape.kGA else nan
-        plain = Section(real(shape.EA), real(shape.EI), kGA if shear else inf, shear_rigidity=kGA)
+        sheared = shear and shape.kGA is not None
+        plain = Section(real(shape.EA), real(shape.EI), kGA if sheared else inf, shear_rigidity=kGA)
         return CrossSection(_strained(plain, table, link, beam, None), real(shape.mass_per_length))
     if material is None:
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
     stuff = _named(scene.materials, table, "material", material)
+    if demanded and isinstance(shape, Properties) and shape.shear_area is None:
+        raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
     poisson = poisson_of(stuff, material)
-    if shear and poisson is None:
-        raise fault(f"materials.{material}", "poisson", 'the key is missing: beams = "timoshenko" asks for it')
-    made, mass_taper = _made(shape, section, stuff, poisson, shear)
+    made, mass_taper = _made(shape, section, stuff, POISSON if poisson is None else poisson, shear)
     return CrossSection(
         _strained(made, table, link, beam, stuff.expansion, material), real(stuff.density) * made.area, mass_taper
     )
@@ -99,16 +102,14 @@ def _made(
     if isinstance(shape, Properties):
         found = Shape(real(shape.A), real(shape.I), nan if shape.c is None else real(shape.c))
         made = section_of(found, real(stuff.E), None, limit)
-        if shear and shape.shear_area is None:
-            raise fault(f"sections.{name}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
-        if poisson is not None and shape.shear_area is not None:
+        if shape.shear_area is not None:
             known = real(stuff.E) / (2 * (1 + poisson)) * real(shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
     function, start, end = _dimensions(shape, name)
     if start == end:
         return section_of(function(*start), real(stuff.E), poisson, limit, shear=shear), (1.0,)
-    taper, mass_taper = tapered(function, start, end, poisson or 0.0)
+    taper, mass_taper = tapered(function, start, end, poisson)
     return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
 
 
