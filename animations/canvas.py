@@ -13,6 +13,7 @@ from animations.shapes import LEVELS, Cells, Complexes, FlatShape
 from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
+from rigid.arrays import Integers
 
 DEPTH = 1e4  # from the sheet's middle to its near and its far end, in pixels; solid bodies stand about the middle
 NEAR = 4e3  # where flat shapes begin that lie over solid bodies
@@ -154,6 +155,6 @@ def move(mesh: Any, points: Any) -> None:
     mesh.GetPoints().Modified()
 
 
-def cells(parts: Cells) -> Any:
+def cells(parts: Cells) -> Integers:
     """Polygons or polylines as VTK wants them: each with the number of its points before it."""
     return np.concatenate([np.concatenate([[len(part)], part]) for part in parts])

@@ -11,6 +11,7 @@ from animations.shapes import Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import PinDrive
+from rigid.arrays import Integers
 
 ARC = np.linspace(0.45, 2.0, 25)  # [rad] from the driven link on
 WAY = np.linspace(-1.7, 1.7, 25)  # [pins] along a slide
@@ -64,7 +65,7 @@ def _arrow(line: Callable[[int, float], Complexes], sense: Sequence[float], size
     return FlatShape("mark", place, (len(ARC) + np.arange(3),), (np.arange(len(ARC) + 1),), "accent", "accent", 2.4)
 
 
-def path_shapes(deflection: Deflection, positions: Any, exaggeration: float = 0.0) -> list[FlatShape]:
+def path_shapes(deflection: Deflection, positions: Integers, exaggeration: float = 0.0) -> list[FlatShape]:
     """The paths of all points that move, over some positions, displaced so many times as much."""
     motion = deflection.motion
     seen, shapes = set(motion.mechanism.links[0].points), []

@@ -33,6 +33,7 @@ from animations.style import Style
 from animations.symbols import symbol_shapes
 from elastic import Deflection
 from rigid import Reals
+from rigid.arrays import Integers
 
 LOOKED_AT = 120  # positions by which view and labels are chosen
 SOME, FEW = 40, 12  # of these for solid bodies and for labels
@@ -114,7 +115,7 @@ class Picture:
         return self.view.solid(points), normals @ self.view.turn.T
 
     def _labelled(
-        self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Any, stack: Stack | None
+        self, deflection: Deflection, diagram: Diagram, style: Style, looked_at: Integers, stack: Stack | None
     ) -> list[Label]:
         """Labels that move; adds a dot at the peak to the shapes."""
         some = looked_at[:: -(-len(looked_at) // FEW)]

@@ -15,6 +15,7 @@ from animations.shapes import Complexes, FlatShape
 from animations.solid import SolidShape
 from animations.style import Style
 from rigid import Reals
+from rigid.arrays import Flags
 
 SPOT = 0.35  # steps of a line, one pixel wide, that are as bad to hide as a point of a body: most are at eyes and axles
 
@@ -50,12 +51,13 @@ def half_of(text: str, height: float) -> complex:
     return complex(0.5 * LETTER * len(text) + 0.15, 0.6) * height
 
 
-def within(way: Any, half: Any) -> Any:
+def within(way: Complexes, half: Any) -> Flags:
     """Whether something so far from the middle of a box lies in it."""
-    return (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
+    inside: Flags = (np.abs(way.real) < half.real) & (np.abs(way.imag) < half.imag)
+    return inside
 
 
-def meeting(one: Label, other: Label) -> Any:
+def meeting(one: Label, other: Label) -> Flags:
     """Whether two labels lie over each other, at every position."""
     return within(one.middle - other.middle, one.half + other.half)
 

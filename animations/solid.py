@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from animations.diagrams import STATIONS
 from animations.shapes import Cells, Complexes
 from elastic import Section
 from rigid import Reals
+from rigid.arrays import Integers
 
 ROUND = 24  # corners of a circle
 
@@ -155,7 +155,7 @@ def beam_bodies(
         [np.repeat(row, count) for row, count in zip(known(position), counts, strict=True)]))  # fmt: skip
 
 
-def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Any]:
+def _ring(is_round: bool) -> tuple[Reals, Reals, Complexes, Integers]:
     """A section of depth and width 1: y, z, normal y + i z of its points, and pairs of neighbours."""
     if is_round:
         turn = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from animations.shapes import PAPER, QUIET, Complexes, FlatShape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
+from rigid.arrays import Integers
 
 PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its diameters
 BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
@@ -65,7 +65,7 @@ def _ground(place: complex, size: float) -> list[FlatShape]:
     return [triangle, FlatShape("ground", _still(points), lines=lines)]
 
 
-def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Any, ...]]:
+def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Integers, ...]]:
     """A line and strokes on one side of it, about half a pin apart."""
     way = (end - start) / abs(end - start)
     count = max(2, round(abs(end - start) / (0.55 * size)))

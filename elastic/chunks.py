@@ -12,6 +12,7 @@ from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
+from rigid.arrays import Columns
 from rigid.chunks import columns_of, design_chunks
 from rigid.positions import of_designs
 
@@ -20,8 +21,8 @@ def deflection_in_chunks(
     mechanism: Mechanism,
     sections: Sequence[Section],
     drive: Any,
-    drive_rate: Any = 0.0,
-    drive_acceleration: Any = 0.0,
+    drive_rate: Columns = 0.0,
+    drive_acceleration: Columns = 0.0,
     time: Any = None,
     joints: Mapping[str, JointCompliance] | None = None,
     columns: int | None = None,

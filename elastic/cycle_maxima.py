@@ -21,6 +21,7 @@ from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
 from elastic.solution import Deflection
 from rigid import Reals
+from rigid.arrays import Integers
 
 COARSE, FINE = 4, 16  # steps from station to station along a piece
 SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
@@ -31,11 +32,11 @@ class Maximum:
     """Greatest magnitude of a field on every beam, and the number of its position, shape (beams, ...)."""
 
     value: Reals
-    position: Any
+    position: Integers
 
 
 def cycle_maxima(
-    deflection: Deflection, fields: Sequence[str], counted: Any = None, period: Any = None
+    deflection: Deflection, fields: Sequence[str], counted: Any = None, period: Reals | None = None
 ) -> dict[str, Maximum]:
     """Greatest magnitudes over beams and positions; nan, and position -1, where none is known.
 
@@ -89,7 +90,8 @@ def _maximum(deflection: Deflection, key: str, counted: Any, period: Any) -> Max
         where = np.nonzero(part.high >= floor[owner][..., None])
         if not len(where[0]):
             continue
-        chosen, position = part.values[(slice(None), *where)], where[-1]
+        columns_of_part: Any = (slice(None), *where)
+        chosen, position = part.values[columns_of_part], where[-1]
         row = np.ravel_multi_index((owner[where[0]], *where[1:-1]), best.shape)
         low, high = _bounds(chosen, FINE, part.square)
         np.maximum.at(floor.reshape(-1), row, low)
@@ -105,7 +107,7 @@ def _maximum(deflection: Deflection, key: str, counted: Any, period: Any) -> Max
     return Maximum(best, place)
 
 
-def _neighbours(parts: Sequence[_Part], owner: Any, place: Any, source: Any) -> Any:
+def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Reals:
     """Of the parts that are greatest the magnitudes at the positions before and after, shape (2, beams, ...)."""
     found = np.full((2, *place.shape), -1.0)
     for number, part in enumerate(parts):
@@ -117,7 +119,7 @@ def _neighbours(parts: Sequence[_Part], owner: Any, place: Any, source: Any) -> 
     return found
 
 
-def _top(best: Any, neighbours: Any, time: Any, place: Any, period: Any) -> Any:
+def _top(best: Reals, neighbours: Reals, time: Any, place: Integers, period: Reals) -> Reals:
     """Tops of parabolas through the greatest values and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
@@ -131,7 +133,7 @@ def _top(best: Any, neighbours: Any, time: Any, place: Any, period: Any) -> Any:
     return best + np.where((rise >= 0) & (fall >= 0) & (bend > 0), more, 0.0)
 
 
-def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> Any:
+def _keep(best: Reals, place: Integers, row: Integers, size: Reals, position: Integers) -> Integers:
     """Enter values into the rows that they belong to, the greatest of each; of equal ones the first. Which rows."""
     size = np.where(np.isnan(size), -1.0, size)
     order = np.argsort(row, kind="stable")
@@ -151,12 +153,12 @@ def _keep(best: Any, place: Any, row: Any, size: Any, position: Any) -> Any:
 class _Part:
     """Polynomials, or squares of the field in question, with bounds of their greatest magnitudes."""
 
-    values: Any
+    values: Reals
     square: bool
-    low: Any
-    high: Any
+    low: Reals
+    high: Reals
 
-    def greatest(self, values: Any) -> Any:
+    def greatest(self, values: Reals) -> Reals:
         """Greatest magnitudes of some of them, shape (n, ...)."""
         size = np.abs(greatest_at(*at_marks(values, turning_points(values)))[0])
         return np.sqrt(size) if self.square else size
@@ -168,7 +170,7 @@ def _parts_of(key: str) -> list[str]:
     return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
-def _bounds(values: Any, steps: int, square: bool) -> tuple[Any, Any]:
+def _bounds(values: Reals, steps: int, square: bool) -> tuple[Reals, Reals]:
     """Bounds of the magnitude on [0, 1] of polynomials, or of the roots of such, by values so many steps apart."""
     seen = _looks(len(values), steps) @ values.reshape(len(values), -1)
     np.abs(seen, out=seen)
@@ -179,33 +181,35 @@ def _bounds(values: Any, steps: int, square: bool) -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=64)
-def _looks(count: int, steps: int) -> Any:
+def _looks(count: int, steps: int) -> Reals:
     """Matrix from coefficients in powers to values at stations, and to the second derivative in Bernstein's basis."""
     values = np.vander(np.linspace(0.0, 1.0, steps + 1), count, increasing=True)
     twice = np.diagflat([k * (k - 1.0) for k in range(2, count)], 2)[: count - 2]
     return np.vstack([values, _to_bernstein(count - 2) @ twice]) if count > 2 else values
 
 
-def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Any:
+def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Reals:
     """More than the root of a sum of squares over all positions, shape (pieces, ...)."""
     total = sum(weight * np.square(_greatest(coefficients(deflection, key))) for weight, key in roots)
-    return SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
+    ceiling: Reals = SLACK * np.sqrt(np.fmax.reduce(total, axis=-1))
+    return ceiling
 
 
-def _greatest(values: Any) -> Any:
+def _greatest(values: Reals) -> Reals:
     """Greatest coefficient in Bernstein's basis of polynomials in powers, which none of their values exceeds."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
-    return np.abs(found).max(axis=0).reshape(values.shape[1:])
+    greatest: Reals = np.abs(found).max(axis=0).reshape(values.shape[1:])
+    return greatest
 
 
 @lru_cache(maxsize=32)
-def _to_bernstein(count: int) -> Any:
+def _to_bernstein(count: int) -> Reals:
     """From coefficients in powers to those in Bernstein's basis, shape (count, count)."""
     top = count - 1
     return np.array([[comb(j, i) / comb(top, i) for i in range(count)] for j in range(count)])
 
 
-def _of_beams(values: Any, owner: Any, beams: int) -> Any:
+def _of_beams(values: Reals, owner: Integers, beams: int) -> Reals:
     """Greatest of every beam's pieces; -1 where none is known."""
     result = np.full((beams, *values.shape[1:]), -1.0)
     known = np.where(np.isnan(values), -1.0, values)

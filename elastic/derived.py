@@ -48,15 +48,15 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     return values
 
 
-def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Any:
+def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Reals:
     values, division = np.ascontiguousarray(part(deflection.q)), deflection.division
     return values if division.whole else shifted(values[:, division.beam], division.start, division.width)
 
 
-def _chord(deflection: Deflection) -> Any:
+def _chord(deflection: Deflection) -> Reals:
     """Deflection from the line through the displaced ends of every beam."""
     division = deflection.division
-    chord: Any = deflection.w.copy()
+    chord: Reals = deflection.w.copy()
     first = np.searchsorted(division.beam, division.beam)
     last = np.searchsorted(division.beam, division.beam, side="right") - 1
     begin, end = chord[0, first], chord[:, last].sum(0)
@@ -65,17 +65,17 @@ def _chord(deflection: Deflection) -> Any:
     return chord
 
 
-def _axial(deflection: Deflection) -> Any:
+def _axial(deflection: Deflection) -> Reals:
     """N/A."""
     return _per_section(deflection, deflection.N, "", "area", "EA")
 
 
-def _bending(deflection: Deflection, side: float) -> Any:
+def _bending(deflection: Deflection, side: float) -> Reals:
     """N/A and M c/I of the outermost fibre on one side."""
     return added(side * _per_section(deflection, deflection.M, "fibre", "inertia", "EI"), _axial(deflection))
 
 
-def _shear(deflection: Deflection) -> Any:
+def _shear(deflection: Deflection) -> Reals:
     """f V/A."""
     return _per_section(deflection, deflection.V, "peak_shear", "area", "EA")
 
@@ -90,19 +90,19 @@ def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -
     return result
 
 
-def _lowered(deflection: Deflection, values: Any) -> Any:
+def _lowered(deflection: Deflection, values: Reals) -> Reals:
     """Products of polynomials along tapered beams, without their round-off; others as they are."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
 
 
-def _per_section(deflection: Deflection, values: Any, over: str, under: str, rigidity: str) -> Any:
+def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Reals:
     """A field times one property of the sections over another that changes as a rigidity does."""
     return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
 
 
-def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Any:
+def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Reals:
     """Quotient of two properties of the sections along every piece, shape (n, pieces, ..., 1)."""
     ndim, division = len(deflection.motion.columns), deflection.division
     at_start = per_row(
@@ -110,7 +110,7 @@ def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> A
         ndim,
         float,
     )
-    values = at_start[None, division.beam]
+    values: Reals = at_start[None, division.beam]
     for number, section in enumerate(deflection.sections):
         if section.taper:
             rows = division.of_beam(number)
@@ -121,7 +121,7 @@ def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> A
     return values
 
 
-_MADE: dict[str, Callable[[Deflection], Any]] = {
+_MADE: dict[str, Callable[[Deflection], Reals]] = {
     "q_x": lambda deflection: _load(deflection, np.real),
     "q_y": lambda deflection: _load(deflection, np.imag),
     "chord": _chord,

@@ -13,12 +13,13 @@ from elastic.derived import coefficients
 from elastic.fields import field_named
 from elastic.solution import Deflection
 from rigid import Beam
+from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
-def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Any:
+def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Reals:
     """A field at stations along every beam.
 
     Parameters
@@ -66,12 +67,12 @@ def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Any:
     return evaluated(coefficients(deflection, found.key), deflection.division, xi)
 
 
-def _greater(one: Any, other: Any) -> Any:
+def _greater(one: Reals, other: Reals) -> Reals:
     """Of two values that of greater magnitude."""
     return np.where(np.abs(other) > np.abs(one), other, one)
 
 
-def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:
+def displacement_of(deflection: Deflection, link: str | int, point: str) -> Complexes:
     """Displacement of a link's point from its rigid place [m], complex, shape (..., positions).
 
     A point on no beam moves with the axes of its link.
@@ -80,13 +81,17 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Any:
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     body, ends = motion.mechanism.links[at], _at_end_of_beam(deflection, at, point, ("u", "w"))
     if ends is None:
-        return deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
+        carried: Complexes = (
+            deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
+        )
+        return carried
     beam, (u, w) = ends
     way = body.points[beam.end] - body.points[beam.start]
-    return motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
+    moved: Complexes = motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
+    return moved
 
 
-def rotation_of(deflection: Deflection, link: str | int, point: str) -> Any:
+def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
     """Rotation of a link at a point [rad], shape (..., positions): of the section there, or of the link's axes."""
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
@@ -96,7 +101,7 @@ def rotation_of(deflection: Deflection, link: str | int, point: str) -> Any:
 
 def _at_end_of_beam(
     deflection: Deflection, at: int, point: str, fields: Sequence[str]
-) -> tuple[Beam, list[Any]] | None:
+) -> tuple[Beam, list[Reals]] | None:
     """The first beam of a link that starts or ends at a point, and fields there; None where there is none."""
     for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams):
         if owner == at and point in (beam.start, beam.end):
@@ -107,6 +112,7 @@ def _at_end_of_beam(
     return None
 
 
-def reference_deflection(largest: Any) -> Any:
+def reference_deflection(largest: Reals) -> Reals:
     """Base of relative errors: every beam's largest deflection, or a least share of that of all, shape (beams, ...)."""
-    return np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    base: Reals = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    return base

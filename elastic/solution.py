@@ -21,6 +21,7 @@ from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
 from rigid import SINGULAR, JointForces, Motion, Reals
+from rigid.arrays import Columns, Complexes, Flags
 from rigid.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
 from rigid.displacements import displacements
 from rigid.forces import loaded_flanks, self_stresses
@@ -79,9 +80,9 @@ class Deflection:
     sections: tuple[Section, ...]
     joints: Mapping[str, JointCompliance]
     forces: JointForces
-    q: Any
+    q: Complexes
     amplitudes: Amplitudes
-    shift: Any
+    shift: Complexes
     angle: Reals
     gaps: JointGaps
     blocks: tuple[Block, ...]
@@ -135,12 +136,12 @@ class Deflection:
         return np.broadcast_to(found, self.motion.columns)
 
     @cached_property
-    def lost(self) -> Any:
+    def lost(self) -> Flags:
         """Whether nothing is known at a position, bool, shape (..., positions).
 
         It is so near a singular one that nothing but round-off is left, or friction may lock the mechanism there.
         """
-        singular = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
+        singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
         if not self.motion.may_be_singular:
             return singular
         return singular | ill_conditioned(self.motion, self.condition)
@@ -235,7 +236,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.tensions for closed in motion.closures)
 
-    def balance(friction: Mapping[int, Any] | None, flank: Mapping[int, Any] | None) -> JointForces:
+    def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Any] | None) -> JointForces:
         if surplus:
             return _compatible(problem, more, friction, flank)
         return balancing_forces(motion, more, flank, friction)
@@ -245,7 +246,10 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
 
 
 def _compatible(
-    problem: ElasticProblem, more: Sequence[Any], friction: Mapping[int, Any] | None, given: Mapping[int, Any] | None
+    problem: ElasticProblem,
+    more: Sequence[Any],
+    friction: Mapping[int, Columns] | None,
+    given: Mapping[int, Any] | None,
 ) -> JointForces:
     """Joint forces that bring the bent links together where statics alone does not tell them.
 
@@ -262,7 +266,7 @@ def _compatible(
     return forces
 
 
-def marked(deflection: Deflection, lost: Any) -> Deflection:
+def marked(deflection: Deflection, lost: Flags) -> Deflection:
     """The same with nan for all fields at some positions, bool, shape (..., positions)."""
 
     def known(values: Any) -> Any:
@@ -274,8 +278,9 @@ def marked(deflection: Deflection, lost: Any) -> Deflection:
     return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
 
 
-def _greatest(values: Any) -> Any:
+def _greatest(values: Reals) -> Reals:
     """Greatest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))
-    return reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
+    greatest: Reals = reduce(np.maximum, (np.abs(place) for place in places)).max(axis=0)
+    return greatest

@@ -13,6 +13,7 @@ from elastic import FIELDS, PRIMARY, Deflection, sample
 from fem_check.linear.solution import Solution
 from fem_check.solid.solution import SolidSolution
 from rigid import Reals, position_of
+from rigid.arrays import Complexes, Integers
 
 
 def write_vtu_series(
@@ -125,7 +126,7 @@ def _sampled(answer: Deflection | Solution, stations: Sequence[float] | None) ->
     return answer.xi, {field: getattr(answer, field) for field in PRIMARY}
 
 
-def _places(answer: Deflection | Solution) -> tuple[Any, Any]:
+def _places(answer: Deflection | Solution) -> tuple[Complexes, Complexes]:
     """Starts of the unbent beams and the ways to their ends [m], complex, shape (beams, positions)."""
     motion = answer.motion
     beams = motion.mechanism.beams
@@ -135,7 +136,7 @@ def _places(answer: Deflection | Solution) -> tuple[Any, Any]:
     return start, end - start
 
 
-def _cells(beams: int, stations: int) -> tuple[Any, Any]:
+def _cells(beams: int, stations: int) -> tuple[Integers, Integers]:
     """Lines between neighbouring points, and the number of the beam each is of."""
     first = (np.arange(beams)[:, None] * stations + np.arange(stations - 1)).ravel()
     return np.column_stack((first, first + 1)), np.repeat(np.arange(beams), stations - 1)
@@ -148,7 +149,7 @@ def _space(plane: Any) -> Reals:
 
 
 def _write(
-    path: Path, points: Reals, cells: tuple[str, Any], numbers: Mapping[str, Any], data: Mapping[str, Reals]
+    path: Path, points: Reals, cells: tuple[str, Integers], numbers: Mapping[str, Integers], data: Mapping[str, Reals]
 ) -> None:
     import meshio
 

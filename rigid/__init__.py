@@ -5,6 +5,7 @@ Needs numpy; scipy only to integrate a motion and for cubic tables. What not eve
 """
 
 import rigid.allocation  # noqa: F401  before any array is made
+from rigid.arrays import Reals
 from rigid.chunks import motion_in_chunks
 from rigid.conditioning import SINGULAR
 from rigid.decomposition import assur_groups, structure
@@ -25,7 +26,6 @@ from rigid.parts import (
     MechanismError,
     PinDrive,
     PointLoad,
-    Reals,
     Slider,
     SliderDrive,
 )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Reals
 from rigid.drive_arrays import drive_arrays
 from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
@@ -24,9 +25,9 @@ FIRM = 1e-2  # sine below which a position does not tell the branch well
 def motion_in_chunks(
     mechanism: Mechanism,
     drive: Any,
-    drive_rate: Any = 0.0,
-    drive_acceleration: Any = 0.0,
-    time: Any = None,
+    drive_rate: Columns = 0.0,
+    drive_acceleration: Columns = 0.0,
+    time: Reals | None = None,
     columns: int | None = None,
 ) -> Iterator[Motion]:
     """The same as `motion`, a chunk at a time: memory does not grow with the positions or designs.
@@ -77,7 +78,7 @@ def design_chunks(designs: tuple[int, ...], positions: int, columns: int) -> Ite
         yield slice(first, min(first + step, count))
 
 
-def _along(mechanism: Mechanism, given: tuple[Any, ...], columns: int) -> Iterator[Motion]:
+def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iterator[Motion]:
     """The positions in order.
 
     Of a single drive every place on its way is known from the drawing; of several the chunk before tells the way, and
@@ -100,7 +101,7 @@ def _along(mechanism: Mechanism, given: tuple[Any, ...], columns: int) -> Iterat
         yield found.pop()  # kept, it would crowd the next one out of the cache
 
 
-def _drawn_anew(drawn: Mechanism, lead: Any, found: Motion) -> tuple[Mechanism, Any]:
+def _drawn_anew(drawn: Mechanism, lead: Reals | None, found: Motion) -> tuple[Mechanism, Reals]:
     """The mechanism drawn at the last firm position before the seam, and the drive's way from there to the seam."""
     sine = found.sine
     firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > FIRM).all(axis=0)
@@ -124,7 +125,7 @@ def _telling(link: Link, drawn: Mechanism) -> list[str]:
     return points
 
 
-def _whole_turns(drawn: Mechanism, start: Any) -> Any:
+def _whole_turns(drawn: Mechanism, start: Reals) -> Reals:
     """Whole turns of the drives beyond the drawing, shape (drives, 1): gears would count them once more."""
     if not drawn.gears:
         return np.zeros((len(start), 1))

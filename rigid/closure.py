@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.decomposition.groups import Group
-from rigid.joints import Columns, JointPlace
+from rigid.joints import JointPlace
 from rigid.plane import ZERO
 
 
@@ -42,7 +43,7 @@ class Closure:
     group: Group
     tree: tuple[JointPlace, ...]
     cut: tuple[JointPlace, ...]
-    duals: Any
+    duals: Numbers
     tensions: tuple[tuple[Columns, ...], ...] = ()
     sine: Columns = 1.0
     whole: Closure | None = None
@@ -80,7 +81,7 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
     return effects
 
 
-def _duals(effects: list[list[Columns]], cuts: int) -> Any:
+def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     """Dual vectors of the columns: in closed form for one loop, by one batched inverse for several."""
     if not effects:
         return np.empty((0, cuts))
@@ -95,7 +96,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Any:
     return _paired(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
 
 
-def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
+def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, Any]:
     """Dual vectors by least squares, and multipliers that balance one another, of a group with surplus conditions."""
     if not effects:
         unit = np.eye(2 * cuts)
@@ -111,21 +112,21 @@ def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Any, Any]:
     return _paired(np.moveaxis(inverse, (-2, -1), (0, 1))), tensions
 
 
-def equations(effects: list[list[Columns]]) -> Any:
+def equations(effects: list[list[Columns]]) -> Reals:
     """Real and imaginary parts of the columns as a matrix per position, shape (..., positions, 2 cuts, free)."""
     entries = np.array(np.broadcast_arrays(*(entry for column in effects for entry in column)), complex)
     entries = np.moveaxis(entries.reshape(len(effects), -1, *entries.shape[1:]), (1, 0), (-2, -1))
     return np.stack((entries.real, entries.imag), axis=-2).reshape(*entries.shape[:-2], -1, len(effects))
 
 
-def _paired(rows: Any) -> Any:
+def _paired(rows: Reals) -> Complexes:
     """Dual vectors from the rows of an inverse, shape (free, 2 cuts, ..., positions)."""
     return rows[:, 1::2] + 1j * rows[:, 0::2]
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: Reals) -> Reals:
     """Inverses; nan where a matrix is singular or not finite."""
-    good = np.isfinite(matrix).all(axis=(-2, -1))
+    good: Any = np.isfinite(matrix).all(axis=(-2, -1))
     good[good] = np.linalg.slogdet(matrix[good])[0] != 0
     inverse = np.full_like(matrix, np.nan)
     inverse[good] = np.linalg.inv(matrix[good])

@@ -12,9 +12,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rigid.arrays import Columns, Flags, Numbers, Reals
 from rigid.closure import Closure
 from rigid.displacements import Openings
-from rigid.joints import Columns
 from rigid.mechanism import Mechanism
 from rigid.plane import ZERO, number
 
@@ -117,12 +117,13 @@ def _links(closed: Closure) -> list[int]:
     return sorted({link for place in closed.joints for link in (place.joint.parent, place.joint.child) if link})
 
 
-def _greatest(values: Any, closed: Closure) -> Any:
-    return np.abs(values[_links(closed)]).max(axis=0)
+def _greatest(values: Numbers, closed: Closure) -> Reals:
+    greatest: Reals = np.abs(values[_links(closed)]).max(axis=0)
+    return greatest
 
 
 @lru_cache(maxsize=64)
-def extents(mechanism: Mechanism) -> list[Any]:
+def extents(mechanism: Mechanism) -> list[Columns]:
     """Greatest distance of a link's first point from its others [m]."""
     found = []
     for link in mechanism.links:
@@ -175,9 +176,10 @@ def cancellation_factor(bound: Columns, done: Columns) -> Columns:
     return np.maximum(1.0, bound / (MILD * np.maximum(done, TINY)))
 
 
-def ill_conditioned(motion: MotionState, condition: Columns) -> Any:
+def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
     """Whether figures of a condition beyond SINGULAR are next to a singular position, bool, shape (..., positions)."""
-    return (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
+    near: Flags = (motion.sine < REGULAR) & np.logical_not(condition <= SINGULAR)
+    return near
 
 
 def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:

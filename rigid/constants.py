@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.mechanism import Mechanism
 from rigid.parts import Beam, Complex, Link, Real
 from rigid.plane import dot
@@ -32,11 +33,11 @@ class BeamConstants:
     """
 
     link: Any
-    start: Any
-    unit: Any
-    length: Any
-    mass_per_length: Any
-    mass_taper: Any
+    start: Complexes
+    unit: Complexes
+    length: Reals
+    mass_per_length: Reals
+    mass_taper: Reals
 
     @cached_property
     def aligned(self) -> bool:
@@ -49,7 +50,7 @@ class BeamConstants:
         return bool(self.start.any())
 
     @cached_property
-    def resistance(self) -> tuple[Any, Any]:
+    def resistance(self) -> tuple[Reals, Reals]:
         """Inertia load per acceleration of the start, and per i eps - w^2, by powers of xi, (n, beams, ..., 1)."""
         mass = -self.mass_per_length * self.mass_taper
         return mass, mass * self.length
@@ -73,7 +74,7 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
     return BeamConstants(row, per_row(starts, ndim, complex), vector / length, length, mass, _tapers(mechanism, ndim))
 
 
-def _tapers(mechanism: Mechanism, ndim: int) -> Any:
+def _tapers(mechanism: Mechanism, ndim: int) -> Reals:
     """Polynomials of the masses per length, filled up with zeros to one degree."""
     tapers = [beam.mass_taper for _, beam in mechanism.beams]
     table = np.zeros((max(map(len, tapers), default=1), len(tapers), *(1,) * ndim))
@@ -83,7 +84,7 @@ def _tapers(mechanism: Mechanism, ndim: int) -> Any:
 
 
 @lru_cache(maxsize=64)
-def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Any, Any, Any]:
+def mass_constants(mechanism: Mechanism, ndim: int) -> tuple[Complexes, Complexes, Reals]:
     """Mass, first moment (complex) and moment of inertia of every link about its origin, (links, ..., 1)."""
     moments = [mass_moments(link) for link in mechanism.links]
     mass, first, second = zip(*moments, strict=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from rigid.arrays import Columns
 from rigid.closure import Closure, reach_from
 from rigid.gears import gear_input, rack_arm
-from rigid.joints import Columns, Joint, JointPlace
+from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 
 Openings = list[list[tuple[Columns, Columns]]]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Integers
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError, Real
@@ -25,7 +26,7 @@ class Drawing:
     """
 
     mechanism: Mechanism
-    rows: Any = None
+    rows: Integers | None = None
 
     def at(self, point: str) -> Any:
         """Drawn place of a point or of a slider's point [m]."""
@@ -39,7 +40,7 @@ class Drawing:
         return place if isinstance(place, np.ndarray) else complex(place)
 
     @cached_property
-    def _directions(self) -> dict[int, Any]:
+    def _directions(self) -> dict[int, Columns]:
         """Directions by the drawing: of links with two drawn points, and of links joined to them by sliders."""
         index = self.mechanism.index
         found: dict[int, Any] = {0: 1.0 + 0j}
@@ -51,7 +52,7 @@ class Drawing:
             found[other] = found[one] * turn
         return found
 
-    def _seen(self, link: int) -> Any:
+    def _seen(self, link: int) -> Columns | None:
         """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
         body = self.mechanism.links[link]
         drawn = [point for point in body.points if point in self.mechanism.drawing]
@@ -64,7 +65,7 @@ class Drawing:
             raise MechanismError(same, links=(body.name,))
         return seen / own * abs(own) / abs(seen)
 
-    def direction(self, link: int) -> Any:
+    def direction(self, link: int) -> Columns:
         """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
         return self._directions.get(link, 1.0 + 0j)
 

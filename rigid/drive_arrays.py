@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.joints import Columns
+from rigid.arrays import Columns, Reals
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.plane import ZERO
 
 
@@ -31,7 +31,7 @@ def drive_arrays(
     return coordinates, per_position(rate, coordinates), per_position(rate2, coordinates), instants
 
 
-def per_position(value: Any, coordinates: Any) -> Any:
+def per_position(value: Any, coordinates: Reals) -> Reals:
     """A rate given per drive, per position or both, or per design too, as one array like the coordinates."""
     if isinstance(value, float | int) or np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)
@@ -42,7 +42,7 @@ def per_position(value: Any, coordinates: Any) -> Any:
     return np.broadcast_to(value, np.broadcast_shapes(np.shape(value), coordinates.shape))
 
 
-def rate_of(rate: Any, drive: int | None) -> Columns:
+def rate_of(rate: Reals, drive: int | None) -> Columns:
     """A drive's rate: one number where it is the same at all positions by construction; ZERO where it is 0 or none."""
     if drive is None:
         return ZERO

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.closure import Closure, reach_from
 from rigid.gears import gear_loads
-from rigid.joints import Columns, JointPlace
+from rigid.joints import JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
 

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Flags, Reals
 from rigid.conditioning import extents
 from rigid.decomposition.order import structure
 from rigid.forces import JointForces
-from rigid.joints import Columns, JointPlace
+from rigid.joints import JointPlace
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
-from rigid.parts import Friction, Reals
+from rigid.parts import Friction
 from rigid.plane import cross
 
 STILL = 1e-9  # share of the mechanism's speed below which a rate is round-off: nothing slides
@@ -90,12 +91,12 @@ def sliding_directions(motion: Motion) -> dict[int, Reals]:
     return found
 
 
-def direction_of(rate: Any, scale: Any) -> Any:
+def direction_of(rate: Reals, scale: Reals) -> Reals:
     """Sign of a rate; 0.0 where it is round-off beside the mechanism's speed."""
     return np.where(np.abs(rate) > STILL * scale, np.sign(rate), 0.0)
 
 
-def sliding_rate(motion: Motion, number: int) -> Any:
+def sliding_rate(motion: Motion, number: int) -> Reals:
     """Rate of a joint, child from parent [rad/s or m/s], shape (..., positions)."""
     return np.broadcast_to(motion.places[number].rate(motion.velocity, motion.angular_velocity), motion.columns)
 
@@ -111,7 +112,7 @@ def speeds(motion: Motion) -> tuple[Reals, Reals]:
     return fastest, np.maximum(spin, fastest / np.where(largest > 0, largest, np.inf))
 
 
-def friction_power(motion: Motion, forces: JointForces) -> Any:
+def friction_power(motion: Motion, forces: JointForces) -> Reals:
     """Power that friction of the joints turns into heat [W], shape (..., positions)."""
     parts = (-effort * sliding_rate(motion, number) for number, effort in forces.friction.items())
     return np.zeros(motion.columns) + sum(parts, start=0.0)
@@ -134,22 +135,23 @@ class _Contacts:
         (joints, joints, 2, ..., positions): x and y of a pin's force; of a slider's N and 2 M / length.
     """
 
-    strength: Any
-    given: Any
+    strength: Reals
+    given: Reals
     pins: Any
-    base: Any
-    influence: Any
+    base: Reals
+    influence: Reals
 
-    def pressing(self, efforts: Any) -> Any:
+    def pressing(self, efforts: Reals) -> Reals:
         """Components of the pressing forces under efforts of friction of shape (joints, ..., positions)."""
-        return self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
+        components: Reals = self.base + np.einsum("ijk...,j...->ik...", self.influence, efforts)
+        return components
 
-    def size(self, pressing: Any) -> Any:
+    def size(self, pressing: Reals) -> Reals:
         """Magnitude of the pressing forces, the second axis of their components gone."""
         return np.array([np.hypot(*each) if pin else np.abs(each).max(axis=0)
                          for pin, each in zip(self.pins, pressing, strict=True)])  # fmt: skip
 
-    def slopes(self, pressing: Any) -> Any:
+    def slopes(self, pressing: Reals) -> Reals:
         """Derivatives of `size`, of the shape of its argument; the greater of two at a slider, 0 at a pin's zero."""
         found = np.zeros_like(pressing)
         for pin, each, slope in zip(self.pins, pressing, found, strict=True):
@@ -161,12 +163,12 @@ class _Contacts:
                 slope[...] = np.where([first, ~first], np.sign(each), 0.0)
         return found
 
-    def caused(self, efforts: Any) -> Any:
+    def caused(self, efforts: Reals) -> Reals:
         """Efforts of friction caused by the pressing forces under given ones."""
         return self.given - self.strength * self.size(self.pressing(efforts))
 
     @property
-    def feedback(self) -> Any:
+    def feedback(self) -> Reals:
         """Spectral radius of the efforts caused per effort, shape (..., positions): below 1 there is one answer."""
         sizes = np.array([self.size(row) for row in np.swapaxes(self.influence, 0, 1)])
         rows = np.moveaxis(np.abs(self.strength) * sizes, (1, 0), (-2, -1))  # [i, j]: of effort i by effort j
@@ -178,7 +180,7 @@ class _Contacts:
 
 def _efforts(
     motion: Motion, balance: Balance, forces: JointForces, directions: Mapping[int, Reals]
-) -> tuple[dict[int, Any], Any]:
+) -> tuple[dict[int, Reals], Reals]:
     """Efforts of friction by the joint's number, and its feedback, for the flanks of given forces without friction."""
     contacts = _contacts(motion, balance, forces, directions)
     feedback = contacts.feedback
@@ -198,7 +200,7 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
     given = np.array([np.broadcast_to(-own.viscosity * sliding_rate(motion, number), columns)
                       for number, own in rubbing])  # fmt: skip
 
-    def pressing(found: JointForces) -> Any:
+    def pressing(found: JointForces) -> Reals:
         return np.array([_pressing(place, own, *found.without_friction(number), columns)
                          for place, (number, own) in zip(places, rubbing, strict=True)])  # fmt: skip
 
@@ -211,13 +213,13 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
     return replace(first, influence=influence)
 
 
-def _pressing(place: JointPlace, own: Friction, force: Any, moment: Any, columns: tuple[int, ...]) -> Any:
+def _pressing(place: JointPlace, own: Friction, force: Any, moment: Columns, columns: tuple[int, ...]) -> Reals:
     """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
     parts = (np.real(force), np.imag(force)) if place.turns else (cross(place.along, force), 2 * moment / own.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 
-def _solved(contacts: _Contacts, sought: Any) -> tuple[Any, Any]:
+def _solved(contacts: _Contacts, sought: Flags) -> tuple[Reals, Reals]:
     """Efforts that cause themselves, shape (joints, ..., positions), and how far they are from it as a share.
 
     Newton's method; where it brings no progress what the efforts cause is taken, a step that never fails where they are
@@ -239,14 +241,14 @@ def _solved(contacts: _Contacts, sought: Any) -> tuple[Any, Any]:
     return efforts, off
 
 
-def _sizes(contacts: _Contacts, efforts: Any) -> Any:
+def _sizes(contacts: _Contacts, efforts: Reals) -> Reals:
     """Sum of the magnitudes of the parts of efforts, to measure differences by."""
     influences = np.einsum("ijk...,j...->ik...", np.abs(contacts.influence), np.abs(efforts))
     parts = contacts.size(np.abs(contacts.base) + influences)
     return np.abs(contacts.given) + np.abs(contacts.strength) * parts + np.finfo(float).tiny
 
 
-def _newton_step(contacts: _Contacts, efforts: Any, off: Any) -> Any:
+def _newton_step(contacts: _Contacts, efforts: Reals, off: Reals) -> Reals:
     slopes = contacts.slopes(contacts.pressing(efforts))
     matrix = np.einsum("i...,ik...,ijk...->...ij", contacts.strength, slopes, contacts.influence)
     matrix += np.eye(len(efforts))

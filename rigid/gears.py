@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from rigid.joints import Columns, Joint, JointPlace
+from rigid.arrays import Columns
+from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, cross, dot
 
 Moved = Callable[[Joint, int], tuple[Columns, Columns]]

@@ -13,12 +13,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, Slider
 from rigid.plane import ZERO, cross, dot, unit
 from rigid.teeth import Teeth
-
-Columns = Any  # an array of shape (..., positions), a number, or ZERO
 
 
 class Placed(Protocol):

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.closure import Closure
 from rigid.conditioning import closure_sine, condition_numbers, marked, may_be_singular
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
 from rigid.displacements import Openings, displacements
 from rigid.drive_arrays import drive_arrays, per_position, rate_of
-from rigid.joints import Columns, JointPlace
+from rigid.joints import JointPlace
 from rigid.mechanism import Mechanism
-from rigid.parts import Complexes, Reals
 from rigid.plane import ZERO
 from rigid.positions.link_positions import place
 from rigid.postures import Posture
@@ -117,9 +117,9 @@ def motion(
     drive: Any,
     drive_rate: Any = 0.0,
     drive_acceleration: Any = 0.0,
-    time: Any = None,
+    time: Reals | None = None,
     near: Posture | None = None,
-    lead: Any = None,
+    lead: Reals | None = None,
 ) -> Motion:
     """Positions, velocities and accelerations of a mechanism.
 
@@ -172,7 +172,7 @@ def motion(
         return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
-def with_rates(motion: Motion, drive_rate: Any, drive_acceleration: Any = 0.0) -> Motion:
+def with_rates(motion: Motion, drive_rate: Columns, drive_acceleration: Columns = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)
@@ -225,29 +225,30 @@ def _openings(motion: Motion) -> tuple[Openings, Openings]:
 def repeated(motion: Motion, columns: tuple[int, ...]) -> Motion:
     """The same motion for each of several designs that move alike; `columns` is its new shape."""
 
-    def wide(value: Any) -> Any:
+    def wide(value: Any) -> Numbers:
         links = value.shape[:1] if value.ndim > len(motion.columns) else ()
         more = (1,) * (len(columns) - len(motion.columns))
         return np.broadcast_to(value.reshape(*links, *more, *motion.columns), (*links, *columns))
 
     names = ("origin", "direction", "velocity", "acceleration", "angular_velocity", "turning")
-    return replace(motion, **{name: wide(getattr(motion, name)) for name in names})
+    repeated_arrays: dict[str, Any] = {name: wide(getattr(motion, name)) for name in names}
+    return replace(motion, **repeated_arrays)
 
 
-def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Any:
+def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Numbers:
     """One array of shape (len(values), *shape) from columns that may be scalars."""
-    result: Any = np.empty((len(values), *shape), kind)
+    result: Numbers = np.empty((len(values), *shape), kind)
     for at, value in enumerate(values):
         result[at] = 0.0 if value is ZERO else value
     return result
 
 
-def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Any) -> tuple[Any, Any, Openings]:
+def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Reals) -> tuple[Any, Any, Openings]:
     """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
     return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
 
 
-def _driven(closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], list[Columns]]:
+def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], list[Columns]]:
     """Displacement and rotation of every joint's child from its parent that the drives ask for."""
     gaps, turns = [], []
     for hinge in (hinge for closed in closures for hinge in closed.joints):
@@ -259,7 +260,7 @@ def _driven(closures: tuple[Closure, ...], rate: Any) -> tuple[list[Columns], li
 
 
 def _accelerations(
-    closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Any
+    closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Reals
 ) -> tuple[Any, Any, Openings]:
     """Accelerations of the links' origins, i eps - w^2, and the openings behind these.
 

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import polynomial
 
-from rigid.parts import Real, Reals
+from rigid.arrays import Reals
+from rigid.parts import Real
 
 Triple = tuple[Reals, Reals, Reals]
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes
 from rigid.constants import beam_constants, mass_constants
-from rigid.joints import Columns
 from rigid.kinematics import Motion
 from rigid.parts import LineLoad, Load, MechanismError, PointForce
 from rigid.plane import ZERO, cross
 
 
-def beam_loads(motion: Motion) -> Any:
+def beam_loads(motion: Motion) -> Complexes:
     """Distributed load of every beam in its own axes, as a polynomial in xi = x'/l.
 
     Inertia and weight, `q = -m' conj(e) (a0 - g + (i eps - w^2) e x')`, and the line loads.
@@ -48,17 +48,19 @@ def beam_loads(motion: Motion) -> Any:
     return loads
 
 
-def _relative_acceleration(motion: Motion, links: Any) -> Any:
+def _relative_acceleration(motion: Motion, links: Any) -> Complexes:
     """Acceleration of the origins of some links less gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
-    return acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
+    relative: Complexes = acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration
+    return relative
 
 
-def beam_directions(motion: Motion) -> Any:
+def beam_directions(motion: Motion) -> Complexes:
     """Unit vectors of all beams' x' axes, complex, shape (beams, ..., positions)."""
     table = beam_constants(motion.mechanism, len(motion.columns))
     direction = motion.direction[table.link]
-    return direction if table.aligned else direction * table.unit
+    turned: Complexes = direction if table.aligned else direction * table.unit
+    return turned
 
 
 def line_load_in_beam_axes(motion: Motion, load: LineLoad) -> tuple[Columns, Columns]:

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from rigid.arrays import Complexes, Reals
+
 Real = float | Reals
 Complex = complex | Complexes
 AnyMotion = Any  # a `Motion`, which is made of these parts

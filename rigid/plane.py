@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes, Reals
+
 ROUND_OFF = 4 * np.finfo(float).eps  # relative error of a figure made by a few operations
 
 
@@ -19,16 +21,16 @@ class Zero:
     ndim = 0
     shape = ()
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Columns) -> Columns:
         return other
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Columns) -> Columns:
         return -other
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Columns) -> Columns:
         return other
 
-    def __mul__(self, other: Any) -> Zero:
+    def __mul__(self, other: Columns) -> Zero:
         return self
 
     def __neg__(self) -> Zero:
@@ -51,7 +53,7 @@ class Zero:
         """Itself."""
         return self
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Reals:
         return np.zeros((), dtype)
 
     def __float__(self) -> float:
@@ -70,17 +72,17 @@ class Zero:
 ZERO: Any = Zero()
 
 
-def dot(a: Any, b: Any) -> Any:
+def dot(a: Columns, b: Columns) -> Columns:
     """Scalar product Re(conj(a) b) of two vectors, elementwise."""
     return (a.conjugate() * b).real
 
 
-def cross(a: Any, b: Any) -> Any:
+def cross(a: Columns, b: Columns) -> Columns:
     """Vector product Im(conj(a) b) of two vectors, elementwise."""
     return (a.conjugate() * b).imag
 
 
-def imaginary(a: Any) -> Any:
+def imaginary(a: Any) -> Columns:
     """The vector i a of a real array, without a complex product."""
     if not np.ndim(a):
         return 1j * a
@@ -89,13 +91,13 @@ def imaginary(a: Any) -> Any:
     return result
 
 
-def unit(angle: Any) -> Any:
+def unit(angle: Any) -> Complexes:
     """Unit vectors exp(i angle), at half the cost of numpy's complex exponential."""
     result = np.empty(np.shape(angle), complex)
     result.real, result.imag = np.cos(angle), np.sin(angle)
     return result
 
 
-def number(value: Any) -> Any:
+def number(value: Columns) -> Columns:
     """The same with the number 0.0 for ZERO, for those who do not know it."""
     return 0.0 if value is ZERO else value

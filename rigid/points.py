@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from rigid.arrays import Complexes
 from rigid.kinematics import Motion
 from rigid.parts import Complex
 
 
-def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Any]:
+def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:
     """A link's number and the arm from its origin to one of its points, in the ground's axes."""
     at = motion.mechanism.index[link] if isinstance(link, str) else link
     local = motion.mechanism.links[at].points[point] if isinstance(point, str) else point
     return at, motion.direction[at] * local
 
 
-def position_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
+def position_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Place of a link's point [m], complex, shape (..., positions); `point` is a name or a place in the link's axes."""
     at, arm = _at(motion, link, point)
-    return motion.origin[at] + arm
+    place: Complexes = motion.origin[at] + arm
+    return place
 
 
-def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
+def velocity_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Velocity of a link's point [m/s], complex, shape (..., positions)."""
     at, arm = _at(motion, link, point)
-    return motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
+    velocity: Complexes = motion.velocity[at] + 1j * motion.angular_velocity[at] * arm
+    return velocity
 
 
-def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Any:
+def acceleration_of(motion: Motion, link: str | int, point: str | Complex) -> Complexes:
     """Acceleration of a link's point [m/s^2], complex, shape (..., positions)."""
     at, arm = _at(motion, link, point)
-    return motion.acceleration[at] + motion.turning[at] * arm
+    acceleration: Complexes = motion.acceleration[at] + motion.turning[at] * arm
+    return acceleration

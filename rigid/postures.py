@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rigid.arrays import Complexes
 from rigid.joints import Placed
 from rigid.mechanism import Mechanism
-from rigid.parts import Complex, Complexes
+from rigid.parts import Complex
 
 
 @dataclass(frozen=True, eq=False)

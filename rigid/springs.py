@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.kinematics import Motion
 from rigid.parts import GROUND, PinDrive, PointForce, Real
 from rigid.plane import dot
@@ -73,20 +73,21 @@ class Spring:
             pull = tension * unit
         return (self.link, self.point, -pull, 0.0), (self.on, self.anchor, pull, 0.0)
 
-    def energy(self, motion: Motion) -> Any:
+    def energy(self, motion: Motion) -> Reals:
         """Stored energy [J], 0 at the length where its tension is `preload`, shape (..., positions)."""
         stretch = np.abs(self._vector(motion)) - self.length
         return self.preload * stretch + self.stiffness * stretch**2 / 2
 
-    def dissipation(self, motion: Motion) -> Any:
+    def dissipation(self, motion: Motion) -> Reals:
         """Power that its damper turns into heat [W], shape (..., positions)."""
         vector = self._vector(motion)
-        return self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
+        power: Reals = self.damping * (dot(vector, self._opening(motion)) / np.abs(vector)) ** 2
+        return power
 
-    def _vector(self, motion: Motion) -> Any:
+    def _vector(self, motion: Motion) -> Complexes:
         return position_of(motion, self.link, self.point) - position_of(motion, self.on, self.anchor)
 
-    def _opening(self, motion: Motion) -> Any:
+    def _opening(self, motion: Motion) -> Complexes:
         return velocity_of(motion, self.link, self.point) - velocity_of(motion, self.on, self.anchor)
 
 
@@ -128,23 +129,26 @@ class TorsionSpring:
         moment = self.preload + self.stiffness * self._winding(motion) + self.damping * self._rate(motion)
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
-    def energy(self, motion: Motion) -> Any:
+    def energy(self, motion: Motion) -> Reals:
         """Stored energy [J], 0 at `angle`, shape (..., positions)."""
         winding = self._winding(motion)
         return self.preload * winding + self.stiffness * winding**2 / 2
 
-    def dissipation(self, motion: Motion) -> Any:
+    def dissipation(self, motion: Motion) -> Reals:
         """Power that its damper turns into heat [W], shape (..., positions)."""
         return self.damping * self._rate(motion) ** 2
 
-    def _winding(self, motion: Motion) -> Any:
+    def _winding(self, motion: Motion) -> Reals:
         """theta - angle [rad]."""
         for number, drive in enumerate(motion.mechanism.drives):
             if isinstance(drive, PinDrive) and drive.at == self.at and {drive.link, drive.on} == {self.link, self.on}:
-                return motion.drive[number] * (1.0 if drive.link == self.link else -1.0) - self.angle
+                winding: Reals = motion.drive[number] * (1.0 if drive.link == self.link else -1.0) - self.angle
+                return winding
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
-        return np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
+        angle: Reals = np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
+        return angle
 
-    def _rate(self, motion: Motion) -> Any:
+    def _rate(self, motion: Motion) -> Reals:
         one, other = (motion.mechanism.index[link] for link in (self.link, self.on))
-        return motion.angular_velocity[one] - motion.angular_velocity[other]
+        rate: Reals = motion.angular_velocity[one] - motion.angular_velocity[other]
+        return rate

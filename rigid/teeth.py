@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.plane import number
 
 UNLOADED = 1e-12  # share of what its terms come to, below which an effort is round-off and no flank is loaded
 
 
-def pitch_reach(hub: Any, rate: Any) -> Any:
+def pitch_reach(hub: Columns, rate: Columns) -> Columns:
     """From a wheel's centre to its pitch point, of the centre of the wheel that drives it as seen from there [m]."""
     return hub / (1 - rate)
 
@@ -35,18 +35,18 @@ class Teeth:
     """
 
     body: int
-    arm: Any
-    reach_body: Any
-    reach: Any
-    along: Any
-    apart: Any
+    arm: Columns
+    reach_body: Columns
+    reach: Columns
+    along: Columns
+    apart: Columns
 
-    def push(self, flank: Any) -> Any:
+    def push(self, flank: Columns) -> Columns:
         """Force on the follower per effort, complex, along the line of action of a flank: +1, -1 or 0 for neither."""
         return self.along + flank * self.apart
 
 
-def wheel_push(reach: Any, slope: float, ring: bool) -> tuple[Any, Any]:
+def wheel_push(reach: Columns, slope: float, ring: bool) -> tuple[Columns, Columns]:
     """`Teeth.along` and `apart` of a wheel, or a ring, with its pitch point at `reach` [m].
 
     `slope` is the tangent of the pressure angle.
@@ -55,7 +55,7 @@ def wheel_push(reach: Any, slope: float, ring: bool) -> tuple[Any, Any]:
     return 1j * per_length, (slope if ring else -slope) * per_length
 
 
-def loaded_flank(effort: Any, size: Any) -> Any:
+def loaded_flank(effort: Columns, size: Columns) -> Columns:
     """Sign of an effort, 0.0 where it is round-off beside the size of its terms."""
     effort, size = number(effort), number(size)
     return np.where(np.abs(effort) > UNLOADED * size, np.sign(effort), 0.0) if np.ndim(effort) or effort else 0.0

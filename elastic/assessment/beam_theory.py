@@ -15,6 +15,7 @@ from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from rigid import Reals
+from rigid.arrays import Columns
 from rigid.constants import per_row
 
 STATIONS = 33  # along a beam, at which deflections are compared
@@ -89,7 +90,7 @@ def _told_by_statics(deflection: Deflection) -> bool:
     return deflection.division.whole and not trees.cuts and not any(closed.tensions for closed in closures)
 
 
-def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Any) -> Any:
+def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> Reals:
     """Deflection from the chord by shear where the forces stay as they are, shape of `sample`.
 
     w' = V/kGA = M'/kGA, so it is M from the line through its values at the ends, over kGA.
@@ -98,7 +99,8 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Any) ->
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
     pairs = zip(sheared, deflection.sections, strict=True)
     added = [0.0 if new is old else 1.0 / np.asarray(new.kGA, float) for new, old in pairs]
-    return (moment - line) * per_row(added, ndim, float)[..., None]
+    chord: Reals = (moment - line) * per_row(added, ndim, float)[..., None]
+    return chord
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
@@ -149,12 +151,12 @@ def _softest(section: Section) -> Any:
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
 
 
-def _greatest(values: Any) -> Any:
+def _greatest(values: Reals) -> Columns:
     """Largest magnitude over positions and stations, the last two axes; unknown values do not count."""
     return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
 
 
-def _over_largest(change: Any, largest: Any) -> Reals:
+def _over_largest(change: Reals, largest: Reals) -> Reals:
     """Changes over the base of every beam's relative errors; 0 where nothing bends."""
     taken = reference_deflection(largest)
     share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastic.extreme_values import Extreme
 from rigid import Motion, Reals
+from rigid.arrays import Integers
 
 EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
 
@@ -28,7 +29,7 @@ class CyclePeak:
     """
 
     value: Reals
-    position: Any
+    position: Integers
     xi: Reals
 
 
@@ -49,14 +50,14 @@ def over_cycle(values: Any) -> CyclePeak:
     size = np.where(np.isnan(plain), -1.0, np.abs(plain))
     position = size.argmax(axis=-1)
 
-    def taken(array: Any) -> Any:
+    def taken(array: Reals) -> Reals:
         return np.take_along_axis(array, position[..., None], -1)[..., 0]
 
     xi = taken(values.xi) if isinstance(values, Extreme) else np.full(position.shape, np.nan)
     return CyclePeak(taken(plain), position, xi)
 
 
-def rms(values: Any) -> Any:
+def rms(values: Any) -> Reals:
     """Root of the mean square over the positions, the last axis; singular positions do not count."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from elastic.derived import coefficients
 from elastic.sampling import displacement_of
 from elastic.solution import Deflection
 from rigid import Reals, velocity_of
+from rigid.arrays import Complexes
 
 AT_REST = 1e-12  # of its greatest speed below which a point rests
 
@@ -31,7 +31,7 @@ class PathDeviation:
 
     along: Reals
     normal: Reals
-    displacement: Any
+    displacement: Complexes
 
 
 def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviation:
@@ -66,7 +66,7 @@ def angle_error(deflection: Deflection, link: str, point: str | None = None) -> 
     return axes
 
 
-def point_displacements(deflection: Deflection) -> dict[tuple[str, str], Any]:
+def point_displacements(deflection: Deflection) -> dict[tuple[str, str], Complexes]:
     """Displacement [m], complex, shape (..., positions), of every point of every moving link by their names.
 
     Joints are points of the links that they join; where a joint gives way these differ.

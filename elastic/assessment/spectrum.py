@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from elastic.sampling import sample
 from elastic.solution import Deflection
 from rigid import Reals
+from rigid.arrays import Integers
 
 POINTS = 6  # Gauss points along a beam: the square of the bending moment of a linear load is of the sixth degree
 HELD = 0.05  # share of the strain energy's root from which a harmonic is strong
@@ -31,7 +31,7 @@ class Harmonics:
     omega: Reals
     share: Reals
 
-    def strong(self, share: float = HELD) -> Any:
+    def strong(self, share: float = HELD) -> Integers:
         """Numbers of the harmonics, but the mean, that hold more than a share."""
         return 1 + np.flatnonzero(self.share[1:] > share)
 
@@ -71,7 +71,7 @@ def harmonics(deflection: Deflection, period: float) -> Harmonics:
 
 
 @cache
-def _quadrature() -> tuple[Any, Any]:
+def _quadrature() -> tuple[Reals, Reals]:
     """Gauss' stations on [0, 1] and twice their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     return (nodes + 1) / 2, weights

@@ -14,7 +14,7 @@ from rigid import Reals
 from rigid.constants import per_row
 
 
-def stress_range(deflection: Deflection, stations: Any) -> Any:
+def stress_range(deflection: Deflection, stations: Any) -> Reals:
     """How far the normal stress swings over the positions, largest minus smallest [Pa].
 
     Returns
@@ -24,8 +24,8 @@ def stress_range(deflection: Deflection, stations: Any) -> Any:
     return np.array([_swing(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of])
 
 
-def _swing(values: Any) -> Any:
-    swing = values.max(axis=-2) - values.min(axis=-2)
+def _swing(values: Reals) -> Reals:
+    swing: Reals = values.max(axis=-2) - values.min(axis=-2)
     if np.isfinite(swing).all():
         return swing
     known = np.isfinite(values)

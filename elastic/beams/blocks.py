@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastic.beams.compliance import Compliance
+from rigid.arrays import Columns, Complexes, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +27,12 @@ class Block:
     """
 
     beam: int
-    xi: Any
-    force: Any
-    moment: Any
+    xi: Reals
+    force: Complexes
+    moment: Reals
     here: Any = True
 
-    def beyond(self, compliance: Compliance) -> dict[str, tuple[Any, ...]]:
+    def beyond(self, compliance: Compliance) -> dict[str, tuple[Columns, ...]]:
         """Increments of the fields beyond the block over those before it, in powers of xi less the block's."""
         length = compliance.length
         k, along, across, moment = self.beam, self.force.real, self.force.imag, self.moment
@@ -47,6 +48,7 @@ class Block:
         }
 
 
-def at(powers: tuple[Any, ...], way: Any) -> Any:
+def at(powers: tuple[Columns, ...], way: Reals) -> Reals:
     """A polynomial of few coefficients at a distance."""
-    return sum(value * way**power for power, value in enumerate(powers))
+    value: Reals = sum(factor * way**power for power, factor in enumerate(powers))
+    return value

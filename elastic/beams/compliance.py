@@ -11,6 +11,7 @@ import numpy as np
 from elastic.beams.section import Section
 from elastic.beams.taper import taper_functions
 from rigid import Mechanism
+from rigid.arrays import Flags, Reals
 from rigid.constants import beam_constants, per_row
 
 
@@ -33,13 +34,13 @@ class Compliance:
         Of xi in the bending moment, at the most.
     """
 
-    length: Any
-    stretch: Any
-    bend: Any
-    shear: Any
-    strain: Any
-    tapered: Any
-    ends: tuple[Any, Any, Any, Any] | None
+    length: Reals
+    stretch: Reals
+    bend: Reals
+    shear: Reals
+    strain: Reals
+    tapered: Flags
+    ends: tuple[Reals, Reals, Reals, Reals] | None
     powers: int
 
     @cached_property
@@ -53,7 +54,7 @@ class Compliance:
         return bool(self.strain.any())
 
     @cached_property
-    def integrals(self) -> tuple[Any, Any, Any, Any]:
+    def integrals(self) -> tuple[Reals, Reals, Reals, Reals]:
         """Factors of powers of xi integrated along the beams: alone, and as N/EA, M/EI and -V/kGA.
 
         Shape (powers + 1, beams, ..., 1).

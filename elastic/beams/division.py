@@ -19,6 +19,7 @@ from elastic.beams.elastic_line import Amplitudes
 from elastic.beams.polynomials import added, evaluate, shifted
 from elastic.beams.section import Section
 from elastic.beams.taper import piece_ends, piece_functions
+from rigid.arrays import Columns, Integers, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +37,9 @@ class Division:
         One section per beam, and the blocks: what divides them.
     """
 
-    beam: Any
-    start: Any
-    width: Any
+    beam: Integers
+    start: Reals
+    width: Reals
     sections: tuple[Section, ...]
     blocks: tuple[Block, ...]
 
@@ -47,7 +48,7 @@ class Division:
         """Whether every beam is one piece."""
         return not self.blocks and not any(section.taper for section in self.sections)
 
-    def of_beam(self, number: int) -> Any:
+    def of_beam(self, number: int) -> Integers:
         """Numbers of a beam's pieces."""
         return np.flatnonzero(self.beam == number)
 
@@ -75,9 +76,9 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
     return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, ())
 
 
-def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Any:
+def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Reals:
     """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
-    values = getattr(amplitudes, field)
+    values: Reals = getattr(amplitudes, field)
     if division.whole:
         return values
     result = shifted(values[:, division.beam], division.start, division.width)
@@ -92,7 +93,7 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
     return result
 
 
-def _with_rows(values: Any, rows: Any, own: Any) -> Any:
+def _with_rows(values: Reals, rows: Integers, own: Reals) -> Reals:
     """Coefficients with those of some rows replaced, to the higher of both degrees."""
     result = np.zeros((max(len(values), len(own)), *values.shape[1:]))
     result[: len(values)] = values
@@ -101,12 +102,14 @@ def _with_rows(values: Any, rows: Any, own: Any) -> Any:
     return result
 
 
-def _of_tapered(field: str, amplitudes: Amplitudes, number: int, section: Section, length: Any) -> tuple[Any, Any]:
+def _of_tapered(
+    field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
+) -> tuple[Reals, Reals]:
     """Of a tapered beam the line that carries it, in powers of xi, and the rest on its pieces: (n, pieces, ...)."""
     values = getattr(amplitudes, field)[:, number]
     stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
 
-    def along(functions: Any, parts: Any) -> Any:
+    def along(functions: Reals, parts: Reals) -> Reals:
         return np.tensordot(functions[..., : len(parts)], parts, 1)
 
     if field == "u":
@@ -118,7 +121,7 @@ def _of_tapered(field: str, amplitudes: Amplitudes, number: int, section: Sectio
     return values[:2], bent if amplitudes.slide is None else bent + along(slide, amplitudes.slide[:, number])
 
 
-def _add_beyond(values: Any, block: Block, division: Division, powers: tuple[Any, ...]) -> None:
+def _add_beyond(values: Reals, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
     """Add the increments beyond a block to the pieces there; nan on a beam that it has left."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
@@ -127,7 +130,7 @@ def _add_beyond(values: Any, block: Block, division: Division, powers: tuple[Any
         values[: len(more), row] += np.where(start >= 0.0, changed, 0.0 * block.xi)
 
 
-def evaluated(values: Any, division: Division, stations: Any) -> Any:
+def evaluated(values: Reals, division: Division, stations: Reals) -> Reals:
     """Fields at stations along the beams, shape (beams, ..., positions, stations); at a block the value before it.
 
     Parameters

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
 
 import numpy as np
 
 from elastic.beams.compliance import Compliance
+from rigid.arrays import Complexes, Numbers, Reals
 
 
-def section_forces(q: Any, pull: Any, twist: Any, compliance: Compliance) -> tuple[Any, Any, Any]:
+def section_forces(q: Complexes, pull: Complexes, twist: Reals, compliance: Compliance) -> tuple[Reals, Reals, Reals]:
     """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
 
     Parameters
@@ -38,7 +38,7 @@ def section_forces(q: Any, pull: Any, twist: Any, compliance: Compliance) -> tup
     return N, V, M
 
 
-def _sum(rows: Any) -> Any:
+def _sum(rows: Numbers) -> Numbers:
     """Sum over the first axis, which is short."""
     return reduce(np.add, rows)
 
@@ -52,16 +52,16 @@ class Amplitudes:
     w by functions of its own, None without; `elastic.beams.division` makes fields of all that.
     """
 
-    N: Any
-    V: Any
-    M: Any
-    u: Any
-    w: Any
-    phi: Any
-    slide: Any
+    N: Reals
+    V: Reals
+    M: Reals
+    u: Reals
+    w: Reals
+    phi: Reals
+    slide: Reals | None
 
 
-def elastic_line(N: Any, V: Any, M: Any, compliance: Compliance) -> tuple[Amplitudes, tuple[Any, ...]]:
+def elastic_line(N: Reals, V: Reals, M: Reals, compliance: Compliance) -> tuple[Amplitudes, tuple[Reals, ...]]:
     """u, w, phi of beams clamped at their start: M/EI integrated twice, N/EA once, and the slide of shear.
 
     Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero. phi is the rotation of the
@@ -99,6 +99,7 @@ def elastic_line(N: Any, V: Any, M: Any, compliance: Compliance) -> tuple[Amplit
     return Amplitudes(N, V, M, u, w, phi, slide), end
 
 
-def _reached(amplitudes: Any, ends: Any) -> Any:
+def _reached(amplitudes: Reals, ends: Reals) -> Reals:
     """Sum of functions at the end of the beam by their amplitudes."""
-    return (amplitudes * ends[: len(amplitudes)]).sum(0)
+    reached: Reals = (amplitudes * ends[: len(amplitudes)]).sum(0)
+    return reached

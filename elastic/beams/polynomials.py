@@ -6,20 +6,24 @@ zeros of its derivative. So all are found by walking up from the straight line.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+
+from rigid.arrays import Numbers, Reals
 
 STEPS = 60  # of Newton's method at most: as many bisections leave nothing of a double's bracket
 TOGETHER = 4  # steps that all zeros take, before those that are there are left out
 CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence is the last
 
 
-def evaluate(values: Any, xi: Any) -> Any:
+def evaluate(values: Reals, xi: Any) -> Reals:
     """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
     if len(values) == 1:
-        return values[0] + np.zeros(np.shape(xi))
-    result = values[-1] * xi
+        constant: Reals = values[0] + np.zeros(np.shape(xi))
+        return constant
+    result: Reals = values[-1] * xi
     result += values[-2]
     for value in values[-3::-1]:
         result *= xi
@@ -27,12 +31,12 @@ def evaluate(values: Any, xi: Any) -> Any:
     return result
 
 
-def derivative(values: Any) -> Any:
+def derivative(values: Reals) -> Reals:
     """Coefficients of the derivatives of polynomials."""
     return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def multiplied(one: Any, other: Any) -> Any:
+def multiplied(one: Reals, other: Reals) -> Reals:
     """Coefficients of products of polynomials, shapes (n, ...) and (m, ...)."""
     result = np.zeros((len(one) + len(other) - 1, *np.broadcast_shapes(one.shape[1:], other.shape[1:])))
     for k, value in enumerate(other):
@@ -40,15 +44,15 @@ def multiplied(one: Any, other: Any) -> Any:
     return result
 
 
-def added(one: Any, other: Any) -> Any:
+def added(one: Numbers, other: Numbers) -> Numbers:
     """Coefficients of sums of polynomials, of the same or another degree."""
     long, short = (one, other) if len(one) >= len(other) else (other, one)
-    result: Any = long.copy()
+    result: Numbers = long.copy()
     result[: len(short)] += short
     return result
 
 
-def shifted(values: Any, start: Any, width: Any) -> Any:
+def shifted(values: Reals, start: Any, width: Reals) -> Reals:
     """Coefficients in powers of t of p(start + width t), by Horner's scheme."""
     shape = np.broadcast_shapes(values.shape[1:], np.shape(start))
     result = np.zeros((len(values), *shape))
@@ -58,7 +62,7 @@ def shifted(values: Any, start: Any, width: Any) -> Any:
     return result
 
 
-def turning_points(values: Any) -> Any:
+def turning_points(values: Reals) -> Any:
     """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...); a line has none."""
     if len(values) < 3:
         return ()
@@ -66,7 +70,7 @@ def turning_points(values: Any) -> Any:
     return zeros_of(slope, turning_points(slope))
 
 
-def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:
+def at_marks(values: Reals, turning: Any = ()) -> tuple[Reals, Reals]:
     """Both ends of [0, 1] with the turning points between them, and the polynomials there, shape (m + 2, ...)."""
     marks = np.empty((len(turning) + 2, *values.shape[1:]))
     heights = np.empty_like(marks)
@@ -78,7 +82,7 @@ def at_marks(values: Any, turning: Any = ()) -> tuple[Any, Any]:
     return marks, heights
 
 
-def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
+def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
     """The value of largest magnitude and its mark; nan where a value is."""
     best = np.abs(heights).argmax(axis=0)
     best *= best.size  # numbers in the flat arrays, faster than take_along_axis
@@ -86,7 +90,7 @@ def greatest_at(marks: Any, heights: Any) -> tuple[Any, Any]:
     return heights.take(best), marks.take(best)
 
 
-def zeros_of(values: Any, turning: Any = ()) -> Any:
+def zeros_of(values: Reals, turning: Any = ()) -> Reals:
     """Zeros in [0, 1] of polynomials with known turning points, in order.
 
     Parameters
@@ -103,7 +107,7 @@ def zeros_of(values: Any, turning: Any = ()) -> Any:
     return zeros_between(values, *at_marks(values, turning))
 
 
-def zeros_between(values: Any, marks: Any, heights: Any) -> Any:
+def zeros_between(values: Reals, marks: Reals, heights: Reals) -> Reals:
     """The same from the values at the ends and the turning points."""
     shape = marks.shape[1:]
     flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
@@ -116,12 +120,14 @@ def zeros_between(values: Any, marks: Any, heights: Any) -> Any:
     return zeros.reshape(-1, *shape)
 
 
-def _between(values: Any, low: Any, high: Any) -> Any:
+def _between(values: Reals, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
     """The one zero of each polynomial between two marks: Newton's method, held in the bracket by bisection.
 
     A monotone piece has one zero; where a Newton step leaves the bracket the middle is taken instead. Some steps are
     taken together, then only those go on that are not there yet, each with one step after it is close.
     """
+    left: Reals
+    right: Reals
     (left, at_left), (right, at_right) = low, high
     rising = at_right > at_left
     with np.errstate(all="ignore"):
@@ -150,7 +156,7 @@ def _between(values: Any, low: Any, high: Any) -> Any:
     return found
 
 
-def _of_parabola(values: Any, left: Any, right: Any, guess: Any) -> Any:
+def _of_parabola(values: Reals, left: Reals, right: Reals, guess: Reals) -> Reals:
     """Of the two zeros of each parabola the one between two marks; the guess where round-off leaves none there.
 
     The larger by the formula without cancellation, the smaller from the product of both.
@@ -162,7 +168,7 @@ def _of_parabola(values: Any, left: Any, right: Any, guess: Any) -> Any:
     return np.where((other >= left) & (other <= right), other, one)
 
 
-def _with_slope(values: Any, xi: Any) -> tuple[Any, Any]:
+def _with_slope(values: Reals, xi: Reals) -> tuple[Reals, Reals]:
     """Polynomials and their derivatives by one Horner scheme."""
     height = values[-1] * xi
     height += values[-2]

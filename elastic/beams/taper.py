@@ -11,6 +11,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.polynomial import polyroots, polyval
 
 from elastic.beams.section import Section, Taper
+from rigid.arrays import Reals
 
 DEGREE = 14  # of the polynomials on a piece, more for bending moments beyond the third degree
 HIGHEST = 20  # which it comes to: powers make a value's round-off 6^degree times as large
@@ -20,7 +21,9 @@ SETTLED = 50.0  # natural logarithm of what Gauss' quadrature leaves: below roun
 PRISMATIC = Taper()
 
 
-def taper_functions(section: Section, stations: Sequence[float] | Any, powers: int) -> tuple[Any, Any, Any, Any]:
+def taper_functions(
+    section: Section, stations: Sequence[float] | Any, powers: int
+) -> tuple[Reals, Reals, Reals, Reals]:
     """Functions that stand in place of the powers of xi in the fields of a tapered beam.
 
     With f = 1/(rigidity relative to the start), for k = 0, 1, ...: in u `(k+1) int s^k f_EA ds`, in phi the same with
@@ -47,7 +50,7 @@ def taper_functions(section: Section, stations: Sequence[float] | Any, powers: i
     return results[0], results[1], results[2], results[3]
 
 
-def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Any, Any]:
+def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
     """Gauss-Legendre points on [0, 1] that integrate 1/polynomial to round-off: more, the nearer its zeros are."""
     nearest = _ellipse(polynomial, 0.0, 1.0)
     count = powers + (0 if np.isinf(nearest) else int(np.ceil(SETTLED / 2 / np.log(nearest))))
@@ -81,7 +84,7 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=256)
-def piece_functions(section: Section, powers: int) -> tuple[Any, Any, Any, Any]:
+def piece_functions(section: Section, powers: int) -> tuple[Reals, Reals, Reals, Reals]:
     """`taper_functions` as polynomials in the way along every piece, each of shape (coefficients, pieces, powers)."""
     stations = _stations(section, min(DEGREE + max(0, powers - 4), HIGHEST))
     found = [
@@ -92,29 +95,29 @@ def piece_functions(section: Section, powers: int) -> tuple[Any, Any, Any, Any]:
 
 
 @lru_cache(maxsize=256)
-def piece_quotient(section: Section, over: str, under: str) -> Any:
+def piece_quotient(section: Section, over: str, under: str) -> Reals:
     """Quotient of two polynomials of a taper in the way along every piece, shape (coefficients, pieces)."""
     taper, xi = section.taper or PRISMATIC, _stations(section, DEGREE)
     values = polyval(xi, getattr(taper, over) if over else (1.0,)) / polyval(xi, getattr(taper, under))
     return interpolated(values.T)
 
 
-def _stations(section: Section, degree: int) -> Any:
+def _stations(section: Section, degree: int) -> Reals:
     """Where `interpolated` takes values on every piece, shape (pieces, degree + 1)."""
     ends = np.array(piece_ends(section))
     return ends[:-1, None] + np.diff(ends)[:, None] * nodes(degree)
 
 
-def _angles(degree: int) -> Any:
+def _angles(degree: int) -> Reals:
     return np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)
 
 
-def nodes(degree: int) -> Any:
+def nodes(degree: int) -> Reals:
     """Chebyshev's points on [0, 1], shape (degree + 1,)."""
     return 0.5 - 0.5 * np.cos(_angles(degree))
 
 
-def interpolated(values: Any) -> Any:
+def interpolated(values: Reals) -> Reals:
     """Coefficients in powers of t of polynomials with values of shape (degree + 1, ...) at the `nodes`.
 
     By way of Chebyshev's series, in two steps: their product would cancel by 6^degree.
@@ -123,7 +126,7 @@ def interpolated(values: Any) -> Any:
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)
 
 
-def lowered(values: Any, degree: int) -> Any:
+def lowered(values: Reals, degree: int) -> Reals:
     """Polynomials of no more than a degree that agree with others at the `nodes`: to round-off on a piece."""
     if len(values) <= degree + 1:
         return values
@@ -132,7 +135,7 @@ def lowered(values: Any, degree: int) -> Any:
 
 
 @lru_cache(maxsize=16)
-def _chebyshev(degree: int) -> tuple[Any, Any]:
+def _chebyshev(degree: int) -> tuple[Reals, Reals]:
     """From values at the nodes to Chebyshev's series of 2 t - 1, and from that to powers of t."""
     orders = np.arange(degree + 1)
     spectrum = np.cos(np.multiply.outer(orders, np.pi - _angles(degree))) * (2.0 / (degree + 1))

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from rigid.arrays import Columns, Complexes, Numbers
+
 
 @dataclass(frozen=True, eq=False)
 class AddedLoads:
@@ -24,11 +26,11 @@ class AddedLoads:
         rotation [rad].
     """
 
-    q: Any
-    points: tuple[tuple[int, str, Any, Any], ...]
-    blocks: tuple[tuple[int, Any, Any], ...]
-    gaps: tuple[Any, ...]
-    turns: tuple[Any, ...]
+    q: Complexes
+    points: tuple[tuple[int, str, Columns, Columns], ...]
+    blocks: tuple[tuple[int, Columns, Columns], ...]
+    gaps: tuple[Columns, ...]
+    turns: tuple[Columns, ...]
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
@@ -44,7 +46,7 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
             for items in same
         )
 
-    def every(lists: tuple[Any, ...]) -> tuple[Any, ...]:
+    def every(lists: tuple[Any, ...]) -> tuple[Numbers, ...]:
         return tuple(change(*parts) for parts in zip(*lists, strict=True))
 
     return AddedLoads(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigid import Beam, LineLoad, Link, Mechanism, MechanismError, structure
+from rigid.arrays import Columns
 from rigid.plane import cross
 
 LINED_UP = 1e-9  # of its length that a beam may be off a slider's line and yet lie along it
@@ -55,7 +56,7 @@ class BeamTrees:
     trees: Mapping[int, tuple[TreeBeam, ...]]
     cuts: tuple[Cut, ...]
     tips: frozenset[tuple[int, str]]
-    points: Mapping[tuple[int, str], Any]
+    points: Mapping[tuple[int, str], Columns]
     rails: Mapping[int, tuple[int, ...]]
 
 

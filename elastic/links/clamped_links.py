@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from elastic.beams.elastic_line import Amplitudes, elastic_line, section_forces
 from elastic.links.beam_trees import root_of
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements
 from elastic.links.free_body import end_loads
+from rigid.arrays import Complexes, Reals
 from rigid.plane import ZERO
 
 
@@ -48,7 +48,7 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
     return LinkResponse(amplitudes, _node_displacements(configuration, *ends), loads.blocks)
 
 
-def _before_block(N: Any, V: Any, M: Any, length: Any, block: Block) -> None:
+def _before_block(N: Reals, V: Reals, M: Reals, length: Reals, block: Block) -> None:
     """Add a block's load to the section forces of the piece before it."""
     k = block.beam
     N[0, k] += block.force.real
@@ -57,7 +57,7 @@ def _before_block(N: Any, V: Any, M: Any, length: Any, block: Block) -> None:
     M[1, k] -= length[k] * block.force.imag
 
 
-def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) -> NodeDisplacements:
+def _node_displacements(configuration: Configuration, u: Reals, w: Reals, phi: Reals) -> NodeDisplacements:
     """Displacements of all nodes from the root outwards, from those of the ends of beams clamped at their starts."""
     nodes: NodeDisplacements = {}
     ends = np.empty(u.shape, complex)
@@ -80,7 +80,7 @@ def _node_displacements(configuration: Configuration, u: Any, w: Any, phi: Any) 
     return nodes
 
 
-def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: Any, angle: Any) -> None:
+def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: Complexes, angle: Reals) -> None:
     """Add to every beam's amplitudes, in place, the displacement of its start, by rigid motion and the beams before it.
 
     Parameters

@@ -25,6 +25,7 @@ from elastic.links.gearing import STILL, follower_displacement
 from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
+from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.forces import UNSTRESSED
 from rigid.loads import beam_loads
 from rigid.plane import dot
@@ -41,8 +42,8 @@ class JointGaps:
         and rotation [rad].
     """
 
-    displacement: list[Any]
-    rotation: list[Any]
+    displacement: list[Columns]
+    rotation: list[Columns]
 
 
 def problem_of(
@@ -91,7 +92,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
     return response, JointGaps(displacement, rotation)
 
 
-def _under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Any, Any]:
+def _under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Sequence[Block]) -> tuple[Complexes, Reals]:
     """Displacement, in the ground's axes, and rotation under a block of whichever beam of its line it is on."""
     moved, turned = _under_block(problem, response, blocks[0])
     for block in blocks[1:]:
@@ -100,7 +101,7 @@ def _under_blocks(problem: ElasticProblem, response: LinkResponse, blocks: Seque
     return moved, turned
 
 
-def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Any, Any]:
+def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) -> tuple[Complexes, Reals]:
     """Displacement, in the ground's axes, and rotation of the beam under a block, its link clamped at its root."""
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
@@ -152,14 +153,15 @@ def compatible_forces(
     return replace(forces, force=force, moment=moment, ground_load=(pull, twist))
 
 
-def _share(amount: Any, part: Any) -> Any:
+def _share(amount: Reals, part: Columns) -> Numbers:
     """A part of a self-stress; nothing where it has none, known or not."""
-    return np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
+    share: Numbers = np.where(np.abs(part) > UNSTRESSED, amount, 0.0) * part
+    return share
 
 
-def _work(state: JointForces, gaps: JointGaps) -> Any:
+def _work(state: JointForces, gaps: JointGaps) -> Columns:
     """Work of a self-stress on the gaps of the joints."""
-    total: Any = 0.0
+    total: Columns = 0.0
     for force, moment, gap, turn in zip(state.force, state.moment, gaps.displacement, gaps.rotation, strict=True):
         total = total + dot(force, gap) + moment * turn
     return total

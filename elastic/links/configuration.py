@@ -15,6 +15,7 @@ from elastic.beams.section import JointCompliance
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees, trees_of
 from rigid import Motion
+from rigid.arrays import Complexes, Numbers, Reals
 from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 
@@ -47,14 +48,14 @@ class Configuration:
 
     trees: BeamTrees
     rows: Any
-    link: Any
-    beam: Any
-    unit: Any
-    length: Any
+    link: Numbers
+    beam: Complexes
+    unit: Complexes
+    length: Reals
     columns: tuple[int, ...]
 
     @cached_property
-    def back(self) -> Any:
+    def back(self) -> Complexes:
         """From the ground's axes to the beams'."""
         return np.conj(self.beam)
 
@@ -64,9 +65,10 @@ class Configuration:
         still = (*self.columns[:-1], 1)
         return replace(self, link=np.ones((len(self.link), *still)), beam=self.unit, columns=still)
 
-    def arm(self, at: int, start: str, end: str) -> Any:
+    def arm(self, at: int, start: str, end: str) -> Numbers:
         """From one node of a link to another, in the ground's axes [m], complex."""
-        return self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
+        arm: Numbers = self.link[at] * (self.trees.points[at, end] - self.trees.points[at, start])
+        return arm
 
 
 def configuration_of(motion: Motion) -> Configuration:
@@ -98,7 +100,7 @@ class LinkLoads:
     """
 
     nodes: NodeLoads
-    q: Any
+    q: Complexes
     blocks: tuple[Block, ...] = ()
 
 

@@ -12,6 +12,7 @@ from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
 from elastic.links.gearing import gear_node_loads
 from rigid import JointForces, Motion
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.loads import point_loads
 from rigid.plane import cross
 
@@ -40,7 +41,7 @@ def with_joint_forces(nodes: NodeLoads, motion: Motion, trees: BeamTrees, forces
     return nodes
 
 
-def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, str, Any, Any]]) -> NodeLoads:
+def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, str, Complexes, Reals]]) -> NodeLoads:
     """The same with loads at points of links: link's number, point's name, force and moment."""
     nodes = dict(nodes)
     for at, point, force, moment in points:
@@ -70,13 +71,13 @@ def resultants(added: AddedLoads, motion: Motion, configuration: Configuration) 
         yield owner, force, cross(place.arm(owner), force) + moment
 
 
-def add_load(nodes: NodeLoads, where: tuple[int, str], force: Any, moment: Any) -> None:
+def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: Columns) -> None:
     """Add a force and a moment to the load of a node."""
     before = nodes.get(where)
     nodes[where] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
 
 
-def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[Any, Any]:
+def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[Complexes, Reals]:
     """Force in the beam's own axes [N], complex, and moment [N m] on the end of every beam, shape (beams, ...)."""
     carried = dict(loads.nodes)
     pull = np.empty((len(configuration.length), *configuration.columns), complex)
@@ -100,7 +101,7 @@ def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[Any, Any]
     return pull, twist
 
 
-def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[Any, Any]:
+def _own_load(configuration: Configuration, k: int, loads: LinkLoads) -> tuple[Complexes, Reals]:
     """Force of a beam's own load in the ground's axes [N], complex, and its moment about the beam's start [N m]."""
     length, q = configuration.length[k], loads.q
     force = length * np.tensordot(1.0 / np.arange(1, len(q) + 1), q[:, k], 1)

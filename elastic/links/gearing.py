@@ -7,6 +7,7 @@ from typing import Any
 
 from elastic.links.configuration import NodeDisplacements
 from rigid import JointForces, Motion
+from rigid.arrays import Columns
 from rigid.gears import gear_input, gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO
@@ -27,7 +28,9 @@ def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, 
                 yield load.link, load.joint.point(load.link) or "", load.force, load.moment
 
 
-def follower_displacement(place: JointPlace, nodes: NodeDisplacements, flank: Any) -> tuple[Any, Any]:
+def follower_displacement(
+    place: JointPlace, nodes: NodeDisplacements, flank: Columns | None
+) -> tuple[Columns, Columns]:
     """Displacement [m], complex, and rotation [rad] that a gear adds to its follower because the links bend.
 
     `flank` of its teeth that is loaded, as in `JointForces`; None where it has none.

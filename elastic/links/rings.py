@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from elastic.beams.compliance import Compliance
 from elastic.links.clamped_links import LinkResponse, clamped_response
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
 from elastic.links.free_body import add_load
+from rigid.arrays import Complexes, Reals
 
 CLOSINGS = 2  # what round-off leaves open between beams of very different stiffness is closed again
 
@@ -39,7 +39,7 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
     return loads
 
 
-def _flexibility(configuration: Configuration, compliance: Compliance, q: Any) -> tuple[Any, Any]:
+def _flexibility(configuration: Configuration, compliance: Compliance, q: Complexes) -> tuple[Reals, Reals]:
     """Openings of the cuts per redundant, scaled to ones on the diagonal, shape (..., n, n), and the scale (..., n).
 
     Found in the links' own axes, where they do not change with the position.
@@ -59,7 +59,7 @@ def _flexibility(configuration: Configuration, compliance: Compliance, q: Any) -
     return flexibility * scale[..., :, None] * scale[..., None, :], scale
 
 
-def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Any:
+def _openings(configuration: Configuration, nodes: NodeDisplacements) -> Reals:
     """How far every ring is open at its cut, in its link's axes: x, y, turned; shape (3 cuts, ..., positions)."""
     rows = []
     for cut in configuration.trees.cuts:

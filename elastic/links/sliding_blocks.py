@@ -12,6 +12,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
+from rigid.arrays import Complexes, Flags, Reals
 from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 from rigid.plane import dot
@@ -24,8 +25,8 @@ class OnBeam:
     """A block on one of the beams in its line: number of the beam, `xi` and `here` as of `Block`."""
 
     beam: int
-    xi: Any
-    here: Any
+    xi: Reals
+    here: Flags
 
 
 def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
@@ -70,7 +71,7 @@ def block_loads(
     return found
 
 
-def _block(configuration: Configuration, place: OnBeam, pull: Any, load: Any, several: bool) -> Block:
+def _block(configuration: Configuration, place: OnBeam, pull: Complexes, load: Reals, several: bool) -> Block:
     """Force in the ground's axes, and moment, on a beam; nothing while the block is on another."""
     own = configuration.back[place.beam] * pull
     if not several:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from elastic.beams.section import Section
+from rigid.arrays import Integers, Reals
 
 ENDS = 6  # coordinates of a beam's ends: u, w, phi of either
 MARGIN = 20  # integration points beyond the refinement: for the ends' own polynomials and tapers of high degree
@@ -37,10 +38,10 @@ class VibratingBeam:
         With how many inner polynomials every coordinate comes in; 0 of the ends. Shape (n,).
     """
 
-    stiffness: Any
-    mass: Any
-    rigid: Any
-    level: Any
+    stiffness: Reals
+    mass: Reals
+    rigid: Reals
+    level: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +58,14 @@ class BeamShapes:
         du/dx, dw/dx, dphi/dx, shape (points, n).
     """
 
-    xi: Any
-    weights: Any
-    u: Any
-    w: Any
-    phi: Any
-    stretch: Any
-    slope: Any
-    curvature: Any
+    xi: Reals
+    weights: Reals
+    u: Reals
+    w: Reals
+    phi: Reals
+    stretch: Reals
+    slope: Reals
+    curvature: Reals
 
 
 def beam_shapes(length: float, section: Section, inner: int, points: int) -> BeamShapes:
@@ -81,7 +82,7 @@ def beam_shapes(length: float, section: Section, inner: int, points: int) -> Bea
 
 
 @lru_cache(maxsize=64)
-def _unit_shapes(inner: int, stretches: bool, bends: bool, slides: bool, points: int) -> tuple[Any, Any, Any, Any]:
+def _unit_shapes(inner: int, stretches: bool, bends: bool, slides: bool, points: int) -> tuple[Reals, Reals, Any, Any]:
     """Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
@@ -91,13 +92,15 @@ def _unit_shapes(inner: int, stretches: bool, bends: bool, slides: bool, points:
     return xi, weights / 2, values, slopes
 
 
-def rigidity(section: Section, name: str, xi: Any) -> Any:
+def rigidity(section: Section, name: str, xi: Reals) -> Reals:
     """EA, EI or kGA of a section of one design at stations."""
     taper = getattr(section.taper, name) if section.taper else (1.0,)
-    return float(np.ravel(getattr(section, name))[0]) * np.polynomial.polynomial.polyval(xi, taper)
+    along: Any = np.polynomial.polynomial.polyval(xi, taper)
+    there: Reals = float(np.ravel(getattr(section, name))[0]) * along
+    return there
 
 
-def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Any:
+def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Reals:
     """Stiffness of a beam for the coordinates of its shapes, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (
@@ -111,7 +114,7 @@ def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Any:
     return stiffness
 
 
-def rotary_inertia(section: Section, mass: Any, xi: Any) -> Any:
+def rotary_inertia(section: Section, mass: Reals, xi: Reals) -> Reals:
     """Moment of inertia per length of Timoshenko's beam, r^2 times its mass per length at stations; 0 if not known."""
     square = float(np.ravel(np.asarray(section.inertia) / np.asarray(section.area))[0])
     if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(square)):
@@ -130,17 +133,18 @@ def vibrating_beam(
     known; else Euler and Bernoulli's.
     """
     shapes = beam_shapes(length, section, inner, inner + MARGIN)
-    mass_there = mass_per_length * np.polynomial.polynomial.polyval(shapes.xi, mass_taper)
+    taper: Any = np.polynomial.polynomial.polyval(shapes.xi, mass_taper)
+    mass_there: Reals = mass_per_length * taper
     rotary = rotary_inertia(section, mass_there, shapes.xi)
-    mass = sum(
+    mass: Reals = sum(
         shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
         for shape, weight in ((shapes.u, mass_there), (shapes.w, mass_there), (shapes.phi, rotary))
-    )
+    )  # type: ignore[assignment]
     stiffness = stiffness_of(shapes, length, section)
     return VibratingBeam(stiffness, mass, rigid_rows(length, section), _levels(section, inner))
 
 
-def _levels(section: Section, inner: int) -> Any:
+def _levels(section: Section, inner: int) -> Integers:
     """With how many inner polynomials every coordinate of `_polynomials` comes in, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
@@ -152,7 +156,7 @@ def _levels(section: Section, inner: int) -> Any:
     return np.concatenate(found)
 
 
-def rigid_rows(length: float, section: Section) -> Any:
+def rigid_rows(length: float, section: Section) -> Reals:
     """Combinations of a beam's end coordinates that are zero because it does not stretch or bend, shape (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     rows = np.zeros((0, ENDS))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
 from rigid import SINGULAR, Motion, Reals
+from rigid.arrays import Integers
 from rigid.kinematics import repeated
 
 SETTLED = 1e-3  # share of a frequency that the last refinement may change
@@ -36,7 +36,7 @@ class Frequencies:
     """
 
     omega: Reals
-    position: Any
+    position: Integers
     change: float
 
     @property
@@ -101,11 +101,11 @@ def _of_design(
     motion: Motion,
     sections: Sequence[Section],
     modes: int,
-    chosen: Any,
+    chosen: Integers,
     joints: Mapping[str, JointCompliance],
     design: int,
     settled: float,
-) -> tuple[Any, float]:
+) -> tuple[Reals, float]:
     """Frequencies of one design, shape (modes, positions), and how much the last refinement changed them."""
     condition = np.atleast_2d(motion.condition)[design, chosen]
     carried = np.ones(len(chosen), bool)

@@ -5,9 +5,9 @@ Dense matrices take the cube of the number of links: 2 s for thirty, a minute an
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+
+from rigid.arrays import Reals
 
 SPARE = 6  # vectors more than modes asked for
 SETTLED = 1e-9
@@ -15,7 +15,7 @@ MOST = 300  # rounds; each brings a vector nearer by the ratio of its eigenvalue
 SOFT = 1e-12  # give of what holds, over that of the links: redundant conditions leave the matrix regular
 
 
-def lowest_sparse(stiffness: Any, mass: Any, held: Any, modes: int) -> Any:
+def lowest_sparse(stiffness: Reals, mass: Reals, held: Reals, modes: int) -> Reals:
     """Lowest frequencies of one structure [rad/s], rising, shape (modes,); infinite where nothing more can vibrate.
 
     By subspace iteration: solutions under the inertia loads of the last round's shapes, and Rayleigh's quotients of

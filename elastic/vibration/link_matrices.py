@@ -13,6 +13,7 @@ from numpy.polynomial import Polynomial
 from elastic.beams.section import Section, Taper
 from elastic.vibration.beam_matrices import ENDS, rigid_rows, vibrating_beam
 from rigid import Beam, Link
+from rigid.arrays import Columns, Complexes, Integers, Reals
 
 RANK = 1e-9  # of the greatest singular value below which one is zero
 ORIGIN = ""  # name of the origin of a link without beams
@@ -33,12 +34,12 @@ class VibratingLink:
         With how many inner polynomials of the beams every coordinate comes in, shape (n,).
     """
 
-    stiffness: Any
-    mass: Any
-    places: dict[str, Any]
-    level: Any
+    stiffness: Reals
+    mass: Reals
+    places: dict[str, Reals]
+    level: Integers
 
-    def place(self, name: str, local: Any) -> tuple[Any, Any]:
+    def place(self, name: str, local: Columns) -> tuple[Complexes, Reals]:
         """Displacement, complex, and rotation of a point per coordinate, shape (n,), in the link's axes.
 
         Of a link without beams by its place there, of one with beams by its name.
@@ -65,10 +66,10 @@ class LinkCoordinates:
     """
 
     names: list[str]
-    beams: tuple[Any, ...]
-    free: Any
+    beams: tuple[Reals, ...]
+    free: Reals
 
-    def place(self, name: str) -> Any:
+    def place(self, name: str) -> Reals:
         """Displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
         at = 3 * self.names.index(name)
         return self.free[at : at + 3]
@@ -114,7 +115,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
 
-def uncoupled(stiffness: Any, mass: Any, level: Any) -> tuple[Any, Any]:
+def uncoupled(stiffness: Reals, mass: Reals, level: Integers) -> tuple[Reals, Reals]:
     """Stiffness and mass in Craig and Bampton's coordinates: static shapes of the ends, and orthonormal ones within.
 
     Every coordinate within is made of those of lower levels and its own, so that each level spans what it did. Shapes
@@ -143,7 +144,7 @@ def uncoupled(stiffness: Any, mass: Any, level: Any) -> tuple[Any, Any]:
     return found, taken.swapaxes(-1, -2) @ mass @ taken
 
 
-def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Any:
+def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Reals:
     """Coordinates of a beam, as many as told, per coordinate of its link."""
     rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
@@ -154,7 +155,7 @@ def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: i
     return rows
 
 
-def _add_lumps(link: Link, names: list[str], mass: Any) -> None:
+def _add_lumps(link: Link, names: list[str], mass: Reals) -> None:
     unit_rows = np.eye(len(mass))
     for lump in link.lumps:
         node = 3 * names.index(lump.point) if link.beams else 0
@@ -235,7 +236,7 @@ def one_of(value: Any, design: int) -> Any:
     return flat[design if len(flat) > 1 else 0]
 
 
-def _free_of(rows: Any) -> Any:
+def _free_of(rows: Reals) -> Reals:
     """The same as `null_space`; coordinates that no row touches stay themselves."""
     touched = rows.any(axis=0)
     own, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
@@ -246,7 +247,7 @@ def _free_of(rows: Any) -> Any:
     return free
 
 
-def null_space(rows: Any) -> Any:
+def null_space(rows: Reals) -> Reals:
     """Orthonormal basis of the null space of given rows, shape (n, n - rank)."""
     if not len(rows):
         return np.eye(rows.shape[-1])

@@ -14,6 +14,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, uncoupled, vibrating_link
 from rigid import Link, Motion
+from rigid.arrays import Columns, Complexes, Flags, Integers, Numbers, Reals
 from rigid.gears import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.statics import balancing_forces
@@ -41,7 +42,7 @@ class VibratingStructure:
         motion: Motion,
         sections: Sequence[Section],
         joints: Mapping[str, JointCompliance],
-        positions: Any,
+        positions: Integers,
         design: int,
         inner: int,
     ) -> None:
@@ -68,7 +69,7 @@ class VibratingStructure:
         for number, place in enumerate(self._places):
             self._join(number, place, joints.get(place.joint.name, JointCompliance()))
 
-    def frequencies(self, modes: int, inner: int) -> Any:
+    def frequencies(self, modes: int, inner: int) -> Reals:
         """[rad/s], rising, shape (modes, positions), with so many inner polynomials; infinite if nothing vibrates."""
         omega = np.full((modes, len(self.mass)), np.inf)
         if self.mass.shape[-1] > LARGE:
@@ -83,7 +84,7 @@ class VibratingStructure:
         return omega
 
     @cached_property
-    def _unheld(self) -> list[tuple[Any, Any, Any]]:
+    def _unheld(self) -> list[tuple[Integers, Reals, Integers]]:
         """Mass per stiffness of the coordinates left free, by the number of conditions: positions, matrices, levels.
 
         Joints hold but what is at the ends of beams; what is within has no stiffness but its own and stays as it is.
@@ -101,7 +102,7 @@ class VibratingStructure:
             found.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
         return found
 
-    def _per_stiffness(self, chosen: Any, free: Any, at_ends: Any, within: Any) -> Any:
+    def _per_stiffness(self, chosen: Integers, free: Reals, at_ends: Flags, within: Integers) -> Reals:
         """Symmetric matrices with eigenvalues 1/omega^2, so that no coordinate needs to have mass.
 
         Of what is free of the ends' coordinates, shape (positions, n free, n ends), and those within.
@@ -124,7 +125,7 @@ class VibratingStructure:
         ]
         return float(max(ways)) or 1.0
 
-    def _at(self, value: Any) -> Any:
+    def _at(self, value: Any) -> Numbers:
         """A quantity of the motion at the positions of this design."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
@@ -143,19 +144,19 @@ class VibratingStructure:
             return [vibrating_link(link, scaled, inner)]
         return [vibrating_link(*divided(link, scaled, mark), inner) for mark in marks]
 
-    def _arm(self, number: int, at: int) -> Any:
+    def _arm(self, number: int, at: int) -> Columns:
         return self._places[number].arm(at)
 
     @cached_property
-    def _flank(self) -> Mapping[int, Any]:
+    def _flank(self) -> Mapping[int, Reals]:
         """Of the gears' teeth that the loads of the motion load."""
         return balancing_forces(self._motion).flank
 
-    def _local(self, at: int, arm: Any) -> Any:
+    def _local(self, at: int, arm: Columns) -> Complexes:
         """A place in the axes of a link, in units of length, shape (positions,)."""
-        return self._at(arm) / self._at(self._motion.direction[at]) / self._scale
+        return np.asarray(self._at(arm) / self._at(self._motion.direction[at]) / self._scale, complex)
 
-    def _moved(self, at: int, name: str, arm: Any) -> tuple[Any, Any]:
+    def _moved(self, at: int, name: str, arm: Columns) -> tuple[Complexes, Reals]:
         """Displacement, complex, in the ground's axes and rotation of a link's point, per coordinate.
 
         `arm` from the origin of the link's axes to the point, in the ground's axes, for links without beams.
@@ -175,7 +176,7 @@ class VibratingStructure:
             turned[:, part] = turn
         return shift, turned
 
-    def _moved_at(self, number: int, at: int) -> tuple[Any, Any]:
+    def _moved_at(self, number: int, at: int) -> tuple[Complexes, Reals]:
         """The same of a link's place at a joint."""
         point = self._places[number].joint.point(at)
         return self._moved(at, _block(number) if point is None else point, self._arm(number, at))
@@ -196,7 +197,7 @@ class VibratingStructure:
             compliance = soft.rotation if place.turns else soft.translation
             self._hold([followed - self._gear_input(number, place)], compliance)
 
-    def _gear_input(self, number: int, place: JointPlace) -> Any:
+    def _gear_input(self, number: int, place: JointPlace) -> Reals:
         """Motion that a gear gives its follower, per coordinate; its teeth touch on the flank that the loads load."""
         flank = None
         teeth = place.teeth
@@ -204,24 +205,27 @@ class VibratingStructure:
         if teeth is not None:
             hub = teeth.arm - teeth.reach_body
             flank = self._at(self._flank[number])[:, None]
-            parts = {name: self._at(part)[:, None] for name, part in vars(teeth).items() if name != "body"}
+            parts: dict[str, Any] = {
+                name: self._at(part)[:, None] for name, part in vars(teeth).items() if name != "body"
+            }
             along = None if place.turns else self._at(place.along)[:, None]
             place = replace(place, along=along, teeth=replace(teeth, **parts))
 
-        def moved(joint: Joint, at: int) -> tuple[Any, Any]:
+        def moved(joint: Joint, at: int) -> tuple[Complexes, Reals]:
             if joint is place.joint:
                 shift, turned = self._moved_at(number, at)
             else:
                 shift, turned = self._moved(at, joint.point(at) or "", hub)
             return shift, turned / self._scale
 
-        return gear_input(place, moved, flank)
+        followed: Reals = gear_input(place, moved, flank)
+        return followed
 
-    def _along(self, along: Any, shift: Any) -> Any:
+    def _along(self, along: Any, shift: Complexes) -> Reals:
         """Component of displacements along a slider's line."""
         return (np.conj(self._at(along))[:, None] * shift).real
 
-    def _hold(self, rows: list[Any], compliance: float) -> None:
+    def _hold(self, rows: list[Reals], compliance: float) -> None:
         for row in rows:
             if compliance:
                 self.stiffness += row[:, :, None] * row[:, None, :] / compliance
@@ -247,7 +251,7 @@ def _block(number: int | None) -> str:
     return f"under joint {number}"
 
 
-def _lowest(per_stiffness: Any, modes: int) -> Any:
+def _lowest(per_stiffness: Reals, modes: int) -> Reals:
     """Lowest frequencies of stacked structures, by the largest mass per stiffness."""
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
     moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)

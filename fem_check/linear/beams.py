@@ -15,6 +15,7 @@ from fem_check.linear.frame import Frame
 from fem_check.linear.loads import distributed
 from fem_check.linear.unit_beam import DEGREE, UnitBeam, unit_beam
 from rigid import Motion
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.kinematics import repeated, stacked
 
 
@@ -36,13 +37,13 @@ class LoadedBeams:
         Blocks of sliders on beams.
     """
 
-    length: Any
-    axis: Any
-    stretch: Any
-    bend: Any
-    shear: Any
-    strain: Any
-    load: Any
+    length: Reals
+    axis: Complexes
+    stretch: Reals
+    bend: Reals
+    shear: Reals
+    strain: Reals
+    load: Complexes
     units: tuple[UnitBeam, ...]
     blocks: tuple[BlockResponse, ...]
 
@@ -54,7 +55,7 @@ class LoadedBeams:
             return [(self.units[0], slice(None))]
         return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in found.values()]
 
-    def per_beam(self, values: Any) -> Any:
+    def per_beam(self, values: Any) -> Reals:
         """A function of every beam's unit beam, shape (n, beams, 1, ...)."""
         found = {id(unit): values(unit) for unit in self.units}
         table = np.array([found[id(unit)] for unit in self.units])
@@ -66,7 +67,7 @@ class LoadedBeams:
         own = {name: getattr(self, name)[number] for name in rows}
         return replace(self, **own, load=self.load[:, number], units=(self.units[number],), blocks=())
 
-    def coupling(self, size: float, u: Any, w: Any, phi: Any, slide: Any) -> Any:
+    def coupling(self, size: float, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
         """Flexibility of a beam: displacement of one place per load on another, from that of the unit beam.
 
         Parameters
@@ -82,13 +83,14 @@ class LoadedBeams:
         """
         matrix = np.zeros((3, 3, *self.length.shape))
         matrix[0, 0] = self.length * self.stretch * u
-        for k, reach in enumerate((self.length, size)):
+        reaches: tuple[Reals | float, ...] = (self.length, size)
+        for k, reach in enumerate(reaches):
             matrix[1, 1 + k] = self.length**2 * reach * self.bend * w[k]
             matrix[2, 1 + k] = self.length * size * reach * self.bend * phi[k]
         matrix[1, 1] += self.length * self.shear * slide
         return matrix
 
-    def bent(self, size: float, xi: Any, u: Any, w: Any, phi: Any, slide: Any) -> Any:
+    def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
         """Displacement of a place by the distributed loads and the free strain, shape (3, ...) [m]."""
         along, across = self.load.real, self.load.imag
         found = np.empty((3, *self.length.shape))
@@ -98,8 +100,9 @@ class LoadedBeams:
         return found
 
 
-def _sum(unit: Any, load: Any) -> Any:
-    return sum(value * own for value, own in zip(unit, load, strict=True))
+def _sum(unit: Reals, load: Reals) -> Reals:
+    total: Reals = sum(value * each for value, each in zip(unit, load, strict=True))
+    return total
 
 
 def over_designs(motion: Motion, sections: Sequence[Section]) -> Motion:

@@ -12,6 +12,7 @@ import numpy as np
 
 from fem_check.linear.lines import Line
 from fem_check.linear.unit_beam import UnitBeam
+from rigid.arrays import Reals
 
 NEAREST = 1e-14  # distance from a node, in lengths of an element, at which it is divided at least
 
@@ -43,9 +44,9 @@ class Divided:
             (0.0 * self.place, self.place, start + here + between),
             (self.place, 1.0 - self.place, here + end + [k + len(between) for k in between]),
         ]
-        matrix = np.zeros((*columns, size, size))
+        matrix: Reals = np.zeros((*columns, size, size))
         for low, length, dofs in self.parts:
-            rigidity = np.polynomial.polynomial.polyval(self._along(low, length), line.rigidity)
+            rigidity: Any = np.polynomial.polynomial.polyval(self._along(low, length), line.rigidity)
             rows, others = np.ix_(dofs, dofs)
             matrix[..., rows, others] += line.kind.stiffness(rigidity, length)
         inner, ends = slice(2 * m, None), slice(0, 2 * m)
@@ -55,7 +56,7 @@ class Divided:
         self.soft = soft[..., :m, :]
         self.carry = self._carried(-self.soft @ matrix[..., inner, ends])
 
-    def _carried(self, carry: Any) -> Any:
+    def _carried(self, carry: Any) -> Reals:
         """The same with the share of the nearer end from a rigid motion, which it would lose to round-off."""
         m, rigid = self.line.kind.nodal, self.line.kind.rigid
         by_start, by_end = carry[..., :m], carry[..., m:]
@@ -63,12 +64,13 @@ class Divided:
         from_end = np.concatenate((by_start, rigid(self.place - 1.0) - by_start @ rigid(-1.0)), axis=-1)
         return np.where(self.place[..., None, None] < 0.5, from_start, from_end)
 
-    def _along(self, low: Any, length: Any) -> Any:
+    def _along(self, low: Reals, length: Reals) -> Reals:
         """Quadrature points of a part of the element, as xi of the line, shape (..., points)."""
         inside = low[..., None] + length[..., None] * self.line.kind.points
-        return (self.number[..., None] + inside) / self.line.elements
+        xi: Reals = (self.number[..., None] + inside) / self.line.elements
+        return xi
 
-    def of_nodes(self, values: Any) -> Any:
+    def of_nodes(self, values: Reals) -> Reals:
         """Displacement of the block that nodal values bring, shape (m, loads, nodes) or (m, loads, ..., nodes)."""
         moving = values.ndim > 3
         m = len(values)
@@ -78,10 +80,10 @@ class Divided:
                 ends += list(np.take_along_axis(values, node[None, None, ..., None], -1)[..., 0])
             else:
                 ends += list(values[:, :, node])
-        found = np.einsum("...ij,jq...->iq...", self.carry, np.array(ends))
+        found: Reals = np.einsum("...ij,jq...->iq...", self.carry, np.array(ends))
         return found.reshape(m, *found.shape[1:])
 
-    def of_spread(self, load_at: Any) -> Any:
+    def of_spread(self, load_at: Any) -> Reals:
         """Displacement of the block by loads along the element, its ends held, shape (m, loads, ...)."""
         kind, m = self.line.kind, self.line.kind.nodal
         total: Any = 0.0
@@ -92,9 +94,10 @@ class Divided:
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
             soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
-        return total
+        moved: Reals = total
+        return moved
 
-    def of_point(self, other: Divided) -> Any:
+    def of_point(self, other: Divided) -> Reals:
         """Displacement of the block by a unit on each dof of one on its element, the ends held, shape (m, m, ...)."""
         if other is self:
             return np.moveaxis(self.soft[..., : self.line.kind.nodal], (-2, -1), (0, 1))
@@ -110,9 +113,10 @@ class Divided:
             inside = [k for k, dof in enumerate(dofs) if dof >= 2 * m]
             soft = self.soft[..., [dofs[k] - 2 * m for k in inside]]
             total = total + np.einsum("...md,...qd->mq...", soft, work[..., inside])
-        return total
+        moved: Reals = total
+        return moved
 
-    def pushed(self) -> tuple[Any, Any]:
+    def pushed(self) -> tuple[Reals, Reals]:
         """Nodal values and forces on the elements under a unit on each dof of the block.
 
         Returns
@@ -144,7 +148,7 @@ class BlockResponse:
         V, M, a force across for slide, shape (loads, ..., nodes).
     """
 
-    def __init__(self, beam: int, xi: Any, unit: UnitBeam) -> None:
+    def __init__(self, beam: int, xi: Reals, unit: UnitBeam) -> None:
         self.beam, self.xi, self.unit = beam, xi, unit
         n = float(unit.bending.elements)
         self.across, self.along, self.sheared = (
@@ -156,12 +160,12 @@ class BlockResponse:
         (self.slide,) = self._under(self.sheared, unit.slide[None], n**-2)
         self.nodes = self._nodes(n)
 
-    def _under(self, divided: Divided, values: Any, unit: float) -> Any:
+    def _under(self, divided: Divided, values: Reals, unit: float) -> Reals:
         found = divided.of_nodes(values)
         found[:, : len(self.unit.stations)] += unit * divided.of_spread(self.unit.load_at)
         return found
 
-    def _nodes(self, n: float) -> dict[str, Any]:
+    def _nodes(self, n: float) -> dict[str, Reals]:
         (w, phi), forces = self.across.pushed()
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi), 1)
         (u,), along = self.along.pushed()
@@ -176,7 +180,7 @@ class BlockResponse:
             "M": _at_nodes(-forces[1], forces[3]) * scale * n**2,
         }
 
-    def under(self, other: BlockResponse) -> tuple[Any, Any, Any, Any]:
+    def under(self, other: BlockResponse) -> tuple[Reals, Reals, Reals, Reals]:
         """u, w, phi, slide of this block under unit loads of one on the same beam, shape (loads, ...)."""
         n = float(self.unit.bending.elements)
         scale = np.array([n**-3, n**-2]).reshape(2, *[1] * np.ndim(self.xi))
@@ -187,6 +191,6 @@ class BlockResponse:
         return u, w, phi * n, slide
 
 
-def _at_nodes(starts: Any, ends: Any) -> Any:
+def _at_nodes(starts: Reals, ends: Reals) -> Reals:
     """A section force at the nodes: at the start of every element, and at the end of the last."""
     return np.concatenate((starts, ends[..., -1:]), axis=-1)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from elastic import PRIMARY, Deflection, Taper, sample
 from fem_check.linear.solution import Solution
 from rigid import Reals
+from rigid.arrays import Columns
 
 TOLERANCE = 1e-8
 """Granted to beams without taper, whose nodal values are exact: room for round-off in ill-conditioned positions."""
@@ -166,7 +166,7 @@ class _Floor:
         return _lifted(greatest, self.length.max(initial=0.0), *soft)
 
 
-def _lifted(greatest: Reals, length: Any, stretched: Any, bent: Any) -> Reals:
+def _lifted(greatest: Reals, length: Columns, stretched: Columns, bent: Columns) -> Reals:
     """Greatest magnitudes, lifted to `FLOOR` of those that the others would make on a beam of such a size."""
     force, moved = greatest[:2].max(axis=0), greatest[3:5].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):

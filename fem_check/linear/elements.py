@@ -56,7 +56,7 @@ class ElementKind:
     def __repr__(self) -> str:
         return f"ElementKind({self.element.__name__})"
 
-    def stiffness(self, rigidity: Any, length: Any = 1.0) -> Any:
+    def stiffness(self, rigidity: Reals, length: Any = 1.0) -> Reals:
         """Stiffness of elements of some length and rigidity at their points.
 
         As scikit-fem's `form.elemental(basis, rigidity=...)`, of elements in arrays of any shape at once.
@@ -75,9 +75,10 @@ class ElementKind:
         matrix = np.einsum("...g,ig,jg->...ij", rigidity * self.weights, self.strain, self.strain)
         scale = np.power.outer(np.asarray(length, float), self.turns)
         unit = np.power(np.asarray(length, float), -self.order)[..., None, None]
-        return matrix * unit * scale[..., :, None] * scale[..., None, :]
+        scaled: Reals = matrix * unit * scale[..., :, None] * scale[..., None, :]
+        return scaled
 
-    def rigid(self, way: Any) -> Any:
+    def rigid(self, way: Any) -> Reals:
         """Motion of a node per motion of another that lies `way` before it, no deformation between: (..., m, m)."""
         matrix = np.zeros((*np.shape(way), self.nodal, self.nodal))
         matrix[...] = np.eye(self.nodal)
@@ -85,7 +86,7 @@ class ElementKind:
             matrix[..., 0, slope] = way
         return matrix
 
-    def sampled(self, stations: Any, derivative: bool = False) -> Any:
+    def sampled(self, stations: Any, derivative: bool = False) -> Reals:
         """Shape functions, or their slopes, at stations from 0 to 1, shape (dofs, stations)."""
         basis = basis_of_one(self.element, (np.atleast_2d(stations), np.ones(np.size(stations))))
         return np.array([_values(function[0].grad if derivative else function[0]) for function in basis.basis])
@@ -99,7 +100,7 @@ def basis_of_one(element: type, quadrature: Any = None) -> Any:
     return Basis(MeshLine(np.array([[0.0, 1.0]])), element(), **given)
 
 
-def _values(field: Any) -> Any:
+def _values(field: Any) -> Reals:
     return np.asarray(field).reshape(-1)
 
 

@@ -18,6 +18,7 @@ from fem_check.linear.frame import Frame, FramePlace
 from fem_check.linear.loads import concentrated
 from fem_check.linear.ties import Row
 from rigid import SINGULAR, Motion
+from rigid.arrays import Columns, Complexes, Flags, Reals
 from rigid.plane import cross
 
 
@@ -30,13 +31,16 @@ class Wrenches:
     shape (..., positions, rows + 1, spots, 3).
     """
 
-    total: Any
-    spots: Any
+    total: Reals
+    spots: Reals
     size: float
 
 
 def wrenches_of(
-    frame: Frame, rows: Sequence[Row], beams: LoadedBeams, more: Sequence[tuple[FramePlace | None, Any, Any]] = ()
+    frame: Frame,
+    rows: Sequence[Row],
+    beams: LoadedBeams,
+    more: Sequence[tuple[FramePlace | None, Columns, Columns]] = (),
 ) -> Wrenches:
     """Wrenches on the bodies of every constraint and of all loads; `more` loads: place, force [N], and moment [N m]."""
     columns = frame.motion.columns
@@ -44,7 +48,7 @@ def wrenches_of(
     spots = np.zeros((*columns, len(rows) + 1, len(frame.spots), 3))
     size = float(np.max(beams.length, initial=0.0)) or 1.0
 
-    def put(row: int, place: FramePlace | None, force: Any, moment: Any) -> None:
+    def put(row: int, place: FramePlace | None, force: Any, moment: Columns) -> None:
         if place is None:
             return
         k = place.body
@@ -69,7 +73,7 @@ def wrenches_of(
     return Wrenches(total, spots, size)
 
 
-def _resultants(beams: LoadedBeams) -> tuple[Any, Any]:
+def _resultants(beams: LoadedBeams) -> tuple[Complexes, Reals]:
     """Resultants of the distributed loads about the starts of the beams: force in the ground's axes and moment."""
     if not beams.units:
         return beams.length * beams.axis, beams.length
@@ -84,7 +88,7 @@ def _resultants(beams: LoadedBeams) -> tuple[Any, Any]:
     return beams.axis * beams.length * (along + 1j * across), beams.length**2 * turn
 
 
-def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> tuple[Any, Any]:
+def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: Wrenches) -> tuple[Reals, Reals]:
     """Solution of the frame: multipliers of all constraints, displacement and rotation of all bodies.
 
     Returns
@@ -138,7 +142,7 @@ class _System:
         for number, row in enumerate(rows):
             self._given[..., number] -= row.wanted * ((size if row.turns else 1.0) / self.unit)
 
-    def opened(self, loads: Any) -> Any:
+    def opened(self, loads: Reals) -> Reals:
         """Gaps of all rows, (..., loads, rows), under loads on the spots, (..., loads, spots, 3)."""
         moved = np.zeros_like(loads)
         ends = self._ends.shape[-3]
@@ -147,7 +151,7 @@ class _System:
             moved[..., at, :] += np.einsum("...ri,...ji->...rj", loads[..., loaded, :], matrix)
         return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
 
-    def left(self, found: Any) -> Any:
+    def left(self, found: Reals | None) -> Reals:
         """Residual of the gaps and the balance, negated; None stands for no multipliers and displacements yet.
 
         Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
@@ -164,7 +168,7 @@ class _System:
         return -np.concatenate((gaps + self.opened(loads)[..., 0, :], balance), axis=-1)
 
 
-def _ends(beams: LoadedBeams, size: float) -> tuple[Any, Any]:
+def _ends(beams: LoadedBeams, size: float) -> tuple[Reals, Reals]:
     """Flexibility of the beams' ends, and their displacement by distributed loads and free strain.
 
     Returns
@@ -205,7 +209,7 @@ def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]
                 yield other_number, number, np.moveaxis(matrix, (0, 1), (-2, -1))
 
 
-def _block_bent(beams: LoadedBeams, size: float) -> Any:
+def _block_bent(beams: LoadedBeams, size: float) -> Reals:
     """Displacements of the blocks by distributed loads and free strain, shape (..., positions, blocks, 3)."""
     found = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
@@ -214,7 +218,7 @@ def _block_bent(beams: LoadedBeams, size: float) -> Any:
     return np.moveaxis(np.array(found), (0, 1), (-2, -1))
 
 
-def _solved(matrix: Any, right: Any, regular: Any) -> Any:
+def _solved(matrix: Reals, right: Reals, regular: Flags) -> Reals:
     """Solutions, nan where a position is singular."""
     good = regular & np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
     found = np.full_like(right, np.nan)

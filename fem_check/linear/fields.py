@@ -13,7 +13,7 @@ from fem_check.linear.unit_beam import UnitBeam
 from rigid import Reals
 
 
-def fields_of(beams: LoadedBeams, spots: Any, carried: Any) -> dict[str, Reals]:
+def fields_of(beams: LoadedBeams, spots: Reals, carried: Reals) -> dict[str, Reals]:
     """N, V, M, u, w, phi at the nodes: unit responses times their loads, and the motion of the beam's axes.
 
     Parameters
@@ -48,8 +48,8 @@ def _add_kind(
     fields: dict[str, Reals],
     beams: LoadedBeams,
     kind: tuple[UnitBeam, Any],
-    along: Any,
-    across: Any,
+    along: Reals,
+    across: Reals,
     shape: tuple[int, ...],
 ) -> None:
     """Add the responses of the beams that are multiples of one unit beam."""
@@ -74,7 +74,7 @@ def _add_kind(
         fields.setdefault(field, np.zeros(shape))[own] = value
 
 
-def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Any) -> None:
+def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Reals) -> None:
     """Add the response of a beam to the block on it."""
     k = block.beam
     length, stretch, bend, shear = (row[k][..., None] for row in (beams.length, beams.stretch, beams.bend, beams.shear))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigid import Link, MechanismError, Motion, Slider, position_of
+from rigid.arrays import Columns, Complexes
 
 LINED_UP = 1e-9  # sine of the angle, and distance over length, to which a beam lies along a slider's line
 REACHED = 1e-12  # how far beyond a beam's end, in its lengths, a block counts as on it
@@ -32,7 +33,7 @@ class FramePlace:
 
     body: int
     spot: int | None = None
-    arm: Any = 0.0
+    arm: Columns = 0.0
 
 
 Side = FramePlace | None | tuple[tuple[FramePlace, Any], ...]
@@ -88,11 +89,12 @@ class Frame:
             )
         return self._carried(at, self.motion.direction[at] * link.points[point])
 
-    def along(self, slider: Slider) -> Any:
+    def along(self, slider: Slider) -> Complexes:
         """Unit vector of a slider's line, in the ground's axes."""
-        return self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
+        line: Complexes = self.motion.direction[self.motion.mechanism.index[slider.on]] * slider.direction
+        return line
 
-    def _carried(self, at: int, arm: Any) -> FramePlace | None:
+    def _carried(self, at: int, arm: Complexes) -> FramePlace | None:
         """Place on a link without beams; `arm` from the origin of the link's axes, in the ground's."""
         return FramePlace(self.root[at], arm=arm) if at else None
 
@@ -137,7 +139,7 @@ class Frame:
         return found
 
 
-def parts_on(side: Side, force: Any, moment: Any) -> tuple[tuple[FramePlace | None, Any, Any], ...]:
+def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:
     """A force and a moment on a side of a joint, as those on places."""
     if isinstance(side, tuple):
         return tuple((place, share * force, share * moment) for place, share in side)

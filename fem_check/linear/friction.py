@@ -11,6 +11,7 @@ import numpy as np
 from fem_check.linear.frame import Frame, FramePlace, parts_on
 from fem_check.linear.ties import Tie
 from rigid import Slider, velocity_of
+from rigid.arrays import Reals
 from rigid.parts import Friction
 
 SAME = 1e-13  # share of the greatest force by which the efforts may still change
@@ -40,7 +41,7 @@ class Rubbing:
         """Place, force [N], complex, and moment [N m] of the friction on both sides of every joint."""
         return tuple(load for name, effort in (self.efforts or {}).items() for load in self._loads(name, effort))
 
-    def _loads(self, name: str, effort: Any) -> Iterator[Load]:
+    def _loads(self, name: str, effort: Reals) -> Iterator[Load]:
         slider = _slider(self.frame, name)
         if slider is None:
             first, second = _links(self.frame, name)
@@ -51,7 +52,7 @@ class Rubbing:
             yield block, effort * self.frame.along(slider), 0.0
             yield from parts_on(owner, -effort * self.frame.along(slider), 0.0)
 
-    def after(self, held: Sequence[Tie], multipliers: Any, size: float) -> Rubbing:
+    def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> Rubbing:
         """The friction that forces of the constraints, which they were found with, cause."""
         friction = self.frame.motion.mechanism.friction
         found, row = {}, 0
@@ -66,7 +67,7 @@ class Rubbing:
         unsettled = np.max(changes, axis=0) > SAME * greatest if changes else np.False_
         return replace(self, efforts=found, unsettled=unsettled)
 
-    def _effort(self, tie: Tie, own: Friction, multipliers: Any, size: float) -> Any:
+    def _effort(self, tie: Tie, own: Friction, multipliers: Reals, size: float) -> Reals:
         """Effort on the second link of a pin, or on a slider's block, from its two multipliers."""
         motion, slider = self.frame.motion, _slider(self.frame, tie.name)
         one, other = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
@@ -80,9 +81,10 @@ class Rubbing:
             rate, press = self._slide(slider), np.maximum(np.abs(one), 2 * np.abs(other) / own.length)
             fastest = np.max([np.abs(velocity_of(motion, link.name, point)) for link, point in points], axis=0)
         moves = np.where(np.abs(rate) > STILL * fastest, np.sign(rate), 0.0)
-        return -own.coefficient * press * moves - own.viscosity * rate
+        effort: Reals = -own.coefficient * press * moves - own.viscosity * rate
+        return effort
 
-    def _slide(self, slider: Slider) -> Any:
+    def _slide(self, slider: Slider) -> Reals:
         """Rate at which the block slides along the line [m/s]."""
         motion = self.frame.motion
         owner = motion.mechanism.index[slider.on]
@@ -94,7 +96,8 @@ class Rubbing:
         )
         here = motion.origin[motion.mechanism.index[slider.link]] + ahead
         under = motion.velocity[owner] + 1j * motion.angular_velocity[owner] * (here - motion.origin[owner])
-        return (np.conj(line) * (block - under)).real
+        slide: Reals = (np.conj(line) * (block - under)).real
+        return slide
 
 
 def _slider(frame: Frame, name: str) -> Slider | None:

@@ -54,9 +54,9 @@ class Line:
         return Basis(alike, self.kind.element(), intorder=QUADRATURE, dofs=self._numbering)
 
     @cached_property
-    def _rigid_at(self) -> Any:
+    def _rigid_at(self) -> Reals:
         """Rigidity at all points of quadrature, shape (elements, points)."""
-        return np.polynomial.polynomial.polyval(self.xi, self.rigidity)
+        return np.asarray(np.polynomial.polynomial.polyval(self.xi, self.rigidity), float)
 
     @cached_property
     def resists(self) -> Reals:
@@ -75,7 +75,7 @@ class Line:
         inner = condense(matrix, D=np.arange(self.kind.nodal), expand=False)
         return splu(inner.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
-    def spread(self, functions: Any) -> Any:
+    def spread(self, functions: Reals) -> Reals:
         """Work of distributed loads on the shape functions of every element.
 
         Parameters
@@ -91,7 +91,7 @@ class Line:
 
         return np.array([pushed.elemental(self.basis, load=load).tolocal() for load in functions])
 
-    def respond(self, spread: Any, nodal: Any) -> tuple[Reals, Reals]:
+    def respond(self, spread: Reals, nodal: Reals) -> tuple[Reals, Reals]:
         """Values at the nodes and forces on the elements under loads along them and at the dofs.
 
         Solved to round-off of the result: what is left after a solution is computed exactly, or as nearly as tapered

@@ -9,10 +9,11 @@ import numpy as np
 
 from fem_check.linear.frame import Frame, FramePlace
 from rigid import LineLoad
+from rigid.arrays import Complexes, Reals
 from rigid.plane import cross
 
 
-def distributed(frame: Frame, stations: Any) -> Any:
+def distributed(frame: Frame, stations: Reals) -> Complexes:
     """Load per length of every beam at stations along it, in the beam's own axes.
 
     Inertia and weight, `m' (g - a)` with a the acceleration of the beam's point there, and the line loads.
@@ -67,8 +68,9 @@ def concentrated(frame: Frame) -> Iterator[tuple[FramePlace, Any, Any]]:
                     yield place, force, moment
 
 
-def _acceleration(frame: Frame, at: int, local: Any) -> Any:
+def _acceleration(frame: Frame, at: int, local: Any) -> Complexes:
     """Acceleration of a point given in a link's axes [m/s^2], complex."""
     motion = frame.motion
     turning = 1j * motion.angular_acceleration[at] - motion.angular_velocity[at] ** 2
-    return motion.acceleration[at] + turning * motion.direction[at] * local
+    acceleration: Complexes = motion.acceleration[at] + turning * motion.direction[at] * local
+    return acceleration

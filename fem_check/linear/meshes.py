@@ -12,6 +12,7 @@ import numpy as np
 
 from fem_check.linear.frame import Frame, FramePlace
 from rigid import Gear, PinDrive, SliderDrive, position_of
+from rigid.arrays import Columns, Complexes
 
 Flanks = Mapping[int, Any]
 """By the number of a gear: which flank is loaded, the sign of the effort along the coordinate of its follower."""
@@ -19,7 +20,7 @@ End = PinDrive | SliderDrive
 MeshParts = tuple[tuple[FramePlace | None, Any, Any], ...]
 
 
-def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> MeshParts | None:
+def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     """Place, force and moment on follower and driver at their joints, per effort along the follower's coordinate.
 
     None where they have no pitch point: no teeth, no link that carries both, ratio 1, one axis, or no wheel.
@@ -46,7 +47,9 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Any) -> MeshParts | None:
     )
 
 
-def _pitch_point(frame: Frame, gear: Gear, rate: float, one: Any, other: Any) -> tuple[Any, Any, Any] | None:
+def _pitch_point(
+    frame: Frame, gear: Gear, rate: float, one: Complexes, other: Complexes
+) -> tuple[Complexes, Complexes, Complexes] | None:
     """Pitch point [m], unit tangent of a positive effort on the follower, and where the flanks push it."""
     if isinstance(gear.driver, PinDrive) and isinstance(gear.follower, PinDrive):
         return _of_wheels(rate, one, other)
@@ -62,7 +65,7 @@ def _pitch_point(frame: Frame, gear: Gear, rate: float, one: Any, other: Any) ->
     return None
 
 
-def _of_wheels(rate: float, one: Any, other: Any) -> tuple[Any, Any, Any] | None:
+def _of_wheels(rate: float, one: Complexes, other: Complexes) -> tuple[Complexes, Complexes, Complexes] | None:
     distance = np.abs(other - one)
     if rate == 1 or not np.any(distance):
         return None
@@ -90,7 +93,7 @@ def _body(frame: Frame, end: End, carrier: int) -> tuple[int, int]:
     return (link, 1) if on == carrier else (on, -1)
 
 
-def _point(frame: Frame, end: End, body: int) -> Any:
+def _point(frame: Frame, end: End, body: int) -> Complexes:
     """Where a body has its joint [m], complex."""
     mechanism = frame.motion.mechanism
     if isinstance(end, PinDrive):

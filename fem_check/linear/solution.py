@@ -18,6 +18,7 @@ from fem_check.linear.meshes import Flanks
 from fem_check.linear.ties import Tie, ties
 from fem_check.linear.unit_beam import unit_beam
 from rigid import Motion, Reals
+from rigid.arrays import Numbers
 
 ROUNDS = 100  # of friction from forces and forces from friction
 FLANKS = 4  # rounds until the teeth of gears are loaded on the flanks that they were taken to touch with
@@ -32,8 +33,8 @@ class TieForce:
     """
 
     name: str
-    force: Any
-    moment: Any
+    force: Numbers
+    moment: Reals
 
     def __repr__(self) -> str:
         return f"TieForce({self.name!r})"
@@ -173,7 +174,7 @@ def loaded_flanks(
     return solve(motion, sections, 1, joints).flanks if motion.mechanism.gears else {}
 
 
-def _loaded_flanks(held: Sequence[Tie], multipliers: Any) -> Flanks:
+def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
     """Flanks of the gears' teeth that the multipliers load."""
     gears = [tie.gear for tie in held for _ in tie.rows]
     greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
@@ -186,7 +187,7 @@ def _loaded_flanks(held: Sequence[Tie], multipliers: Any) -> Flanks:
 
 
 def _tie_forces(
-    motion: Motion, held: Sequence[Tie], multipliers: Any, size: float
+    motion: Motion, held: Sequence[Tie], multipliers: Reals, size: float
 ) -> tuple[tuple[TieForce, ...], Reals]:
     """Multipliers gathered to forces and moments, and the drives' efforts."""
     forces, number = [], 0

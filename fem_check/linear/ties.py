@@ -12,6 +12,7 @@ from elastic import JointCompliance
 from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
 from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
+from rigid.arrays import Columns
 from rigid.joints import Joint
 
 Part = tuple[FramePlace | None, Any, Any]
@@ -30,7 +31,7 @@ class Row:
     parts: tuple[Part, ...]
     turns: bool = False
     soft: float = 0.0
-    wanted: Any = 0.0
+    wanted: Columns = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
             yield Tie(name, (replace(made, parts=parts),), gear=number)
 
 
-def _moved(sides: Sides, way: Any) -> Row:
+def _moved(sides: Sides, way: Columns) -> Row:
     """No displacement of the child from the parent along a unit vector."""
     parent, child = sides
     return Row(((child, way, 0.0), *parts_on(parent, -way, 0.0)))

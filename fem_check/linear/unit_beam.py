@@ -59,7 +59,7 @@ class UnitBeam:
     stretching: Line
     sliding: Line
 
-    def load_at(self, xi: Any) -> Any:
+    def load_at(self, xi: Reals) -> Reals:
         """The unit loads at places along the beam, shape (stations, ...)."""
         return np.array([_lagrange(self.stations, k, xi) for k in range(len(self.stations))])
 
@@ -123,7 +123,7 @@ def _unit_beam(elements: int, degree: int, tapers: Key) -> UnitBeam:
     )
 
 
-def _along(line: Line, loads: Any) -> tuple[Reals, Reals]:
+def _along(line: Line, loads: Reals) -> tuple[Reals, Reals]:
     """Displacements and forces at the nodes of a stretched line under loads along it and a force at its end."""
     n = float(line.elements)
     tip = np.zeros((line.size, 1))
@@ -132,7 +132,7 @@ def _along(line: Line, loads: Any) -> tuple[Reals, Reals]:
     return u, _at_nodes(-minus_N, N) * n
 
 
-def _lagrange(stations: Any, k: int, xi: Any) -> Any:
+def _lagrange(stations: Reals, k: int, xi: Any) -> Reals:
     """The polynomial that is 1 at one station and 0 at the others."""
     value = np.ones(np.shape(xi))
     for other in np.delete(stations, k):

@@ -9,6 +9,7 @@ import numpy as np
 
 from fem_check.solid.outline import Outline, Powers, grid
 from rigid import Reals
+from rigid.arrays import Integers
 
 PIN = 0.5  # radius of the region over which a joint force is spread, in depths of the thinnest beam that ends there
 QUADRATURE = 6  # degree that is integrated exactly on a straight element
@@ -50,9 +51,9 @@ class SolidLink:
         ways = np.array([outline.way(strip) for strip in outline.strips])[self.grid.strip]
         self.xi = np.clip(((self.places - starts[:, None]) / ways[:, None]).real, 0.0, 1.0)
 
-    def along(self, values: Any) -> Any:
+    def along(self, values: Any) -> Reals:
         """A function of the strip and xi at all points of quadrature, shape (elements, points)."""
-        found = np.empty_like(self.xi)
+        found: Reals = np.empty_like(self.xi)
         for k, strip in enumerate(self.outline.strips):
             own = self.grid.strip == k
             found[own] = values(strip, self.xi[own])
@@ -119,7 +120,7 @@ class SolidLink:
         rows[2, x], rows[2, y] = -self.basis.doflocs[1, x], self.basis.doflocs[0, y]
         return rows
 
-    def held(self) -> Any:
+    def held(self) -> Integers:
         """Three dofs that leave the body no rigid motion: both of one node on an axis, one of another far away."""
         first, last = self.grid.axis[0][0], self.grid.axis[0][-1]
         way = self.outline.way(self.outline.strips[0])

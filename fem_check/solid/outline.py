@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rigid import Reals
+from rigid.arrays import Columns, Complexes, Integers
 
 MITRE = 1.0  # how far a corner may be from the point where beams meet, in depths: a sharp tip carries nothing
 EATEN = 0.4  # part of a beam that a corner between two beams may reach along it
@@ -49,7 +49,7 @@ class Strip:
     EI: tuple[float, ...]
     mass: tuple[float, ...] = (0.0,)
 
-    def depth(self, xi: Any) -> Any:
+    def depth(self, xi: Columns) -> Columns:
         """Of the rectangle with the same EA and EI, sqrt(12 EI/EA) [m]."""
         return np.sqrt(12.0 * Powers(xi, self.EI) / Powers(xi, self.EA))
 
@@ -90,11 +90,11 @@ class QuadGrid:
         Per strip the points on its axis, from end to end, and where they are.
     """
 
-    points: Any
-    cells: Any
-    strip: Any
+    points: Complexes
+    cells: Integers
+    strip: Integers
     share: Reals
-    axis: tuple[Any, ...]
+    axis: tuple[Integers, ...]
     xi: tuple[Reals, ...]
 
 
@@ -166,7 +166,7 @@ def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, i
 
 def _rows(
     outline: Outline, k: int, sides: dict[tuple[int, int, int], complex], across: int
-) -> tuple[Any, Reals, Reals, int]:
+) -> tuple[Complexes, Reals, Reals, int]:
     """Points of a strip row by row, length of beam between rows, xi of the rows of the beam, rows of the overhang."""
     strip = outline.strips[k]
     way, start = outline.way(strip), outline.points[strip.start]
@@ -216,7 +216,7 @@ def _stations(strip: Strip, length: float, across: int) -> Reals:
     return np.interp(np.linspace(0.0, total[-1], count + 1), total, fine)
 
 
-def _merged(places: Any, size: float) -> tuple[Any, Any]:
+def _merged(places: Complexes, size: float) -> tuple[Complexes, Integers]:
     """Places without those that are there already, and the new number of every old one."""
     pairs = np.round(np.stack((places.real, places.imag), axis=1) / (ROUND_OFF * size) + np.pi)
     _, kept, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)

@@ -11,6 +11,7 @@ import numpy as np
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Powers
 from rigid import Reals
+from rigid.arrays import Complexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +34,15 @@ class Responses:
 
     body: SolidLink
     values: Reals
-    points: Any
+    points: Complexes
 
     @property
-    def nodes(self) -> Any:
+    def nodes(self) -> Complexes:
         """Displacements of the corners of the elements, complex, shape (loads, corners)."""
         x, y = self.body.basis.nodal_dofs[:2]
         return self.values[:, x] + 1j * self.values[:, y]
 
-    def on_axis(self, strip: int) -> Any:
+    def on_axis(self, strip: int) -> Complexes:
         """Displacements along a strip's axis, at its ends those of the pins, complex, shape (loads, stations)."""
         own = self.body.outline.strips[strip]
         found = self.nodes[:, self.body.grid.axis[strip]]

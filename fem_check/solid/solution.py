@@ -18,6 +18,7 @@ from fem_check.linear.ties import ties
 from fem_check.solid.outline import Outline, OutlineError, Strip
 from fem_check.solid.responses import Responses, responses
 from rigid import LineLoad, Motion, Reals
+from rigid.arrays import Columns, Complexes
 
 POISSON = 0.3
 ACROSS = 4
@@ -50,7 +51,7 @@ class SolidSolution:
     xi: tuple[Reals, ...]
     chord: tuple[Reals, ...]
 
-    def displacement(self, link: int, position: int) -> Any:
+    def displacement(self, link: int, position: int) -> Complexes:
         """Of all corners of the elements of a link's body from the line through two of its pins [m], complex.
 
         In the link's axes; the line leads through the ends of the first beam.
@@ -61,7 +62,8 @@ class SolidSolution:
         moved, pins = loads @ found.nodes, loads @ found.points
         way = found.body.outline.way(strip)
         turn = ((pins[strip.end] - pins[strip.start]) / way).imag
-        return moved - pins[strip.start] - 1j * turn * (found.body.grid.points - start)
+        bent: Complexes = moved - pins[strip.start] - 1j * turn * (found.body.grid.points - start)
+        return bent
 
     def __repr__(self) -> str:
         elements = sum(len(found.body.grid.cells) for found in self.bodies.values())
@@ -186,7 +188,7 @@ def _pushes(
         multipliers, _ = balanced(frame.motion, rows, beams, wrenches)
     beamed = frame.motion.mechanism.beams
 
-    def on_end(place: FramePlace, force: Any, moment: Any) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
+    def on_end(place: FramePlace, force: Columns, moment: Columns) -> Iterator[tuple[int, str, tuple[Any, Any]]]:
         if place.body < len(beamed):
             at, beam = beamed[place.body]
             yield at, beam.start if place.spot is None else beam.end, (force, moment)
@@ -203,7 +205,11 @@ def _pushes(
 
 
 def _loads(
-    motion: Motion, at: int, sections: Sequence[Section], points: int, pushes: Sequence[tuple[int, tuple[Any, Any]]]
+    motion: Motion,
+    at: int,
+    sections: Sequence[Section],
+    points: int,
+    pushes: Sequence[tuple[int, tuple[Columns, Columns]]],
 ) -> Reals:
     """Multiples of the unit loads of a link, shape (loads, positions)."""
     mechanism, back = motion.mechanism, np.conj(motion.direction[at])

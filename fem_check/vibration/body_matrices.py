@@ -32,10 +32,11 @@ class ElementField:
     kind: ElementKind
     values: Reals
 
-    def at(self, functions: Any, length: Any) -> Any:
+    def at(self, functions: Reals, length: Reals) -> Reals:
         """Displacement per coordinate, shape (..., elements, places, n), by shape functions, (dofs, places)."""
         scale = np.power.outer(length, self.kind.turns)
-        return np.einsum("dg,...edn->...egn", functions, self.values * scale[..., None])
+        values: Reals = np.einsum("dg,...edn->...egn", functions, self.values * scale[..., None])
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ class VibratingBody:
     fields: tuple[ElementField, ...]
     nodes: Reals
 
-    def moves(self, x: Any) -> Any:
+    def moves(self, x: Reals) -> Reals:
         """Displacement along and across and rotation of one place a position, shape (3, positions, n)."""
         moved = np.zeros((3, len(x), self.mass.shape[-1]))
         if not self.fields:
@@ -90,7 +91,7 @@ def vibrating_lumps() -> VibratingBody:
 
 
 def vibrating_beam(
-    length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Any], design: tuple[int, ...]
+    length: float, beam: Beam, section: Section, elements: int, blocks: Sequence[Reals], design: tuple[int, ...]
 ) -> VibratingBody:
     """Stiffness and mass of a beam; an infinite rigidity leaves it rigid against that deformation.
 
@@ -115,7 +116,8 @@ def vibrating_beam(
             stiffness += np.einsum("...ein,...eim->...nm", field.values, resisted)
     there = one_of(beam.mass_per_length, design).real * Powers(xi, beam.mass_taper) * weights * part[..., None]
     along, *across = (field.at(field.kind.shape, part) for field in fields)
-    for moved in (along, sum(across)):
+    beside: Reals = sum(across)  # type: ignore[assignment]
+    for moved in (along, beside):
         mass += _energy(there, moved)
     square = (one_of(section.inertia, design) / one_of(section.area, design)).real
     if "kGA" in kinds and np.isfinite(square):
@@ -124,7 +126,7 @@ def vibrating_beam(
     return VibratingBody(stiffness, mass, fields, nodes)
 
 
-def _energy(weight: Any, moved: Any) -> Any:
+def _energy(weight: Reals, moved: Reals) -> Reals:
     """Sum over all points of the products of two displacements, shape (..., n, n)."""
     rows = moved.reshape(len(moved), -1, moved.shape[-1])
     return (rows * weight.reshape(len(weight), -1, 1)).swapaxes(-1, -2) @ rows

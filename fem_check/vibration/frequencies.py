@@ -14,6 +14,7 @@ from fem_check.linear.solution import loaded_flanks
 from fem_check.linear.ties import Row, ties
 from fem_check.vibration.body_matrices import one_of, vibrating_beam, vibrating_lumps
 from rigid import SINGULAR, Motion, Reals
+from rigid.arrays import Integers, Numbers
 
 RANK = 1e-9  # of the greatest singular value, below which a constraint repeats others
 MASSLESS = 1e-13  # of the greatest mass per stiffness, below which a shape of vibration has no mass
@@ -90,7 +91,7 @@ class _Structure:
     """All bodies of one design at some positions."""
 
     def __init__(
-        self, frame: Frame, sections: Sequence[Section], elements: int, design: tuple[int, ...], positions: Any
+        self, frame: Frame, sections: Sequence[Section], elements: int, design: tuple[int, ...], positions: Integers
     ) -> None:
         self.frame, self.design, self.positions = frame, design, positions
         beams = frame.motion.mechanism.beams
@@ -110,13 +111,14 @@ class _Structure:
     def _length(self, beam: int) -> float:
         return abs(one_of(self.frame.bodies[beam].way, self.design))
 
-    def _blocks(self, beam: int) -> list[Any]:
+    def _blocks(self, beam: int) -> list[Reals]:
         """Places of the blocks on a beam, xi at the positions."""
         return [self._at(xi) for number, xi in self.frame.spots if number == beam and np.ndim(xi)]
 
-    def _at(self, value: Any) -> Any:
+    def _at(self, value: Any) -> Numbers:
         """A quantity of the motion at the positions of this design."""
-        return np.broadcast_to(value, self.frame.motion.columns)[self.design][self.positions]
+        there: Numbers = np.broadcast_to(value, self.frame.motion.columns)[self.design][self.positions]
+        return there
 
     def _axis(self, body: int) -> Any:
         """Unit vector of x' of a body's own axes in those of its link."""
@@ -139,7 +141,7 @@ class _Structure:
                 self.mass += mass * (np.outer(along, along) + np.outer(across, across))
                 self.mass += inertia * np.outer(turned, turned)
 
-    def _moves(self, place: FramePlace) -> Any:
+    def _moves(self, place: FramePlace) -> Reals:
         """Displacement along and across its body and rotation, per coordinate, (3, positions or 1, coordinates)."""
         body = self.bodies[place.body]
         xi = 0.0 if place.spot is None else self.frame.spots[place.spot][1]
@@ -150,7 +152,7 @@ class _Structure:
         rows[..., first : first + own.shape[2]] = own
         return rows
 
-    def _row(self, row: Row) -> Any:
+    def _row(self, row: Row) -> Reals:
         """A tie's row per coordinate, shape (positions, coordinates)."""
         total = np.zeros(self.mass.shape[:2])
         for place, force, moment in row.parts:
@@ -163,7 +165,7 @@ class _Structure:
             total += pull.real[:, None] * along - pull.imag[:, None] * across + twist[:, None] * turned
         return total
 
-    def frequencies(self, rows: Sequence[Row], count: int) -> Any:
+    def frequencies(self, rows: Sequence[Row], count: int) -> Reals:
         """Lowest natural frequencies [rad/s], shape (count, positions)."""
         held = [np.zeros((len(self.positions), 0, self.mass.shape[-1]))]
         stiffness = self.stiffness.copy()
@@ -186,7 +188,7 @@ class _Structure:
         return omega
 
 
-def _lowest(stiffness: Any, mass: Any, count: int) -> Any:
+def _lowest(stiffness: Reals, mass: Reals, count: int) -> Reals:
     """Lowest frequencies of stacked structures, by the greatest mass per stiffness: massless shapes do no harm."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     root = np.linalg.cholesky(stiffness * scale[:, :, None] * scale[:, None, :])

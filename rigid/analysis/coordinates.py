@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.joints import Joint, along_of, coordinate_of
 from rigid.kinematics import Motion
 from rigid.parts import GROUND, MechanismError
@@ -41,22 +42,24 @@ class LinkAngle:
     link: str
     on: str = GROUND
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The angle, the first one in (-pi, pi]."""
         return np.unwrap(np.angle(self._direction(motion)), axis=-1)
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Angular velocity [rad/s]."""
         index = motion.mechanism.index
-        return motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
+        rate: Reals = motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
+        return rate
 
-    def difference(self, motion: Motion, value: Any) -> Any:
+    def difference(self, motion: Motion, value: Any) -> Reals:
         """Angle beyond a value, in (-pi, pi]."""
         return np.angle(self._direction(motion) * np.exp(-1j * np.asarray(value)))
 
-    def _direction(self, motion: Motion) -> Any:
+    def _direction(self, motion: Motion) -> Complexes:
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
-        return one * np.conj(other)
+        turned: Complexes = one * np.conj(other)
+        return turned
 
 
 class _Plain:
@@ -65,9 +68,10 @@ class _Plain:
     def value(self, motion: Motion) -> Any:
         raise NotImplementedError
 
-    def difference(self, motion: Motion, value: Any) -> Any:
+    def difference(self, motion: Motion, value: Any) -> Reals:
         """How far it is beyond a value."""
-        return self.value(motion) - value
+        beyond: Reals = self.value(motion) - value
+        return beyond
 
 
 @dataclass(frozen=True)
@@ -76,17 +80,19 @@ class Slide(_Plain):
 
     slider: str
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The slide."""
-        return coordinate_of(motion, self._joint(motion))
+        slide: Reals = coordinate_of(motion, self._joint(motion))
+        return slide
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Its rate [m/s]."""
         joint = self._joint(motion)
         block = velocity_of(motion, joint.block, joint.at(joint.block))
         arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
         carried = motion.velocity[joint.owner] + 1j * motion.angular_velocity[joint.owner] * arm
-        return dot(along_of(motion, joint), block - carried)
+        rate: Reals = dot(along_of(motion, joint), block - carried)
+        return rate
 
     def _joint(self, motion: Motion) -> Joint:
         for joint in motion.structure.joints:
@@ -103,13 +109,15 @@ class PointCoordinate(_Plain):
     point: str
     along: complex = 1.0
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The coordinate."""
-        return dot(self.along, position_of(motion, self.link, self.point))
+        coordinate: Reals = dot(self.along, position_of(motion, self.link, self.point))
+        return coordinate
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Its rate [m/s]."""
-        return dot(self.along, velocity_of(motion, self.link, self.point))
+        rate: Reals = dot(self.along, velocity_of(motion, self.link, self.point))
+        return rate
 
 
 @dataclass(frozen=True)
@@ -122,12 +130,12 @@ class Offset(_Plain):
     other_point: str
     along: complex = 1j
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The difference."""
         one, other = self._ends
         return one.value(motion) - other.value(motion)
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Its rate [m/s]."""
         one, other = self._ends
         return one.rate(motion) - other.rate(motion)
@@ -149,18 +157,19 @@ class Distance(_Plain):
     other_link: str
     other_point: str
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The distance."""
         return np.abs(self._vector(motion))
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Its rate [m/s]; nan where the points meet."""
         opening = velocity_of(motion, self.link, self.point) - velocity_of(motion, self.other_link, self.other_point)
         vector = self._vector(motion)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return dot(vector, opening) / np.abs(vector)
+            rate: Reals = dot(vector, opening) / np.abs(vector)
+            return rate
 
-    def _vector(self, motion: Motion) -> Any:
+    def _vector(self, motion: Motion) -> Complexes:
         return position_of(motion, self.link, self.point) - position_of(motion, self.other_link, self.other_point)
 
 
@@ -171,6 +180,6 @@ class Path:
     link: str
     point: str
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Speed of the point."""
         return np.abs(velocity_of(motion, self.link, self.point))

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Integers, Reals
 from rigid.kinematics import Motion, motion, with_rates
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 CLOSES = 1e-6  # of the drives' extent, by which the end of a turn may miss its start
@@ -32,12 +33,12 @@ class Intervals:
     """
 
     course: Motion
-    left: Any
-    right: Any
+    left: Integers
+    right: Integers
     low: Reals
     change: Reals
 
-    def at(self, number: Any, part: Any) -> Motion:
+    def at(self, number: Integers, part: Reals) -> Motion:
         """Positions at given parts (0 to 1) of intervals of given numbers, both of shape (n,).
 
         Time is the part: rates are per interval.
@@ -84,7 +85,7 @@ def turn_closes(course: Motion) -> bool:
     return bool((np.abs(rest) <= CLOSES * np.maximum(extent, 1e-300)).all() and (np.abs(beyond) > extent / 2).any())
 
 
-def positions(course: Motion, at: Any) -> Motion:
+def positions(course: Motion, at: Integers) -> Motion:
     """Some positions of a motion, by their numbers."""
     here = Posture(course.mechanism, course.origin[:, at], course.direction[:, at])
     return motion(

@@ -9,8 +9,8 @@ import numpy as np
 from rigid.analysis.coordinates import Coordinate
 from rigid.analysis.crossings import intervals, positions, zeros
 from rigid.analysis.turning_points import turning_points
+from rigid.arrays import Reals
 from rigid.kinematics import Motion
-from rigid.parts import Reals
 
 TOUCH = 64 * np.finfo(float).eps  # of the coordinate's size, by which it may miss a value that it touches
 

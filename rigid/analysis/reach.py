@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Flags, Reals
 from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
 from rigid.parts import MechanismError
@@ -19,12 +20,12 @@ class ReachError(MechanismError):
     """The drives ask for positions that the mechanism does not reach."""
 
 
-def reachable(motion: Motion) -> Any:
+def reachable(motion: Motion) -> Flags:
     """Whether the mechanism closes, bool, shape (..., positions)."""
-    return np.isfinite(motion.origin).all(axis=0) & np.isfinite(motion.direction).all(axis=0)
+    return np.asarray(np.isfinite(motion.origin).all(axis=0) & np.isfinite(motion.direction).all(axis=0))
 
 
-def stops(course: Motion) -> list[tuple[Any, str]]:
+def stops(course: Motion) -> list[tuple[Reals, str]]:
     """Where the mechanism stops: the drives' coordinates there and the joint that opens.
 
     For one design; by bisection to round-off between a position that closes and a neighbour that does not.
@@ -120,14 +121,14 @@ def _place(course: Motion, link: int, local: Any) -> complex:
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 
 
-def _at(course: Motion, coordinates: Any, near: int) -> Motion:
+def _at(course: Motion, coordinates: Reals, near: int) -> Motion:
     """The same mechanism at other coordinates of its drives, near one of its positions."""
     at = (..., slice(near, near + 1))
     here = Posture(course.mechanism, course.origin[at], course.direction[at])
     return motion(course.mechanism, coordinates[:, None], near=here)
 
 
-def _coordinates(course: Motion, place: Any) -> str:
+def _coordinates(course: Motion, place: Reals) -> str:
     """Coordinates of the drives for a message."""
     words = []
     for drive, value in zip(course.mechanism.drives, place, strict=True):

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate, Rated
 from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.analysis.reach import stops
+from rigid.arrays import Columns, Reals
 from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
 from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # section
@@ -139,7 +140,7 @@ def time_ratio(course: Motion, coordinate: Coordinate) -> float:
     return max(part, 2 * np.pi - part) / min(part, 2 * np.pi - part)
 
 
-def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Any:
+def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     """Rate of one coordinate over the rate of another, shape (..., positions).
 
     With one drive it does not depend on the drive's rate, which may be zero; with several it is that of the motion.
@@ -147,7 +148,8 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Any:
     if len(course.drive) == 1:
         course = with_rates(course, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return output.rate(course) / source.rate(course)
+        ratio: Reals = output.rate(course) / source.rate(course)
+        return ratio
 
 
 def transmission_angles(course: Motion) -> list[Transmission]:
@@ -163,7 +165,7 @@ def transmission_angles(course: Motion) -> list[Transmission]:
     return found
 
 
-def _lines(closed: Closure) -> tuple[Any, Any]:
+def _lines(closed: Closure) -> tuple[Columns, Columns]:
     """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
     inner = closed.cut[0]
     if inner.turns:

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Flags, Integers, Numbers, Reals
 from rigid.constants import per_row
 from rigid.decomposition.order import structure
 from rigid.joints import Joint
@@ -52,15 +52,15 @@ class ConstraintTable:
     """
 
     joints: tuple[Joint, ...]
-    owner: Any
-    block: Any
-    foot: Any
-    tip: Any
-    along: Any
-    turn: Any
-    slides: Any
-    moved: Any
-    shares: Any
+    owner: Integers
+    block: Integers
+    foot: Complexes
+    tip: Complexes
+    along: Complexes
+    turn: Reals
+    slides: Flags
+    moved: Integers
+    shares: Reals
 
     @property
     def count(self) -> int:
@@ -95,7 +95,7 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
     )
 
 
-def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Any, Any]:
+def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers, Reals]:
     """`ConstraintTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
@@ -126,18 +126,18 @@ class Constraints:
     """
 
     table: ConstraintTable
-    toward: Any
-    vector: Any
-    foot: Any
-    tip: Any
+    toward: Complexes
+    vector: Complexes
+    foot: Complexes
+    tip: Complexes
 
     @property
-    def opening(self) -> Any:
+    def opening(self) -> Complexes:
         """How far the block's point is from the owner's [m], complex: (along, across), (x, y) at a pin."""
         return self.toward * (self.vector - self.foot)
 
 
-def constraints_at(table: ConstraintTable, origin: Any, direction: Any) -> Constraints:
+def constraints_at(table: ConstraintTable, origin: Complexes, direction: Complexes) -> Constraints:
     """The joints of links at given origins [m] with given unit vectors, complex, shape (links, ..., positions)."""
     owner, block = table.owner, table.block
     tip = direction[block] * table.tip
@@ -145,7 +145,7 @@ def constraints_at(table: ConstraintTable, origin: Any, direction: Any) -> Const
     return Constraints(table, toward, origin[block] + tip - origin[owner], direction[owner] * table.foot, tip)
 
 
-def constraint_matrix(here: Constraints, links: int) -> Any:
+def constraint_matrix(here: Constraints, links: int) -> Reals:
     """Rates of all constraints per rate of (x, y, angle) of every moving link, shape (..., positions, rows, 3 n).
 
     Rows: two of every joint, (x, y) of a pin, (rotation, across) of a slider; then one of every drive and every gear.
@@ -161,7 +161,8 @@ def constraint_matrix(here: Constraints, links: int) -> Any:
     turned, slid = table.moved[turning], table.moved[sliding]
     reach = np.where(table.slides, here.vector, here.foot)
     for end, arm, sign in ((table.block, here.tip, 1.0), (table.owner, reach, -1.0)):
-        for axis, unit in enumerate((1.0, 1j, 1j * arm)):
+        units: tuple[Numbers | complex, ...] = (1.0, 1j, 1j * arm)
+        for axis, unit in enumerate(units):
             effect = np.moveaxis(sign * unit * here.toward, 0, -1)
             matrix[..., first[pins], 3 * end[pins] + axis] = effect.real[..., pins]
             matrix[..., second, 3 * end[:count] + axis] = effect.imag[..., :count]
@@ -172,7 +173,7 @@ def constraint_matrix(here: Constraints, links: int) -> Any:
     return matrix[..., 3:]
 
 
-def centripetal(here: Constraints, velocity: Any, omega: Any) -> Any:
+def centripetal(here: Constraints, velocity: Complexes, omega: Reals) -> Reals:
     """Second rates of the constraints when no link accelerates, shape (..., positions, rows).
 
     Parameters
@@ -193,7 +194,7 @@ def centripetal(here: Constraints, velocity: Any, omega: Any) -> Any:
     return rows
 
 
-def independent_rows(table: ConstraintTable, matrix: Any) -> Any:
+def independent_rows(table: ConstraintTable, matrix: Reals) -> Integers:
     """Numbers of rows that determine the motion, all drives among them: the rest is surplus, and fits by itself."""
     if matrix.shape[0] == matrix.shape[1]:
         return np.arange(len(matrix))
@@ -203,7 +204,7 @@ def independent_rows(table: ConstraintTable, matrix: Any) -> Any:
     return np.sort(qr((matrix * weight[:, None]).T, mode="r", pivoting=True)[1][: matrix.shape[1]])
 
 
-def unwound_angles(table: ConstraintTable, angle: Any, drive: Any) -> Any:
+def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
     """Angles of all links [rad], shape (links, 1), so that sliders and driven pins have the coordinates given.
 
     Whole turns are chosen, nothing else.

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Flags, Reals
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_constants
 from rigid.dynamics.constraints import constraint_matrix, constraint_table, constraints_at
@@ -22,7 +23,7 @@ from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.loads import given_loads, link_loads
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 from rigid.statics import reactions
 
@@ -100,29 +101,31 @@ def unit_motions(motion: Motion) -> list[Motion]:
     return [with_rates(motion, np.eye(count)[:, number : number + 1]) for number in range(count)]
 
 
-def _inertia_power(one: Motion, other: Motion) -> Any:
+def _inertia_power(one: Motion, other: Motion) -> Reals:
     """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
     mass, first, second = mass_constants(one.mechanism, len(one.columns))
     arm = one.direction * first
     omega, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
-    return (
+    power: Reals = (
         mass.real * dot(one.velocity, other.velocity)
         + dot(one.velocity, turned * arm)
         + dot(other.velocity, omega * arm)
         + second * one.angular_velocity * other.angular_velocity
     )[1:].sum(axis=0)
+    return power
 
 
-def _acceleration_power(unit: Motion, motion: Motion) -> Any:
+def _acceleration_power(unit: Motion, motion: Motion) -> Reals:
     """Power of masses times accelerations of one motion over the velocities of another."""
     mass, first, second = mass_constants(unit.mechanism, len(unit.columns))
     arm = unit.direction * first
     force = mass * motion.acceleration + motion.turning * arm
     moment = cross(arm, motion.acceleration) + second * motion.angular_acceleration
-    return (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
+    power: Reals = (dot(unit.velocity, force) + unit.angular_velocity * moment)[1:].sum(axis=0)
+    return power
 
 
-def _reduced_loads(motion: Motion, units: list[Motion]) -> Any:
+def _reduced_loads(motion: Motion, units: list[Motion]) -> Reals:
     """Power of weights and loads over unit rates of the drives, shape (drives, ..., positions)."""
     mechanism = motion.mechanism
     mass, first, _ = mass_constants(mechanism, len(motion.columns))
@@ -157,7 +160,7 @@ def multiplier_forces(motion: Motion) -> JointForces:
     return found
 
 
-def _multiplier_forces(motion: Motion, friction: Mapping[int, Any]) -> JointForces:
+def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointForces:
     """Joint forces with efforts of friction in the joints of some numbers."""
     links, columns = len(motion.mechanism.links), motion.columns
     here = constraints_at(constraint_table(motion.mechanism, len(columns)), motion.origin, motion.direction)
@@ -188,7 +191,7 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Any]) -> JointForc
     return replace(held, friction=dict(friction))
 
 
-def _multipliers(matrix: Any, load: Any, good: Any) -> Any:
+def _multipliers(matrix: Reals, load: Reals, good: Flags) -> Reals:
     """Multipliers of the rows that balance the loads, shape (..., positions, rows); nan where not `good`."""
     found = np.full((*good.shape, matrix.shape[-2]), np.nan)
     solve = np.linalg.solve if matrix.shape[-1] == matrix.shape[-2] else _determined
@@ -196,7 +199,7 @@ def _multipliers(matrix: Any, load: Any, good: Any) -> Any:
     return found
 
 
-def _tooth_row(motion: Motion, place: JointPlace, push: Any) -> Any:
+def _tooth_row(motion: Motion, place: JointPlace, push: Any) -> Reals:
     """Rate at which two teeth approach along their line of action, per rate of (x, y, angle) of every moving link."""
     teeth = place.teeth
     assert teeth is not None
@@ -208,7 +211,7 @@ def _tooth_row(motion: Motion, place: JointPlace, push: Any) -> Any:
     return row[..., 3:]
 
 
-def _determined(matrix: Any, load: Any) -> Any:
+def _determined(matrix: Reals, load: Reals) -> Reals:
     """Those multipliers of a redundant mechanism that balance alone determines; nan for the others."""
     found = np.linalg.pinv(matrix) @ load
     self_stress = np.linalg.svd(matrix)[2][..., matrix.shape[-2] :, :]
@@ -217,7 +220,7 @@ def _determined(matrix: Any, load: Any) -> Any:
     return found
 
 
-def _joint_forces(motion: Motion, here: Any, multiplier: Any, ground: Any, flank: Any) -> JointForces:
+def _joint_forces(motion: Motion, here: Any, multiplier: Reals, ground: Any, flank: Any) -> JointForces:
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
     count = table.count

@@ -2,37 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from rigid.arrays import Columns, Reals
 from rigid.constants import mass_constants
 from rigid.kinematics import Motion
 from rigid.loads import given_loads
 from rigid.plane import dot
 
 
-def kinetic_energy(motion: Motion) -> Any:
+def kinetic_energy(motion: Motion) -> Reals:
     """Of all links [J], shape (..., positions)."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     omega = motion.angular_velocity
     momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
-    return (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
+    energy: Reals = (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
+    return energy
 
 
-def potential_energy(motion: Motion) -> Any:
+def potential_energy(motion: Motion) -> Reals:
     """Of weights, 0 where all mass is at the origin of coordinates, and of springs [J], shape (..., positions)."""
     mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
     height = dot(motion.mechanism.gravity, mass * motion.origin + motion.direction * first)
-    return -height[1:].sum(axis=0) + _sum(motion, "energy")
+    energy: Reals = -height[1:].sum(axis=0) + _sum(motion, "energy")
+    return energy
 
 
-def dissipated_power(motion: Motion) -> Any:
+def dissipated_power(motion: Motion) -> Reals:
     """Power that the dampers turn into heat [W], shape (..., positions)."""
-    return np.zeros(motion.columns) + _sum(motion, "dissipation")
+    power: Reals = np.zeros(motion.columns) + _sum(motion, "dissipation")
+    return power
 
 
-def load_power(motion: Motion) -> Any:
+def load_power(motion: Motion) -> Reals:
     """Power of all loads, springs and dampers among them, without weights [W], shape (..., positions)."""
     power = np.zeros(motion.columns)
     for at, pull, couple in given_loads(motion):
@@ -40,7 +42,7 @@ def load_power(motion: Motion) -> Any:
     return power
 
 
-def _sum(motion: Motion, quantity: str) -> Any:
+def _sum(motion: Motion, quantity: str) -> Columns:
     """Sum of a quantity over the loads that know it."""
     known = (getattr(load, quantity, None) for load in motion.mechanism.loads)
     return sum((each(motion) for each in known if each is not None), start=0.0)

@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
+from rigid.arrays import Reals
 from rigid.kinematics import Motion
-from rigid.parts import Law, Reals
+from rigid.parts import Law
 
 Curve = Callable[[Any], Any]
 OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends

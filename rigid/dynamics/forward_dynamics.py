@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from rigid.analysis.turning_points import aligned_joint
+from rigid.arrays import Reals
 from rigid.decomposition.order import structure
 from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw
 from rigid.dynamics.leading import Lead, Stretch, better_leading_joints, unwound
@@ -22,7 +23,7 @@ from rigid.joint_places import joint_place
 from rigid.kinematics import motion
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.parts import MechanismError, PinDrive, Reals
+from rigid.parts import MechanismError, PinDrive
 from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Reals
 from rigid.dynamics.effort import equation_of_motion, unit_motions
 from rigid.dynamics.leading import Stretch
 from rigid.kinematics import Motion, motion, with_rates
 from rigid.loads import given_loads
 from rigid.mechanism import Mechanism
-from rigid.parts import Law, MechanismError, Reals
+from rigid.parts import Law, MechanismError
 from rigid.plane import dot
 from rigid.postures import Posture
 

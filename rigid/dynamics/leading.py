@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.joint_places import joint_place
 from rigid.joints import Joint, coordinate_of
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
-from rigid.parts import PinDrive, Reals, SliderDrive
+from rigid.parts import PinDrive, SliderDrive
 
 GAIN = 3.0  # by how much faster another joint has to move than the drive, both measured by the mechanism's size
 
@@ -41,13 +42,13 @@ class Lead:
     variant: Mechanism
     own: Mapping[int, Joint] = field(default_factory=dict)
 
-    def rates(self, placed: Any, velocity: Any, omega: Any) -> dict[int, Any]:
+    def rates(self, placed: Any, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
         """Rates of the drives that others lead, from the velocities of all links."""
         return {
             number: joint.sense * joint_place(placed, joint).rate(velocity, omega) for number, joint in self.own.items()
         }
 
-    def accelerations(self, motion: Motion) -> dict[int, Any]:
+    def accelerations(self, motion: Motion) -> dict[int, Reals]:
         """Second derivatives of the coordinates of the drives that others lead."""
         found = {}
         for number, joint in self.own.items():
@@ -75,14 +76,14 @@ class Lead:
         return replace(motion, mechanism=self.mechanism, drive=drive, drive_rate=rate)
 
 
-def unwound(placed: Any, joint: Joint, near: Any) -> Any:
+def unwound(placed: Any, joint: Joint, near: Any) -> Reals:
     """Coordinate of a joint, of an angle the one next to a given one."""
-    value = coordinate_of(placed, joint)
+    value: Reals = coordinate_of(placed, joint)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
 
 def better_leading_joints(
-    lead: Lead, placed: Any, twists: tuple[Any, Any], free: Sequence[int], size: float
+    lead: Lead, placed: Any, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
 ) -> Lead | None:
     """The mechanism led by the joint that moves fastest in the place of the drive that moves it; None where none does.
 
@@ -143,7 +144,7 @@ class Stretch:
 
     lead: Lead
     time: Reals
-    origin: Any
-    direction: Any
+    origin: Complexes
+    direction: Complexes
     state: Callable[[Any], Any]
     own: Mapping[int, Reals]

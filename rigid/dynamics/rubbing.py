@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.forces import JointForces
 from rigid.kinematics import Motion
@@ -15,7 +16,7 @@ from rigid.points import position_of, velocity_of
 ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
 
 
-def friction_of(motion: Motion, forces: JointForces) -> dict[int, Any]:
+def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
     """Moment or force of friction on the child by the joint's number, for given forces, shape (..., positions)."""
     mechanism, found = motion.mechanism, {}
     names = [link.name for link in mechanism.links]
@@ -40,7 +41,7 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Any]:
     return found
 
 
-def _slide(motion: Motion, slider: Any) -> tuple[Any, Any]:
+def _slide(motion: Motion, slider: Any) -> tuple[Reals, Complexes]:
     """Speed of a slider's point along its line, as seen from the line's owner [m/s], and the unit vector across."""
     owner = motion.mechanism.index[slider.on]
     along = motion.direction[owner] * slider.direction
@@ -49,7 +50,7 @@ def _slide(motion: Motion, slider: Any) -> tuple[Any, Any]:
     return (np.conj(along) * (velocity_of(motion, slider.link, slider.point) - carried)).real, 1j * along
 
 
-def friction_loads(motion: Motion, friction: Mapping[int, Any]) -> Iterator[tuple[int, Any, Any]]:
+def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tuple[int, Any, Any]]:
     """Link's number, force [N], complex, and moment about the origin of its axes [N m] of friction in the joints."""
     mechanism = motion.mechanism
     for number, effort in friction.items():

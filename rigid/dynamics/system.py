@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Reals
 from rigid.decomposition.order import structure
 from rigid.dynamics.integrated_motion import Effort, MotionLaw, effort_of
 from rigid.dynamics.leading import Lead, unwound
 from rigid.dynamics.tracking import Tracker
 from rigid.joints import Joint
 from rigid.kinematics import Motion
-from rigid.parts import Reals
 
 
 class BudgetExceededError(Exception):

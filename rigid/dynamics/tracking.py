@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.constants import mass_constants
 from rigid.dynamics.constraints import (
     Constraints,
@@ -20,7 +21,7 @@ from rigid.dynamics.constraints import (
 from rigid.kinematics import Motion, motion
 from rigid.loads import given_loads
 from rigid.mechanism import Mechanism
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.plane import cross, dot
 from rigid.postures import Posture
 
@@ -95,12 +96,12 @@ class Tracker:
         return not self._table.slides[self._table.moved[number]].any()
 
     @property
-    def angle(self) -> Any:
+    def angle(self) -> Reals:
         """Angles of all links [rad], over any number of turns, shape (links, 1)."""
         return self._angle
 
     @property
-    def unit_twists(self) -> tuple[Any, Any]:
+    def unit_twists(self) -> tuple[Complexes, Reals]:
         """Velocities of all links, complex, and angular velocities for a unit rate of every drive, (links, drives)."""
         return self._twists(self._influence)
 
@@ -202,8 +203,8 @@ class Tracker:
         """
         velocity, omega = self._twists(self._influence @ rate)
         missing = -centripetal(self._here, velocity, omega)[0, self._rows]
-        acceleration, turning = self._twists(self._solve(missing))
-        turning = 1j * turning - omega**2
+        acceleration, eps = self._twists(self._solve(missing))
+        turning: Complexes = np.asarray(1j * eps - omega**2)
         coasting = Motion(
             self.mechanism,
             np.array([time]),
@@ -257,7 +258,7 @@ class Tracker:
                 self._factor(self._here)
         return False
 
-    def _shift(self, step: Any) -> None:
+    def _shift(self, step: Reals) -> None:
         """Displace and turn all links by (x, y, angle) each."""
         self.origin = self.origin.copy()
         self._angle = self._angle.copy()
@@ -269,7 +270,7 @@ class Tracker:
         self.direction = np.exp(1j * self._angle)
         self._here = constraints_at(self._table, self.origin, self.direction)
 
-    def _residual(self, drive: Reals) -> Any:
+    def _residual(self, drive: Reals) -> Reals:
         """Residuals of the constraints, in the order of their rows."""
         table, opening = self._table, self._here.opening[:, 0]
         turned = (self._angle[table.block] - self._angle[table.owner] - table.turn)[:, 0]
@@ -294,10 +295,11 @@ class Tracker:
         swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
         return float((-1.0) ** (swaps + np.count_nonzero(diagonal < 0)))
 
-    def _solve(self, rows: Any) -> Any:
-        return self._lapack.dgetrs(*self._factors, rows)[0]
+    def _solve(self, rows: Reals) -> Reals:
+        solved: Reals = self._lapack.dgetrs(*self._factors, rows)[0]
+        return solved
 
-    def _twists(self, rates: Any) -> tuple[Any, Any]:
+    def _twists(self, rates: Reals) -> tuple[Complexes, Reals]:
         """Rates of (x, y, angle) as complex velocities and angular velocities, shape (links, n); the ground at rest."""
         columns = rates.reshape(len(rates), -1)
         velocity = np.zeros((self._links, columns.shape[1]), complex)

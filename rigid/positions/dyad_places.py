@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.decomposition.groups import Group
 from rigid.drawing import Drawing
-from rigid.joints import Columns, Joint, along_of, carried, point_of
+from rigid.joints import Joint, along_of, carried, point_of
 from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
-from rigid.joints import Columns, Joint, coordinate_of, gap_of, within
+from rigid.joints import Joint, coordinate_of, gap_of, within
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns
 from rigid.drawing import Drawing
-from rigid.joints import Columns, Joint, child_place, coordinate_of
+from rigid.joints import Joint, child_place, coordinate_of
 from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Reals
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
 from rigid.joints import Joint, gap_of
 from rigid.mechanism import Mechanism
-from rigid.parts import MechanismError, Reals
+from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.postures import Posture
 from rigid.topology.kinematic_pairs import pairs

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rigid.arrays import Integers
 from rigid.names import counted
 from rigid.parts import MechanismError
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

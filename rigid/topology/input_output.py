@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.parts import MechanismError, Reals
+from rigid.arrays import Reals
+from rigid.parts import MechanismError
 from rigid.topology.ranks import RANK_TOLERANCE, Chain, kinematic_matrix, link_motions, null_space
 
 Coordinate = str | tuple[str, str]

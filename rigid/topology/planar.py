@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from rigid.arrays import Complexes, Reals
 from rigid.joints import along_of
 from rigid.mechanism import Mechanism
-from rigid.parts import Complexes, Reals
 from rigid.postures import Posture
 from rigid.topology.assembly import assembled
 from rigid.topology.kinematic_pairs import Contact, Pair, pairs

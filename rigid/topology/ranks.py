@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid.parts import MechanismError, Reals
+from rigid.arrays import Integers, Reals
+from rigid.parts import MechanismError
 from rigid.topology.graph import Graph, components, cyclomatic_number, fundamental_loops, incidence
 
 RANK_TOLERANCE = 1e-9  # singular value over the greatest below which it counts as zero
@@ -208,7 +208,7 @@ def _basis(chain: Chain, twist: Reals) -> tuple[Reals, Reals]:
     return full[..., : twist.shape[-1]], full[..., twist.shape[-1] :]
 
 
-def _assembled(pattern: Any, blocks: Sequence[Reals]) -> Reals:
+def _assembled(pattern: Integers, blocks: Sequence[Reals]) -> Reals:
     """The matrix of blocks pattern[i, j] blocks[j], shape (..., rows d, columns of all blocks)."""
     columns = [
         (pattern[:, j, None, None] * block[..., None, :, :]).reshape(

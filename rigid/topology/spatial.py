@@ -12,7 +12,8 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from rigid.parts import GROUND, MechanismError, Reals
+from rigid.arrays import Reals
+from rigid.parts import GROUND, MechanismError
 from rigid.topology.graph import Branch, Graph
 from rigid.topology.ranks import Chain
 
