@@ -12,7 +12,7 @@ import numpy as np
 
 from animations.diagrams import STATIONS
 from animations.shapes import Cells, Complexes
-from elastic import Section
+from elastic import Section, Taper
 from rigid import Reals
 from rigid.arrays import Integers
 
@@ -100,17 +100,15 @@ class CrossSections:
 def cross_sections(section: Section, thin: float) -> CrossSections:
     """The cross-sections of a beam; of one of unknown dimensions a round one of a diameter `thin` [m].
 
-    What has another second moment of area than a circle or a tube is drawn as a rectangle of the same area and depth.
+    Of unknown width it is drawn as a rectangle of the same area and depth.
     """
-    fibre, area, inertia = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.inertia))
+    fibre, area, width = (float(np.ravel(value)[0]) for value in (section.fibre, section.area, section.width))
     if not np.isfinite(fibre):
         return CrossSections(np.full(len(STATIONS), thin), np.full(len(STATIONS), thin), True)
-    taper = section.taper
-    fibres, areas = (_along(part) for part in ((taper.fibre, taper.EA) if taper else ((1.0,), (1.0,))))
-    depth, whole = 2 * fibre * fibres, area * areas
-    inner = fibre**2 - area / np.pi  # square of a tube's inner radius
-    tubular = -1e-9 * fibre**2 <= inner and np.isclose(inertia, area * (fibre**2 + inner) / 4, rtol=1e-6, atol=0)
-    return CrossSections(depth, depth if tubular else whole / depth, bool(tubular))
+    taper = section.taper or Taper()
+    depth = 2 * fibre * _along(taper.fibre)
+    across = width * _along(taper.width) if np.isfinite(width) else area * _along(taper.EA) / depth
+    return CrossSections(depth, across, section.round)
 
 
 def beam_bodies(

@@ -4,7 +4,7 @@ Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.a
 `elastic.vibration`, and vibrating links in `elastic.elastodynamics`.
 """
 
-from elastic.beams.cross_sections import Shape, circle, rectangle, section_of, tapered, tube
+from elastic.beams.cross_sections import SHAPES, Shape, circle, rectangle, section_of, tapered, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 from elastic.chunks import deflection_in_chunks
 from elastic.derived import coefficients
@@ -17,6 +17,7 @@ __all__ = [
     "FIELDS",
     "PRIMARY",
     "RIGID",
+    "SHAPES",
     "Deflection",
     "Extreme",
     "Field",

@@ -1,16 +1,20 @@
 """What a scene says of beams and joints that give way: tapers, shear, free strain, rings, guides, soft joints."""
 
 import tomllib
+from inspect import signature
+from typing import get_args
 
 import numpy as np
 import pytest
 from scene_texts import ARM, FOUR_BAR, QUICK_RETURN, edited
 
-from elastic import deflection, displacement_of, extremes, sample
+from animations.solid import cross_sections
+from elastic import SHAPES, deflection, displacement_of, extremes, sample, section_of, tapered
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.motion import scene_motion
+from kinelast.scene.shapes import Dimensioned, SectionTable
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 
@@ -198,3 +202,16 @@ class TestSoftJoints:
         soft = '[joints.B]\ncompliance = "1e-6 m/N"\ngap = ["0.1 mm", 0]\n[joints.O]\nrotation = 1e-4\n'
         path.write_text(edited(FOUR_BAR, ("[run]", f"{soft}[run]")))
         assert main([str(path), "-o", str(tmp_path / "out"), "--quiet", "--check"]) == 0
+
+
+def test_a_shape_is_a_function_and_a_table_of_its_dimensions():
+    """Whatever of them a file holds is built, tapered and drawn alike: a new shape is one of each."""
+    tables = {kind.__struct_config__.tag: kind for kind in get_args(SectionTable) if issubclass(kind, Dimensioned)}
+    assert set(tables) == set(SHAPES)
+    for function in SHAPES.values():
+        keys = len(signature(function).parameters)
+        start, end = (tuple(factor / number for number in range(1, keys + 1)) for factor in (0.02, 0.01))
+        taper, _ = tapered(function, start, end)
+        drawn = cross_sections(section_of(function(*start), 210e9, taper=taper), 1.0)
+        assert drawn.depth[[0, -1]] == pytest.approx([0.02, 0.01])
+        assert drawn.width[-1] == pytest.approx(drawn.width[0] / 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ class Shape:
         Largest shear stress over the mean one, V/A: at the axis, by V Q/(I b).
     cowper
         a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
+    width, round
+        Across the plane of motion [m]; whether the outline is an ellipse of that width and the depth, not a rectangle.
     """
 
     area: float
@@ -36,6 +38,8 @@ class Shape:
     fibre: float
     peak_shear: float = math.nan
     cowper: tuple[float, float, float] = (math.nan, 1.0, 0.0)
+    width: float = math.nan
+    round: bool = False
 
     @property
     def gyration(self) -> float:
@@ -61,7 +65,7 @@ def rectangle(depth: float, width: float) -> Shape:
     >>> rectangle(0.006, 0.01).shear_coefficient(0.0)
     0.8333333333333334
     """
-    return Shape(width * depth, width * depth**3 / 12, depth / 2, 1.5, (10.0, 12.0, 11.0))
+    return Shape(width * depth, width * depth**3 / 12, depth / 2, 1.5, (10.0, 12.0, 11.0), width)
 
 
 def circle(diameter: float) -> Shape:
@@ -88,7 +92,13 @@ def tube(outer: float, inner: float) -> Shape:
         outer / 2,
         4 / 3 * (outer**2 + outer * inner + inner**2) / (outer**2 + inner**2),
         (6 * both, 7 * both + 20 * square, 6 * both + 12 * square),
+        width=outer,
+        round=True,
     )
+
+
+SHAPES: Mapping[str, Callable[..., Shape]] = {"rectangle": rectangle, "circle": circle, "tube": tube}
+"""Shapes by their names, each a function of its dimensions."""
 
 
 def section_of(
@@ -128,6 +138,8 @@ def section_of(
         peak_shear=shape.peak_shear,
         yield_stress=yield_stress,
         shear_rigidity=kGA,
+        width=shape.width,
+        round=shape.round,
     )
 
 
@@ -183,5 +195,6 @@ def tapered(
         kGA=along(FITTED, factors, whole.area * whole.shear_coefficient(poisson)),
         fibre=along(1, [one.fibre for one in shapes], whole.fibre),
         peak_shear=along(FITTED, [one.peak_shear for one in shapes], whole.peak_shear),
+        width=along(1, [one.width for one in shapes], whole.width),
     )
     return taper, area

@@ -15,7 +15,7 @@ class Taper:
     """How a beam's rigidities change along it: polynomials in xi by which those at its start are multiplied.
 
     `(1.0, -0.5)` halves a rigidity linearly. None is zero anywhere on the beam. Area and second moment change as EA and
-    EI do, one material given; `fibre` and `peak_shear` count for stresses only.
+    EI do, one material given; `fibre` and `peak_shear` count for stresses only, `width` for drawing.
     """
 
     EA: tuple[float, ...] = (1.0,)
@@ -23,6 +23,7 @@ class Taper:
     kGA: tuple[float, ...] = (1.0,)
     fibre: tuple[float, ...] = (1.0,)
     peak_shear: tuple[float, ...] = (1.0,)
+    width: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,6 +47,9 @@ class Section:
         [Pa]; nan where it is not known.
     shear_rigidity
         kGA of a beam that is not to shear [N], by which it is told what that leaves out; nan where it is not known.
+    width, round
+        Across the plane of motion [m], nan where it is not known; whether the outline is an ellipse, not a rectangle.
+        For drawing.
     """
 
     EA: float | Reals = math.inf
@@ -59,6 +63,8 @@ class Section:
     peak_shear: float | Reals = math.nan
     yield_stress: float | Reals = math.nan
     shear_rigidity: float | Reals = math.nan
+    width: float | Reals = math.nan
+    round: bool = False
 
     def __repr__(self) -> str:
         return f"Section(EA={_told(self.EA)}, EI={_told(self.EI)}{', tapered' if self.taper else ''})"

@@ -184,14 +184,14 @@ def of_design(link: Link, sections: Sequence[Section], scale: float, design: int
         for lump in link.lumps
     )
     powers = {"EA": 1, "EI": 3, "kGA": 1, "area": 2, "inertia": 4}
-    scaled = [
-        Section(
-            taper=section.taper,
-            **{name: float(one_of(getattr(section, name), design)) / scale**power for name, power in powers.items()},
-        )
-        for section in sections
-    ]
-    return Link(link.name, points, beams, lumps), scaled
+
+    def resized(section: Section) -> Section:
+        sizes: dict[str, Any] = {
+            name: float(one_of(getattr(section, name), design)) / scale**power for name, power in powers.items()
+        }
+        return Section(taper=section.taper, **sizes)
+
+    return Link(link.name, points, beams, lumps), [resized(section) for section in sections]
 
 
 def divided(

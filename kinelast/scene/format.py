@@ -31,20 +31,12 @@ from kinelast.scene.quantities import (
     Expansion,
     Inertia,
     Mass,
-    MassPerLength,
     Share,
     Size,
     Warming,
 )
-from kinelast.scene.section_quantities import (
-    Area,
-    AxialRigidity,
-    BendingRigidity,
-    SecondMoment,
-    ShearRigidity,
-    Sizes,
-    Stress,
-)
+from kinelast.scene.section_quantities import Sizes, Stress
+from kinelast.scene.shapes import SectionTable
 from kinelast.scene.units import Quantity
 
 Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
@@ -60,48 +52,6 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     yield_stress: Stress | None = field(default=None, name="yield")
     expansion: Expansion | None = None
     damping: Duration | None = None
-
-
-class Rectangle(Table, frozen=True, kw_only=True, tag_field="shape", tag="rectangle"):
-    """A solid rectangle, `depth` in the plane of motion."""
-
-    depth: Sizes
-    width: Sizes
-
-
-class Circle(Table, frozen=True, kw_only=True, tag_field="shape", tag="circle"):
-    """A solid circle."""
-
-    diameter: Sizes
-
-
-class Tube(Table, frozen=True, kw_only=True, tag_field="shape", tag="tube"):
-    """A circular tube by its outer diameter, and its inner one or its wall."""
-
-    outer: Sizes
-    inner: Sizes | None = None
-    wall: Sizes | None = None
-
-
-class Properties(Table, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
-    """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
-
-    A: Area
-    I: SecondMoment  # noqa: E741
-    c: Size | None = None
-    shear_area: Area | None = None
-
-
-class Rigidities(Table, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
-    """A beam without a material."""
-
-    EA: AxialRigidity
-    EI: BendingRigidity
-    mass_per_length: MassPerLength
-    kGA: ShearRigidity | None = None
-
-
-SectionTable = Rectangle | Circle | Tube | Properties | Rigidities
 
 
 class BeamTable(Table, frozen=True, kw_only=True):

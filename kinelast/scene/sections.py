@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Any, TypeVar
 
-import numpy as np
-
-from elastic import Section, Shape, circle, rectangle, section_of, tapered, tube
+from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams.cross_sections import POISSON
 from kinelast.scene.data import Making
 from kinelast.scene.error import fault, likely
-from kinelast.scene.format import (
-    BeamTable,
-    Circle,
-    LinkTable,
-    MaterialTable,
-    Properties,
-    Rectangle,
-    Rigidities,
-    SceneTable,
-    SectionTable,
-    Tube,
-)
+from kinelast.scene.format import BeamTable, LinkTable, MaterialTable, SceneTable
 from kinelast.scene.many import real, require, some
+from kinelast.scene.shapes import Dimensioned, Properties, Rigidities, SectionTable
 from rigid.parts import Real
 
 Entry = TypeVar("Entry")
@@ -106,52 +94,14 @@ def _made(
             known = real(stuff.E) / (2 * (1 + poisson)) * real(shape.shear_area)
             made = replace(made, kGA=known if shear else inf, shear_rigidity=known)
         return made, (1.0,)
-    function, start, end = _dimensions(shape, name)
+    assert isinstance(shape, Dimensioned)
+    function = SHAPES[str(shape.__struct_config__.tag)]
+    ends = zip(*shape.dimensions(f"sections.{name}"), strict=True)
+    start, end = (tuple(real(size) for size in sizes) for sizes in ends)
     if start == end:
         return section_of(function(*start), real(stuff.E), poisson, limit, shear=shear), (1.0,)
     taper, mass_taper = tapered(function, start, end, poisson)
     return section_of(function(*start), real(stuff.E), poisson, limit, taper, shear), mass_taper
-
-
-def _dimensions(shape: SectionTable, name: str) -> tuple[Callable[..., Shape], Any, Any]:
-    """What makes the shape, and its dimensions at the two ends [m]."""
-    made: Callable[..., Shape]
-    sizes: tuple[Any, ...]
-    if isinstance(shape, Rectangle):
-        made, sizes = rectangle, (shape.depth, shape.width)
-    elif isinstance(shape, Circle):
-        made, sizes = circle, (shape.diameter,)
-    else:
-        assert isinstance(shape, Tube)
-        made, sizes = tube, (shape.outer, _inner(shape, name))
-    start, end = (tuple(real(size[at]) for size in sizes) for at in (0, 1))
-    return made, start, end
-
-
-def _inner(shape: Tube, name: str) -> Any:
-    """Inner diameters of a tube at its two ends [m], quantities or numbers."""
-    table = f"sections.{name}"
-    if (shape.inner is None) == (shape.wall is None):
-        raise fault(table, "inner", "a tube needs inner or wall, one of them")
-    if shape.inner is not None:
-        for outer, inner in zip(shape.outer, shape.inner, strict=True):
-            _require_smaller(table, "inner", "a diameter below outer", real(inner), real(outer))
-        return shape.inner
-    assert shape.wall is not None
-    found = []
-    for outer, wall in zip(shape.outer, shape.wall, strict=True):
-        _require_smaller(table, "wall", "less than half of outer", real(wall), real(outer) / 2)
-        found.append(real(outer) - 2 * real(wall))
-    return [found[0]] * 2 if np.array_equal(*found) else found
-
-
-def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:
-    """Raise where a size of a tube is not below its bound [m]."""
-
-    def problem(of: Any) -> str:
-        return f"expected {expected}, {of(bound):g} m, got {of(size):g} m"
-
-    require(size < bound, table, key, problem)
 
 
 def poisson_of(stuff: MaterialTable, name: str) -> Any:
@@ -190,16 +140,11 @@ def _strained(
 def making(scene: SceneTable, link: str, number: int) -> Making:
     """Section and material of a link's beam by its number."""
     table = scene.links[link]
-    given = None if table.beams is None else table.beams[number]
-    beam = given if isinstance(given, BeamTable) else BeamTable(start="", end="")
+    entry = None if table.beams is None else table.beams[number]
+    beam = entry if isinstance(entry, BeamTable) else BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
-    section: Any = scene.sections[name]
-    dimensions: dict[Any, tuple[str, ...]] = {
-        Rectangle: ("depth", "width"),
-        Circle: ("diameter",),
-        Tube: ("outer", "inner", "wall"),
-    }
-    keys = (key for key in dimensions.get(type(section), ()) if getattr(section, key) is not None)
-    sizes = {key: tuple(dict.fromkeys(getattr(section, key))) for key in keys}
-    shape = section.__struct_config__.tag
+    section = scene.sections[name]
+    keys = section.__struct_fields__ if isinstance(section, Dimensioned) else ()
+    sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
+    shape = str(section.__struct_config__.tag)
     return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")
