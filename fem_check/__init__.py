@@ -4,6 +4,7 @@ It takes the motion, the masses, the loads and the sections; loads, statics and 
 room `fem_check.nonlinear` takes not even the motion.
 """
 
+from fem_check.balance import Balance, balance
 from fem_check.linear.comparison import TOLERANCE, Comparison, Worst, compare
 from fem_check.linear.solution import Solution, TieForce, solve
 from fem_check.solid.comparison import SolidComparison, compare_solid
@@ -13,12 +14,14 @@ from fem_check.vtu import write_solid_vtu_series, write_vtu_series
 
 __all__ = [
     "TOLERANCE",
+    "Balance",
     "Comparison",
     "SolidComparison",
     "SolidSolution",
     "Solution",
     "TieForce",
     "Worst",
+    "balance",
     "compare",
     "compare_solid",
     "natural_frequencies",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -84,6 +84,11 @@ class Course(ABC):
     def period(self) -> float:
         """After which the drives repeat their motion [s]: the run where it is a turn; else nan."""
         return self.run.duration if self.run.turn else nan
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times between which there is a motion [s]: laws tell it at any."""
+        return -inf, inf
 
     @property
     def interrupted(self) -> float | None:
@@ -187,6 +192,11 @@ class IntegratedCourse(Course):
                 if error.course is None:
                     raise
                 return error.course, error
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times between which the motion is integrated [s]."""
+        return 0.0, float(self.integrated[0].time[-1])
 
     @property
     def interrupted(self) -> float | None:

@@ -1,0 +1,135 @@
+"""Claim: what the joints bear changes the momentum of all masses as Newton and Euler have it, and a wrong law shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import rigid.kinematics
+import rigid.loads
+from elastic import deflection
+from elastic.elastodynamics import (
+    correction,
+    elastodynamic,
+    equations_of_motion,
+    reduction,
+    solution,
+    vibration_loads,
+)
+from fem_check.balance import balance
+from kinelast import load, shipped_scenes
+from rigid import Lump
+
+KNOWN = 1e-8  # of differences in time where accelerations are found by integration
+
+
+def quasi_static(name, positions=24):
+    scene = load(name)
+    course = scene.course
+    bent = deflection(course.at(course.times(positions)), scene.sections, joints=scene.joints)
+    return balance(bent, course.near, course.span)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
+    kept = quasi_static(name)
+    assert kept.passed
+    assert kept.compared > 10 or name == "five_points"
+    assert kept.opening < 1e-14
+    assert max(kept.velocity, kept.force, kept.moment) < KNOWN * (10 if name == "andrews_squeezer" else 1)
+
+
+def test_a_lump_that_turns_the_wrong_way_shows(monkeypatch):
+    right = rigid.loads.mass_constants
+
+    def flipped(mechanism, ndim):
+        mass, first, second = right(mechanism, ndim)
+        turning = np.reshape([sum(lump.inertia for lump in link.lumps) for link in mechanism.links], (-1, 1))
+        return mass, first, second - 2 * turning
+
+    monkeypatch.setattr(rigid.loads, "mass_constants", flipped)
+    kept = quasi_static("andrews_driven")
+    assert not kept.passed
+    assert kept.moment > 1e-3
+
+
+def test_a_wrong_motion_shows(monkeypatch):
+    right = rigid.kinematics.motion
+    scene = load("steel_four_bar")
+    course = scene.course
+    moved = course.at(course.times(24))
+    for wrong, field in (
+        (replace(moved, velocity=1.001 * moved.velocity), "velocity"),
+        (replace(moved, acceleration=moved.acceleration + 0.1), "force"),
+        (replace(moved, turning=moved.turning + 1j), "moment"),
+        (replace(moved, origin=moved.origin * (1 + 1e-5j)), "opening"),
+    ):
+        bent = deflection(wrong, scene.sections)
+        kept = balance(bent, course.near)
+        assert not kept.passed
+        assert getattr(kept, field) > 1e-6
+    assert right is rigid.kinematics.motion
+
+
+def test_gravity_left_out_shows():
+    scene = load("press_sweep")
+    course = scene.course
+    bent = deflection(course.at(course.times(24)), scene.sections)
+    light = replace(bent.motion, mechanism=replace(bent.motion.mechanism, gravity=0.0))
+    assert not balance(replace(bent, motion=light), course.near).passed
+
+
+def loaded():
+    """The steel four-bar with a wheel at a joint."""
+    scene = load("steel_four_bar")
+    coupler = next(link for link in scene.mechanism.links if link.name == "coupler")
+    wheel = replace(coupler, lumps=(Lump("B", 0.08, 4e-5),))
+    links = tuple(wheel if link is coupler else link for link in scene.mechanism.links)
+    return replace(scene, course=replace(scene.course, mechanism=replace(scene.mechanism, links=links)))
+
+
+def vibrating(**options):
+    """Balance of a vibrating answer that is solved to 1e-6."""
+    scene = loaded()
+    course = scene.course
+    moved = course.at(course.times(180))
+    found = elastodynamic(moved, course.at, course.period, scene.sections, scene.joints, 4e-5, 1e-6)
+    return balance(found.deflection, course.near, cycle=course.period, granted=1e-3, **options)
+
+
+def test_vibrating_links_have_momentum_too():
+    """To first order in the displacements; a quasi-static answer leaves a tenth of the forces out."""
+    kept = vibrating()
+    assert kept.passed
+    assert kept.largest < 1e-4
+    scene = loaded()
+    course = scene.course
+    still = deflection(course.at(course.times(180)), scene.sections)
+    assert balance(still, course.near, cycle=course.period).force > 1e-2
+
+
+def test_a_halved_vibrating_lump_shows(monkeypatch):
+    right = equations_of_motion.masses
+
+    def halved(structure):
+        weights = right(structure)
+        weights[-2] /= 2
+        return weights
+
+    for module in (correction, equations_of_motion, reduction, vibration_loads):
+        monkeypatch.setattr(module, "masses", halved)
+    kept = vibrating()
+    assert not kept.passed
+    assert kept.force > 1e-2
+
+
+def test_a_gyroscopic_term_of_the_wrong_sign_shows(monkeypatch):
+    """In the equations that are solved, and not in the loads that the solution is turned into."""
+    right = solution.terms_of
+
+    def flipped(*given):
+        terms = right(*given)
+        return replace(terms, carried_rate=-terms.carried_rate)
+
+    monkeypatch.setattr(solution, "terms_of", flipped)
+    assert not vibrating().passed
