@@ -35,7 +35,7 @@ MotionNear = Callable[[Reals, Posture], Motion]
 
 @dataclass(frozen=True)
 class Balance:
-    """How well the laws of motion hold, as shares of what is largest over the positions compared.
+    """Residuals of the joints and of Newton's and Euler's laws, as shares of the largest value over the positions compared.
 
     Attributes
     ----------
@@ -344,7 +344,7 @@ def _displacements(deflection: Deflection) -> tuple[Any, Any]:
 
 
 def _rate(values: Any, cycle: float) -> Any:
-    """Rate of change of what goes round in a cycle, complex, from even positions; the last axis is time."""
+    """Rate of a periodic function, complex, from even positions of its cycle; the last axis is time."""
     count = values.shape[-1]
     waves = np.fft.fftfreq(count, 1 / count)
     waves[np.abs(waves) == count / 2] = 0.0  # of the highest wave no phase is known
