@@ -35,7 +35,7 @@ MotionNear = Callable[[Reals, Posture], Motion]
 
 @dataclass(frozen=True)
 class Balance:
-    """Residuals of the joints and of Newton's and Euler's laws, as shares of the largest value over the positions compared.
+    """Residuals of the joints and of Newton's and Euler's laws, as shares of what is largest over the positions.
 
     Attributes
     ----------
