@@ -2,6 +2,9 @@
 
 from rigid.arrays import Complexes, Reals
 
+VectorCoefficients = Complexes
+"""Polynomials with vectors for coefficients, of the same shape as `Coefficients`."""
+
 Coefficients = Reals
 """Polynomials in powers of xi, shape (n, beams, ..., positions), or of pieces of beams in the place of these."""
 

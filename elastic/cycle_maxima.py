@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Coefficients
 from elastic.beams.polynomials import at_marks, greatest_at, turning_points
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
@@ -107,7 +108,7 @@ def _maximum(deflection: Deflection, key: str, counted: Any, period: Any) -> Max
     return Maximum(best, place)
 
 
-def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Reals:
+def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Coefficients:
     """Of the parts that are greatest the magnitudes at the positions before and after, shape (2, beams, ...)."""
     found = np.full((2, *place.shape), -1.0)
     for number, part in enumerate(parts):
@@ -119,7 +120,7 @@ def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source
     return found
 
 
-def _top(best: Reals, neighbours: Reals, time: Any, place: Integers, period: Reals) -> Reals:
+def _top(best: Coefficients, neighbours: Coefficients, time: Any, place: Integers, period: Reals) -> Reals:
     """Tops of parabolas through the greatest values and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (
@@ -153,12 +154,12 @@ def _keep(best: Reals, place: Integers, row: Integers, size: Reals, position: In
 class _Part:
     """Polynomials, or squares of the field in question, with bounds of their greatest magnitudes."""
 
-    values: Reals
+    values: Coefficients
     square: bool
     low: Reals
     high: Reals
 
-    def greatest(self, values: Reals) -> Reals:
+    def greatest(self, values: Coefficients) -> Reals:
         """Greatest magnitudes of some of them, shape (n, ...)."""
         size = np.abs(greatest_at(*at_marks(values, turning_points(values)))[0])
         return np.sqrt(size) if self.square else size
@@ -170,7 +171,7 @@ def _parts_of(key: str) -> list[str]:
     return [one for part in parts for one in _parts_of(part)] if parts else [key]
 
 
-def _bounds(values: Reals, steps: int, square: bool) -> tuple[Reals, Reals]:
+def _bounds(values: Coefficients, steps: int, square: bool) -> tuple[Reals, Reals]:
     """Bounds of the magnitude on [0, 1] of polynomials, or of the roots of such, by values so many steps apart."""
     seen = _looks(len(values), steps) @ values.reshape(len(values), -1)
     np.abs(seen, out=seen)
@@ -195,7 +196,7 @@ def _ceiling(deflection: Deflection, roots: Iterable[tuple[float, str]]) -> Real
     return ceiling
 
 
-def _greatest(values: Reals) -> Reals:
+def _greatest(values: Coefficients) -> Reals:
     """Greatest coefficient in Bernstein's basis of polynomials in powers, which none of their values exceeds."""
     found = _to_bernstein(len(values)) @ values.reshape(len(values), -1)
     greatest: Reals = np.abs(found).max(axis=0).reshape(values.shape[1:])

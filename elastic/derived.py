@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Coefficients
 from elastic.beams.polynomials import added, multiplied, shifted
 from elastic.beams.taper import DEGREE, lowered, piece_quotient
 from elastic.fields import FIELDS, field_named
@@ -19,7 +20,7 @@ from rigid import Reals
 from rigid.constants import per_row
 
 
-def coefficients(deflection: Deflection, field: str) -> Reals:
+def coefficients(deflection: Deflection, field: str) -> Coefficients:
     """Coefficients of a field in powers of the way along every piece, from 0 to 1.
 
     Parameters
@@ -39,7 +40,7 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     """
     found = field_named(field)
     if found.integral_of:
-        values: Reals = getattr(deflection, found.key)
+        values: Coefficients = getattr(deflection, found.key)
         return values
     if found.key not in _MADE:
         polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
@@ -48,15 +49,15 @@ def coefficients(deflection: Deflection, field: str) -> Reals:
     return values
 
 
-def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Reals:
+def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Coefficients:
     values, division = np.ascontiguousarray(part(deflection.q)), deflection.division
     return values if division.whole else shifted(values[:, division.beam], division.start, division.width)
 
 
-def _chord(deflection: Deflection) -> Reals:
+def _chord(deflection: Deflection) -> Coefficients:
     """Deflection from the line through the displaced ends of every beam."""
     division = deflection.division
-    chord: Reals = deflection.w.copy()
+    chord: Coefficients = deflection.w.copy()
     first = np.searchsorted(division.beam, division.beam)
     last = np.searchsorted(division.beam, division.beam, side="right") - 1
     begin, end = chord[0, first], chord[:, last].sum(0)
@@ -65,44 +66,44 @@ def _chord(deflection: Deflection) -> Reals:
     return chord
 
 
-def _axial(deflection: Deflection) -> Reals:
+def _axial(deflection: Deflection) -> Coefficients:
     """N/A."""
     return _per_section(deflection, deflection.N, "", "area", "EA")
 
 
-def _bending(deflection: Deflection, side: float) -> Reals:
+def _bending(deflection: Deflection, side: float) -> Coefficients:
     """N/A and M c/I of the outermost fibre on one side."""
     return added(side * _per_section(deflection, deflection.M, "fibre", "inertia", "EI"), _axial(deflection))
 
 
-def _shear(deflection: Deflection) -> Reals:
+def _shear(deflection: Deflection) -> Coefficients:
     """f V/A."""
     return _per_section(deflection, deflection.V, "peak_shear", "area", "EA")
 
 
-def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Reals:
+def sum_of_squares(deflection: Deflection, parts: Iterable[tuple[float, str]]) -> Coefficients:
     """Coefficients of a sum of squares of fields with their weights, as of `coefficients`."""
     squares = []
     for weight, key in parts:
         values = coefficients(deflection, key)
         squares.append(multiplied(values, weight * values))
-    result: Reals = _lowered(deflection, reduce(added, squares))
+    result: Coefficients = _lowered(deflection, reduce(added, squares))
     return result
 
 
-def _lowered(deflection: Deflection, values: Reals) -> Reals:
+def _lowered(deflection: Deflection, values: Coefficients) -> Coefficients:
     """Products of polynomials along tapered beams, without their round-off; others as they are."""
     if not any(section.taper for section in deflection.sections):
         return values
     return lowered(values, max(DEGREE, 2 * len(deflection.q)))
 
 
-def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Reals:
+def _per_section(deflection: Deflection, values: Reals, over: str, under: str, rigidity: str) -> Coefficients:
     """A field times one property of the sections over another that changes as a rigidity does."""
     return _lowered(deflection, multiplied(values, _quotient(deflection, over, under, rigidity)))
 
 
-def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Reals:
+def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> Coefficients:
     """Quotient of two properties of the sections along every piece, shape (n, pieces, ..., 1)."""
     ndim, division = len(deflection.motion.columns), deflection.division
     at_start = per_row(
@@ -110,7 +111,7 @@ def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> R
         ndim,
         float,
     )
-    values: Reals = at_start[None, division.beam]
+    values: Coefficients = at_start[None, division.beam]
     for number, section in enumerate(deflection.sections):
         if section.taper:
             rows = division.of_beam(number)
@@ -121,7 +122,7 @@ def _quotient(deflection: Deflection, over: str, under: str, rigidity: str) -> R
     return values
 
 
-_MADE: dict[str, Callable[[Deflection], Reals]] = {
+_MADE: dict[str, Callable[[Deflection], Coefficients]] = {
     "q_x": lambda deflection: _load(deflection, np.real),
     "q_y": lambda deflection: _load(deflection, np.imag),
     "chord": _chord,

@@ -100,7 +100,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
     bare = not deflection.compliance.strained and not deflection.compliance.sheared
     found: dict[str, Extreme] = {}
     load = coefficients(deflection, chain[0])
-    turning = zeros_of(load, turning_points(load))
+    turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
         values = coefficients(deflection, field)
         if not bare and field in ("u", "w"):

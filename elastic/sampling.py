@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import evaluated
 from elastic.derived import coefficients
 from elastic.fields import field_named
@@ -19,7 +20,7 @@ STATIONS = 101
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
-def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Reals:
+def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> AtStations:
     """A field at stations along every beam.
 
     Parameters
@@ -67,7 +68,7 @@ def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> Real
     return evaluated(coefficients(deflection, found.key), deflection.division, xi)
 
 
-def _greater(one: Reals, other: Reals) -> Reals:
+def _greater(one: AtStations, other: AtStations) -> AtStations:
     """Of two values that of greater magnitude."""
     return np.where(np.abs(other) > np.abs(one), other, one)
 
@@ -112,7 +113,7 @@ def _at_end_of_beam(
     return None
 
 
-def reference_deflection(largest: Reals) -> Reals:
+def reference_deflection(largest: PerBeam) -> PerBeam:
     """Base of relative errors: every beam's largest deflection, or a least share of that of all, shape (beams, ...)."""
-    base: Reals = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
+    base: PerBeam = np.maximum(largest, UNBENT * largest.max(axis=0, initial=0.0))
     return base

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Coefficients, PerBeam, VectorCoefficients
 from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance, designs_of
 from elastic.beams.division import Division, division_of, on_pieces
@@ -33,7 +34,7 @@ from rigid.statics import balancing_forces, force_condition
 FLANKS = 4  # rounds until the loaded flanks of gears are those that the forces were found with
 
 
-def _polynomials(field: str) -> cached_property[Reals]:
+def _polynomials(field: str) -> cached_property[Coefficients]:
     """A field of a deflection on the pieces of its beams, made when it is asked for."""
     return cached_property(lambda self: on_pieces(field, self.amplitudes, self.division, self.compliance))
 
@@ -80,7 +81,7 @@ class Deflection:
     sections: tuple[Section, ...]
     joints: Mapping[str, JointCompliance]
     forces: JointForces
-    q: Complexes
+    q: VectorCoefficients
     amplitudes: Amplitudes
     shift: Complexes
     angle: Reals
@@ -94,9 +95,9 @@ class Deflection:
         return f"Deflection({len(self.sections)} beams, columns {self.motion.columns})"
 
     @property
-    def length(self) -> Reals:
+    def length(self) -> PerBeam:
         """Lengths of the beams [m], shape (beams, 1) or (beams, designs, 1)."""
-        found: Reals = self.compliance.length
+        found: PerBeam = self.compliance.length
         return found
 
     @cached_property
@@ -278,7 +279,7 @@ def marked(deflection: Deflection, lost: Flags) -> Deflection:
     return replace(deflection, amplitudes=amplitudes, shift=shift, angle=angle, unmarked=unmarked)
 
 
-def _greatest(values: Reals) -> Reals:
+def _greatest(values: Coefficients) -> Reals:
     """Greatest magnitude of a field over the ends and middles of all pieces."""
     halves = 0.5 ** np.arange(len(values))
     places = (values[0], values.sum(0), np.tensordot(halves, values, 1))

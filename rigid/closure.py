@@ -96,7 +96,7 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     return _paired(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
 
 
-def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, Any]:
+def _surplus(effects: list[list[Columns]], cuts: int) -> tuple[Numbers, tuple[tuple[Columns, ...], ...]]:
     """Dual vectors by least squares, and multipliers that balance one another, of a group with surplus conditions."""
     if not effects:
         unit = np.eye(2 * cuts)

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from rigid.arrays import Columns, Flags, Numbers, Reals
+from rigid.arrays import Columns, Complexes, Flags, Numbers, Reals
 from rigid.closure import Closure
 from rigid.displacements import Openings
 from rigid.mechanism import Mechanism
@@ -36,15 +36,15 @@ class MotionState(Protocol):
         """Its groups, placed."""
 
     @property
-    def angular_velocity(self) -> Any:
+    def angular_velocity(self) -> Reals:
         """Of every link [rad/s]."""
 
     @property
-    def turning(self) -> Any:
+    def turning(self) -> Complexes:
         """i eps - w^2 of every link [1/s^2]."""
 
     @property
-    def sine(self) -> Any:
+    def sine(self) -> Reals:
         """Least sine at which the links of a group meet."""
 
 

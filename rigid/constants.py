@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complexes, Numbers, Reals
 from rigid.mechanism import Mechanism
 from rigid.parts import Beam, Complex, Link, Real
 from rigid.plane import dot
@@ -66,7 +67,7 @@ def beam_constants(mechanism: Mechanism, ndim: int) -> BeamConstants:
         starts.append(points[beam.start])
         vectors.append(points[beam.end] - points[beam.start])
         masses.append(beam.mass_per_length)
-    vector = per_row(vectors, ndim, complex)
+    vector: Any = per_row(vectors, ndim, complex)
     length = np.abs(vector)
     first = links[0] if links else 0
     row = slice(first, first + len(links)) if links == list(range(first, first + len(links))) else links
@@ -118,7 +119,7 @@ def _beam_moments(beam: Beam, start: Complex, end: Complex) -> tuple[Real, Compl
     return mass, mass * start + once * vector, second
 
 
-def per_row(values: Any, ndim: int, kind: type) -> Any:
+def per_row(values: Iterable[Any], ndim: int, kind: type) -> Numbers:
     """Values that are scalars or of shape (designs, 1) as one array of shape (rows, ..., 1) with `ndim` axes a row."""
     values = list(values)
     if values and all(isinstance(value, float | int | complex) for value in values):

@@ -28,7 +28,7 @@ class Drawing:
     mechanism: Mechanism
     rows: Integers | None = None
 
-    def at(self, point: str) -> Any:
+    def at(self, point: str) -> Columns:
         """Drawn place of a point or of a slider's point [m]."""
         sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
         if point not in self.mechanism.drawing and point in sliders:
@@ -69,7 +69,7 @@ class Drawing:
         """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""
         return self._directions.get(link, 1.0 + 0j)
 
-    def along(self, joint: Joint) -> Any:
+    def along(self, joint: Joint) -> Columns:
         """Unit vector of a slider's line as drawn."""
         line = next(slider.direction for slider in self.mechanism.sliders if slider.name == joint.name)
         return self.direction(joint.owner) * line  # of all designs, whichever the joint is of

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Flags
 from rigid.closure import Closure, reach_from
 from rigid.gears import gear_loads
 from rigid.joints import JointPlace
@@ -71,9 +71,10 @@ class JointForces:
         return total
 
     @property
-    def locked(self) -> Any:
+    def locked(self) -> Flags:
         """Whether friction may lock the mechanism, so that there are no forces, bool, shape (..., positions)."""
-        return np.greater_equal(self.feedback, 1.0)
+        locked: Flags = np.greater_equal(self.feedback, 1.0)
+        return locked
 
     def without_friction(self, number: int) -> tuple[Columns, Columns]:
         """Force and moment of a joint on its child without friction: those of constraint, drive and gear."""

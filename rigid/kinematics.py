@@ -243,7 +243,9 @@ def stacked(values: Sequence[Columns], shape: tuple[int, ...], kind: type) -> Nu
     return result
 
 
-def _velocities(mechanism: Mechanism, closures: tuple[Closure, ...], rate: Reals) -> tuple[Any, Any, Openings]:
+def _velocities(
+    mechanism: Mechanism, closures: tuple[Closure, ...], rate: Reals
+) -> tuple[list[Columns], list[Columns], Openings]:
     """Velocities of the links' origins, i times their angular velocities, and the openings behind these."""
     return displacements(closures, *_driven(closures, rate), [ZERO] * len(mechanism.links))
 
@@ -261,7 +263,7 @@ def _driven(closures: tuple[Closure, ...], rate: Reals) -> tuple[list[Columns], 
 
 def _accelerations(
     closures: tuple[Closure, ...], velocity: list[Columns], rotation: list[Columns], rate2: Reals
-) -> tuple[Any, Any, Openings]:
+) -> tuple[list[Columns], list[Columns], Openings]:
     """Accelerations of the links' origins, i eps - w^2, and the openings behind these.
 
     Coriolis' acceleration is a gap that the others must close.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import AtStations, PerBeam
 from elastic.beams.cross_sections import POISSON
 from elastic.beams.section import Section, Taper
 from elastic.links.beam_trees import trees_of
@@ -15,7 +16,7 @@ from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
 from rigid import Reals
-from rigid.arrays import Columns
+from rigid.arrays import Numbers
 from rigid.constants import per_row
 
 STATIONS = 33  # along a beam, at which deflections are compared
@@ -46,7 +47,7 @@ def _sheared(section: Section, poisson: float) -> Section:
     return replace(section, kGA=section.EA * (5 / (12 + 11 * poisson)), taper=taper)
 
 
-def shear_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
+def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
     """Greatest change that shear would bring to the deflection from the chord, over the largest of every beam.
 
     Solved once more with shear; 0 of beams that shear already, or cannot bend.
@@ -90,7 +91,7 @@ def _told_by_statics(deflection: Deflection) -> bool:
     return deflection.division.whole and not trees.cuts and not any(closed.tensions for closed in closures)
 
 
-def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> Reals:
+def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
     """Deflection from the chord by shear where the forces stay as they are, shape of `sample`.
 
     w' = V/kGA = M'/kGA, so it is M from the line through its values at the ends, over kGA.
@@ -99,11 +100,11 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
     line = moment[..., :1] * (1.0 - xi) + moment[..., -1:] * xi
     pairs = zip(sheared, deflection.sections, strict=True)
     added = [0.0 if new is old else 1.0 / np.asarray(new.kGA, float) for new, old in pairs]
-    chord: Reals = (moment - line) * per_row(added, ndim, float)[..., None]
+    chord: AtStations = (moment - line) * per_row(added, ndim, float)[..., None]
     return chord
 
 
-def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Reals:
+def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
     """Estimated deflection by the introduction of moments at the ends of beams, over the largest deflection.
 
     Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
@@ -121,7 +122,7 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> Real
     return _over_largest(INTRODUCED * soft * moments, _greatest(chord))
 
 
-def _introduced(deflection: Deflection) -> Reals:
+def _introduced(deflection: Deflection) -> PerBeam:
     """Largest moment that comes in at either end of every beam [N m], shape (beams, ...).
 
     From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
@@ -144,20 +145,21 @@ def _introduced(deflection: Deflection) -> Reals:
     return found
 
 
-def _softest(section: Section) -> Any:
+def _softest(section: Section) -> Numbers:
     """1/kGA, the larger of a beam's two ends."""
     taper = section.taper or Taper()
     factor = min(np.polynomial.polynomial.polyval(xi, taper.kGA) for xi in (0.0, 1.0))
     return np.reshape(1.0 / (np.asarray(section.kGA, float) * factor), np.shape(section.kGA)[:-1])
 
 
-def _greatest(values: Reals) -> Columns:
+def _greatest(values: AtStations) -> PerBeam:
     """Largest magnitude over positions and stations, the last two axes; unknown values do not count."""
-    return np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
+    greatest: PerBeam = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=(-2, -1), initial=0.0)
+    return greatest
 
 
-def _over_largest(change: Reals, largest: Reals) -> Reals:
+def _over_largest(change: PerBeam, largest: PerBeam) -> PerBeam:
     """Changes over the base of every beam's relative errors; 0 where nothing bends."""
     taken = reference_deflection(largest)
-    share: Reals = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
+    share: PerBeam = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
     return share

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from elastic.arrays import PerBeam
 from elastic.beams.polynomials import evaluate, zeros_of
 from elastic.beams.section import Section
 from elastic.derived import coefficients
 from elastic.solution import Deflection
-from rigid import Reals
 from rigid.constants import per_row
 
 TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
 POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
 
 
-def least_axial_force(deflection: Deflection) -> Reals:
+def least_axial_force(deflection: Deflection) -> PerBeam:
     """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
     N = deflection.N
     turning = zeros_of(coefficients(deflection, "q_x"))
@@ -29,7 +28,7 @@ def least_axial_force(deflection: Deflection) -> Reals:
     return least
 
 
-def euler_loads(deflection: Deflection) -> Reals:
+def euler_loads(deflection: Deflection) -> PerBeam:
     """Euler's critical load of every beam, its ends pinned [N], shape (beams, ..., 1).
 
     pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off.
@@ -41,7 +40,7 @@ def euler_loads(deflection: Deflection) -> Reals:
     ndim = len(deflection.motion.columns)
     EI = per_row([section.EI for section in deflection.sections], ndim, float)
     factors = [_critical_factor(section) for section in deflection.sections]
-    loads: Reals = per_row(factors, ndim, float) * EI / deflection.length**2
+    loads: PerBeam = per_row(factors, ndim, float) * EI / deflection.length**2
     return loads
 
 
@@ -63,7 +62,7 @@ def _critical_factor(section: Section) -> float:
     return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
 
 
-def euler_ratio(deflection: Deflection) -> Reals:
+def euler_ratio(deflection: Deflection) -> PerBeam:
     """Largest compression along every beam over Euler's load of the beam pinned at its ends.
 
     The compression is taken as if it acted all along the beam, which is safe, and both ends as held sideways and free
@@ -75,11 +74,11 @@ def euler_ratio(deflection: Deflection) -> Reals:
     Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
     """
     compression = np.maximum(-least_axial_force(deflection), 0.0)
-    ratio: Reals = compression / euler_loads(deflection)
+    ratio: PerBeam = compression / euler_loads(deflection)
     return ratio
 
 
-def slenderness(deflection: Deflection) -> Reals:
+def slenderness(deflection: Deflection) -> PerBeam:
     """Length over radius of gyration, l sqrt(EA/EI), of every beam, shape (beams, ..., 1).
 
     The least along a tapered beam. nan of beams that cannot bend or stretch.
@@ -91,11 +90,11 @@ def slenderness(deflection: Deflection) -> Reals:
     taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
     with np.errstate(invalid="ignore"):
         ratio = EA / EI
-    slender: Reals = np.where(np.isfinite(EA), deflection.length * np.sqrt(ratio * taken), np.nan)
+    slender: PerBeam = np.where(np.isfinite(EA), deflection.length * np.sqrt(ratio * taken), np.nan)
     return slender
 
 
-def _least_ratio(section: Section) -> Any:
+def _least_ratio(section: Section) -> float:
     if section.taper is None:
         return 1.0
     xi = np.linspace(0.0, 1.0, POINTS + 1)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import AtStations
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS
 from elastic.sampling import sample
@@ -24,7 +25,7 @@ def stress_range(deflection: Deflection, stations: Any) -> Reals:
     return np.array([_swing(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of])
 
 
-def _swing(values: Reals) -> Reals:
+def _swing(values: AtStations) -> Reals:
     swing: Reals = values.max(axis=-2) - values.min(axis=-2)
     if np.isfinite(swing).all():
         return swing

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.section import Section
 from elastic.beams.taper import taper_functions
 from rigid import Mechanism
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Flags
 from rigid.constants import beam_constants, per_row
+
+Ends = tuple[Coefficients, Coefficients, Coefficients, Coefficients]
+"""Values of `taper_functions` at the ends of the beams."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +37,13 @@ class Compliance:
         Of xi in the bending moment, at the most.
     """
 
-    length: Reals
-    stretch: Reals
-    bend: Reals
-    shear: Reals
-    strain: Reals
+    length: PerBeam
+    stretch: PerBeam
+    bend: PerBeam
+    shear: PerBeam
+    strain: PerBeam
     tapered: Flags
-    ends: tuple[Reals, Reals, Reals, Reals] | None
+    ends: Ends | None
     powers: int
 
     @cached_property
@@ -54,7 +57,7 @@ class Compliance:
         return bool(self.strain.any())
 
     @cached_property
-    def integrals(self) -> tuple[Reals, Reals, Reals, Reals]:
+    def integrals(self) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
         """Factors of powers of xi integrated along the beams: alone, and as N/EA, M/EI and -V/kGA.
 
         Shape (powers + 1, beams, ..., 1).
@@ -78,7 +81,9 @@ def compliance_of(mechanism: Mechanism, sections: tuple[Section, ...], ndim: int
 
 
 @lru_cache(maxsize=64)
-def _of_sections(sections: tuple[Section, ...], ndim: int, powers: int) -> tuple[Any, Any, Any, Any, Any, Any]:
+def _of_sections(
+    sections: tuple[Section, ...], ndim: int, powers: int
+) -> tuple[PerBeam, PerBeam, PerBeam, PerBeam, Flags, Ends | None]:
     """The part of a compliance that depends on the sections alone, not on the lengths of many designs."""
     stretch, bend, shear = [
         per_row([1.0 / np.asarray(value, float) for value in values], ndim, float)

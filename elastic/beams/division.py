@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import AtStations, Coefficients, PerBeam
 from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance
 from elastic.beams.elastic_line import Amplitudes
@@ -38,8 +39,8 @@ class Division:
     """
 
     beam: Integers
-    start: Reals
-    width: Reals
+    start: PerBeam
+    width: PerBeam
     sections: tuple[Section, ...]
     blocks: tuple[Block, ...]
 
@@ -76,9 +77,9 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
     return Division(np.arange(len(sections)), np.zeros(rows), np.ones(rows), sections, ())
 
 
-def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Reals:
+def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Coefficients:
     """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
-    values: Reals = getattr(amplitudes, field)
+    values: Coefficients = getattr(amplitudes, field)
     if division.whole:
         return values
     result = shifted(values[:, division.beam], division.start, division.width)
@@ -93,7 +94,7 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
     return result
 
 
-def _with_rows(values: Reals, rows: Integers, own: Reals) -> Reals:
+def _with_rows(values: Coefficients, rows: Integers, own: Coefficients) -> Coefficients:
     """Coefficients with those of some rows replaced, to the higher of both degrees."""
     result = np.zeros((max(len(values), len(own)), *values.shape[1:]))
     result[: len(values)] = values
@@ -104,12 +105,12 @@ def _with_rows(values: Reals, rows: Integers, own: Reals) -> Reals:
 
 def _of_tapered(
     field: str, amplitudes: Amplitudes, number: int, section: Section, length: Reals
-) -> tuple[Reals, Reals]:
+) -> tuple[Coefficients, Coefficients]:
     """Of a tapered beam the line that carries it, in powers of xi, and the rest on its pieces: (n, pieces, ...)."""
     values = getattr(amplitudes, field)[:, number]
     stretch, turn, bend, slide = piece_functions(section, len(amplitudes.M))
 
-    def along(functions: Reals, parts: Reals) -> Reals:
+    def along(functions: Reals, parts: Coefficients) -> Coefficients:
         return np.tensordot(functions[..., : len(parts)], parts, 1)
 
     if field == "u":
@@ -121,7 +122,7 @@ def _of_tapered(
     return values[:2], bent if amplitudes.slide is None else bent + along(slide, amplitudes.slide[:, number])
 
 
-def _add_beyond(values: Reals, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
+def _add_beyond(values: Coefficients, block: Block, division: Division, powers: tuple[Columns, ...]) -> None:
     """Add the increments beyond a block to the pieces there; nan on a beam that it has left."""
     more = np.array([np.broadcast_to(power, values.shape[2:]) for power in powers])
     for row in division.of_beam(block.beam):
@@ -130,7 +131,7 @@ def _add_beyond(values: Reals, block: Block, division: Division, powers: tuple[C
         values[: len(more), row] += np.where(start >= 0.0, changed, 0.0 * block.xi)
 
 
-def evaluated(values: Reals, division: Division, stations: Reals) -> Reals:
+def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtStations:
     """Fields at stations along the beams, shape (beams, ..., positions, stations); at a block the value before it.
 
     Parameters

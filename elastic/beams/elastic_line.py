@@ -7,11 +7,14 @@ from functools import reduce
 
 import numpy as np
 
+from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.compliance import Compliance
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Numbers
 
 
-def section_forces(q: Complexes, pull: Complexes, twist: Reals, compliance: Compliance) -> tuple[Reals, Reals, Reals]:
+def section_forces(
+    q: VectorCoefficients, pull: VectorPerBeam, twist: PerBeam, compliance: Compliance
+) -> tuple[Coefficients, Coefficients, Coefficients]:
     """N, V, M by equilibrium of the piece beyond a section, exact for a load of any degree.
 
     Parameters
@@ -52,16 +55,18 @@ class Amplitudes:
     w by functions of its own, None without; `elastic.beams.division` makes fields of all that.
     """
 
-    N: Reals
-    V: Reals
-    M: Reals
-    u: Reals
-    w: Reals
-    phi: Reals
-    slide: Reals | None
+    N: Coefficients
+    V: Coefficients
+    M: Coefficients
+    u: Coefficients
+    w: Coefficients
+    phi: Coefficients
+    slide: Coefficients | None
 
 
-def elastic_line(N: Reals, V: Reals, M: Reals, compliance: Compliance) -> tuple[Amplitudes, tuple[Reals, ...]]:
+def elastic_line(
+    N: Coefficients, V: Coefficients, M: Coefficients, compliance: Compliance
+) -> tuple[Amplitudes, tuple[PerBeam, ...]]:
     """u, w, phi of beams clamped at their start: M/EI integrated twice, N/EA once, and the slide of shear.
 
     Utenov et al., equations (2), (3), (4) with EA, (5), all constants of integration zero. phi is the rotation of the
@@ -99,7 +104,7 @@ def elastic_line(N: Reals, V: Reals, M: Reals, compliance: Compliance) -> tuple[
     return Amplitudes(N, V, M, u, w, phi, slide), end
 
 
-def _reached(amplitudes: Reals, ends: Reals) -> Reals:
+def _reached(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:
     """Sum of functions at the end of the beam by their amplitudes."""
-    reached: Reals = (amplitudes * ends[: len(amplitudes)]).sum(0)
+    reached: PerBeam = (amplitudes * ends[: len(amplitudes)]).sum(0)
     return reached

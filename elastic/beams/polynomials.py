@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Coefficients
 from rigid.arrays import Numbers, Reals
 
 STEPS = 60  # of Newton's method at most: as many bisections leave nothing of a double's bracket
@@ -18,7 +19,7 @@ TOGETHER = 4  # steps that all zeros take, before those that are there are left 
 CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence is the last
 
 
-def evaluate(values: Reals, xi: Any) -> Reals:
+def evaluate(values: Coefficients, xi: Any) -> Reals:
     """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
     if len(values) == 1:
         constant: Reals = values[0] + np.zeros(np.shape(xi))
@@ -31,12 +32,12 @@ def evaluate(values: Reals, xi: Any) -> Reals:
     return result
 
 
-def derivative(values: Reals) -> Reals:
+def derivative(values: Coefficients) -> Coefficients:
     """Coefficients of the derivatives of polynomials."""
     return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def multiplied(one: Reals, other: Reals) -> Reals:
+def multiplied(one: Coefficients, other: Coefficients) -> Coefficients:
     """Coefficients of products of polynomials, shapes (n, ...) and (m, ...)."""
     result = np.zeros((len(one) + len(other) - 1, *np.broadcast_shapes(one.shape[1:], other.shape[1:])))
     for k, value in enumerate(other):
@@ -52,7 +53,7 @@ def added(one: Numbers, other: Numbers) -> Numbers:
     return result
 
 
-def shifted(values: Reals, start: Any, width: Reals) -> Reals:
+def shifted(values: Coefficients, start: Any, width: Reals) -> Coefficients:
     """Coefficients in powers of t of p(start + width t), by Horner's scheme."""
     shape = np.broadcast_shapes(values.shape[1:], np.shape(start))
     result = np.zeros((len(values), *shape))
@@ -62,7 +63,7 @@ def shifted(values: Reals, start: Any, width: Reals) -> Reals:
     return result
 
 
-def turning_points(values: Reals) -> Any:
+def turning_points(values: Coefficients) -> Reals | tuple[()]:
     """Turning points of any polynomials, from those of their derivatives, shape (n - 2, ...); a line has none."""
     if len(values) < 3:
         return ()
@@ -70,7 +71,7 @@ def turning_points(values: Reals) -> Any:
     return zeros_of(slope, turning_points(slope))
 
 
-def at_marks(values: Reals, turning: Any = ()) -> tuple[Reals, Reals]:
+def at_marks(values: Coefficients, turning: Reals | tuple[()] = ()) -> tuple[Reals, Reals]:
     """Both ends of [0, 1] with the turning points between them, and the polynomials there, shape (m + 2, ...)."""
     marks = np.empty((len(turning) + 2, *values.shape[1:]))
     heights = np.empty_like(marks)
@@ -90,7 +91,7 @@ def greatest_at(marks: Reals, heights: Reals) -> tuple[Reals, Reals]:
     return heights.take(best), marks.take(best)
 
 
-def zeros_of(values: Reals, turning: Any = ()) -> Reals:
+def zeros_of(values: Coefficients, turning: Reals | tuple[()] = ()) -> Reals:
     """Zeros in [0, 1] of polynomials with known turning points, in order.
 
     Parameters
@@ -107,7 +108,7 @@ def zeros_of(values: Reals, turning: Any = ()) -> Reals:
     return zeros_between(values, *at_marks(values, turning))
 
 
-def zeros_between(values: Reals, marks: Reals, heights: Reals) -> Reals:
+def zeros_between(values: Coefficients, marks: Reals, heights: Reals) -> Reals:
     """The same from the values at the ends and the turning points."""
     shape = marks.shape[1:]
     flat, marks, heights = (array.reshape(len(array), -1) for array in (values, marks, heights))
@@ -120,7 +121,7 @@ def zeros_between(values: Reals, marks: Reals, heights: Reals) -> Reals:
     return zeros.reshape(-1, *shape)
 
 
-def _between(values: Reals, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
+def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) -> Reals:
     """The one zero of each polynomial between two marks: Newton's method, held in the bracket by bisection.
 
     A monotone piece has one zero; where a Newton step leaves the bracket the middle is taken instead. Some steps are
@@ -156,7 +157,7 @@ def _between(values: Reals, low: Sequence[Reals], high: Sequence[Reals]) -> Real
     return found
 
 
-def _of_parabola(values: Reals, left: Reals, right: Reals, guess: Reals) -> Reals:
+def _of_parabola(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:
     """Of the two zeros of each parabola the one between two marks; the guess where round-off leaves none there.
 
     The larger by the formula without cancellation, the smaller from the product of both.
@@ -168,7 +169,7 @@ def _of_parabola(values: Reals, left: Reals, right: Reals, guess: Reals) -> Real
     return np.where((other >= left) & (other <= right), other, one)
 
 
-def _with_slope(values: Reals, xi: Reals) -> tuple[Reals, Reals]:
+def _with_slope(values: Coefficients, xi: Reals) -> tuple[Reals, Reals]:
     """Polynomials and their derivatives by one Horner scheme."""
     height = values[-1] * xi
     height += values[-2]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.polynomial import polyroots, polyval
 
+from elastic.arrays import Coefficients
 from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
@@ -23,7 +24,7 @@ PRISMATIC = Taper()
 
 def taper_functions(
     section: Section, stations: Sequence[float] | Any, powers: int
-) -> tuple[Reals, Reals, Reals, Reals]:
+) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
     """Functions that stand in place of the powers of xi in the fields of a tapered beam.
 
     With f = 1/(rigidity relative to the start), for k = 0, 1, ...: in u `(k+1) int s^k f_EA ds`, in phi the same with
@@ -84,7 +85,7 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=256)
-def piece_functions(section: Section, powers: int) -> tuple[Reals, Reals, Reals, Reals]:
+def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
     """`taper_functions` as polynomials in the way along every piece, each of shape (coefficients, pieces, powers)."""
     stations = _stations(section, min(DEGREE + max(0, powers - 4), HIGHEST))
     found = [
@@ -95,7 +96,7 @@ def piece_functions(section: Section, powers: int) -> tuple[Reals, Reals, Reals,
 
 
 @lru_cache(maxsize=256)
-def piece_quotient(section: Section, over: str, under: str) -> Reals:
+def piece_quotient(section: Section, over: str, under: str) -> Coefficients:
     """Quotient of two polynomials of a taper in the way along every piece, shape (coefficients, pieces)."""
     taper, xi = section.taper or PRISMATIC, _stations(section, DEGREE)
     values = polyval(xi, getattr(taper, over) if over else (1.0,)) / polyval(xi, getattr(taper, under))
@@ -117,7 +118,7 @@ def nodes(degree: int) -> Reals:
     return 0.5 - 0.5 * np.cos(_angles(degree))
 
 
-def interpolated(values: Reals) -> Reals:
+def interpolated(values: Reals) -> Coefficients:
     """Coefficients in powers of t of polynomials with values of shape (degree + 1, ...) at the `nodes`.
 
     By way of Chebyshev's series, in two steps: their product would cancel by 6^degree.
@@ -126,7 +127,7 @@ def interpolated(values: Reals) -> Reals:
     return np.tensordot(powers, np.tensordot(spectrum, values, 1), 1)
 
 
-def lowered(values: Reals, degree: int) -> Reals:
+def lowered(values: Coefficients, degree: int) -> Coefficients:
     """Polynomials of no more than a degree that agree with others at the `nodes`: to round-off on a piece."""
     if len(values) <= degree + 1:
         return values

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rigid.arrays import Columns, Complexes, Numbers
+from elastic.arrays import VectorCoefficients
+from rigid.arrays import Columns, Numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class AddedLoads:
         rotation [rad].
     """
 
-    q: Complexes
+    q: VectorCoefficients
     points: tuple[tuple[int, str, Columns, Columns], ...]
     blocks: tuple[tuple[int, Columns, Columns], ...]
     gaps: tuple[Columns, ...]

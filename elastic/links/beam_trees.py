@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -124,12 +123,12 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]
             raise MechanismError(bare, links=(name,), joints=(point,))
 
 
-def lies_along(link: Link, beam: Beam, origin: Any, direction: Any) -> bool:
+def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> bool:
     """Whether a line through a point, both in a link's axes, is that of one of its beams, in all designs."""
     return bool(np.all(lined_up(link, beam, origin, direction)))
 
 
-def lined_up(link: Link, beam: Beam, origin: Any, direction: Any) -> Any:
+def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:
     """The same, design by design."""
     way, off = link.points[beam.end] - link.points[beam.start], origin - link.points[beam.start]
     return np.abs(cross(way, direction)) + np.abs(cross(direction, off)) <= LINED_UP * np.abs(way)

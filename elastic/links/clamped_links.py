@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.blocks import Block, at
 from elastic.beams.compliance import Compliance
 from elastic.beams.elastic_line import Amplitudes, elastic_line, section_forces
@@ -48,7 +49,7 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
     return LinkResponse(amplitudes, _node_displacements(configuration, *ends), loads.blocks)
 
 
-def _before_block(N: Reals, V: Reals, M: Reals, length: Reals, block: Block) -> None:
+def _before_block(N: Coefficients, V: Coefficients, M: Coefficients, length: PerBeam, block: Block) -> None:
     """Add a block's load to the section forces of the piece before it."""
     k = block.beam
     N[0, k] += block.force.real
@@ -57,7 +58,7 @@ def _before_block(N: Reals, V: Reals, M: Reals, length: Reals, block: Block) -> 
     M[1, k] -= length[k] * block.force.imag
 
 
-def _node_displacements(configuration: Configuration, u: Reals, w: Reals, phi: Reals) -> NodeDisplacements:
+def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, phi: PerBeam) -> NodeDisplacements:
     """Displacements of all nodes from the root outwards, from those of the ends of beams clamped at their starts."""
     nodes: NodeDisplacements = {}
     ends = np.empty(u.shape, complex)

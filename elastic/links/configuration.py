@@ -9,20 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.blocks import Block
 from elastic.beams.compliance import Compliance
 from elastic.beams.section import JointCompliance
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees, trees_of
 from rigid import Motion
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Columns, Numbers
 from rigid.constants import beam_constants
 from rigid.loads import beam_directions
 
-NodeLoads = dict[tuple[int, str], tuple[Any, Any]]
+NodeLoads = dict[tuple[int, str], tuple[Columns, Columns]]
 """By link and node the force in the ground's axes [N], complex, and the moment [N m] on it."""
 
-NodeDisplacements = dict[tuple[int, str], tuple[Any, Any]]
+NodeDisplacements = dict[tuple[int, str], tuple[Columns, Columns]]
 """By link and node the displacement in the ground's axes [m], complex, and the rotation [rad] of it."""
 
 
@@ -49,13 +50,13 @@ class Configuration:
     trees: BeamTrees
     rows: Any
     link: Numbers
-    beam: Complexes
-    unit: Complexes
-    length: Reals
+    beam: VectorPerBeam
+    unit: VectorPerBeam
+    length: PerBeam
     columns: tuple[int, ...]
 
     @cached_property
-    def back(self) -> Complexes:
+    def back(self) -> VectorPerBeam:
         """From the ground's axes to the beams'."""
         return np.conj(self.beam)
 
@@ -100,7 +101,7 @@ class LinkLoads:
     """
 
     nodes: NodeLoads
-    q: Complexes
+    q: VectorCoefficients
     blocks: tuple[Block, ...] = ()
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
+from elastic.arrays import PerBeam, VectorPerBeam
 from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import BeamTrees
 from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
@@ -50,7 +50,9 @@ def with_points(nodes: NodeLoads, trees: BeamTrees, points: Iterable[tuple[int, 
     return nodes
 
 
-def resultants(added: AddedLoads, motion: Motion, configuration: Configuration) -> Iterator[tuple[int, Any, Any]]:
+def resultants(
+    added: AddedLoads, motion: Motion, configuration: Configuration
+) -> Iterator[tuple[int, Columns, Columns]]:
     """Added loads reduced to the origins of the links' axes.
 
     Yields
@@ -77,7 +79,7 @@ def add_load(nodes: NodeLoads, where: tuple[int, str], force: Columns, moment: C
     nodes[where] = (force, moment) if before is None else (before[0] + force, before[1] + moment)
 
 
-def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[Complexes, Reals]:
+def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPerBeam, PerBeam]:
     """Force in the beam's own axes [N], complex, and moment [N m] on the end of every beam, shape (beams, ...)."""
     carried = dict(loads.nodes)
     pull = np.empty((len(configuration.length), *configuration.columns), complex)

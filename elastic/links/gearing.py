@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from elastic.links.configuration import NodeDisplacements
 from rigid import JointForces, Motion
@@ -15,7 +14,7 @@ from rigid.plane import ZERO
 STILL = (ZERO, ZERO)
 
 
-def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Any, Any]]:
+def gear_node_loads(motion: Motion, forces: JointForces) -> Iterator[tuple[int, str, Columns, Columns]]:
     """Loads of gears on the links besides the joint forces, at the points of driving joints and of followers.
 
     Yields

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from elastic.arrays import Matrices, VectorCoefficients
 from elastic.beams.compliance import Compliance
 from elastic.links.clamped_links import LinkResponse, clamped_response
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements, NodeLoads
 from elastic.links.free_body import add_load
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Reals
 
 CLOSINGS = 2  # what round-off leaves open between beams of very different stiffness is closed again
 
@@ -39,7 +40,7 @@ def _with_redundants(configuration: Configuration, compliance: Compliance, loads
     return loads
 
 
-def _flexibility(configuration: Configuration, compliance: Compliance, q: Complexes) -> tuple[Reals, Reals]:
+def _flexibility(configuration: Configuration, compliance: Compliance, q: VectorCoefficients) -> tuple[Matrices, Reals]:
     """Openings of the cuts per redundant, scaled to ones on the diagonal, shape (..., n, n), and the scale (..., n).
 
     Found in the links' own axes, where they do not change with the position.

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from elastic.arrays import Matrices
 from elastic.beams.section import Section
 from rigid.arrays import Integers, Reals
 
@@ -38,9 +39,9 @@ class VibratingBeam:
         With how many inner polynomials every coordinate comes in; 0 of the ends. Shape (n,).
     """
 
-    stiffness: Reals
-    mass: Reals
-    rigid: Reals
+    stiffness: Matrices
+    mass: Matrices
+    rigid: Matrices
     level: Integers
 
 
@@ -82,7 +83,9 @@ def beam_shapes(length: float, section: Section, inner: int, points: int) -> Bea
 
 
 @lru_cache(maxsize=64)
-def _unit_shapes(inner: int, stretches: bool, bends: bool, slides: bool, points: int) -> tuple[Reals, Reals, Any, Any]:
+def _unit_shapes(
+    inner: int, stretches: bool, bends: bool, slides: bool, points: int
+) -> tuple[Reals, Reals, tuple[Matrices, ...], tuple[Matrices, ...]]:
     """Gauss points, weights, and u, w, phi with their derivatives on a beam of length 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
@@ -100,7 +103,7 @@ def rigidity(section: Section, name: str, xi: Reals) -> Reals:
     return there
 
 
-def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Reals:
+def stiffness_of(shapes: BeamShapes, length: float, section: Section) -> Matrices:
     """Stiffness of a beam for the coordinates of its shapes, shape (n, n)."""
     stiffness = np.zeros((shapes.u.shape[1],) * 2)
     for name, strain in (
@@ -136,7 +139,7 @@ def vibrating_beam(
     taper: Any = np.polynomial.polynomial.polyval(shapes.xi, mass_taper)
     mass_there: Reals = mass_per_length * taper
     rotary = rotary_inertia(section, mass_there, shapes.xi)
-    mass: Reals = sum(
+    mass: Matrices = sum(
         shape.T @ ((length * shapes.weights * weight)[:, None] * shape)
         for shape, weight in ((shapes.u, mass_there), (shapes.w, mass_there), (shapes.phi, rotary))
     )  # type: ignore[assignment]
@@ -156,7 +159,7 @@ def _levels(section: Section, inner: int) -> Integers:
     return np.concatenate(found)
 
 
-def rigid_rows(length: float, section: Section) -> Reals:
+def rigid_rows(length: float, section: Section) -> Matrices:
     """Combinations of a beam's end coordinates that are zero because it does not stretch or bend, shape (rows, 6)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     rows = np.zeros((0, ENDS))
@@ -169,7 +172,9 @@ def rigid_rows(length: float, section: Section) -> Reals:
     return rows
 
 
-def _polynomials(length: float, inner: int, stretches: bool, bends: bool, slides: bool) -> tuple[Any, Any, Any]:
+def _polynomials(
+    length: float, inner: int, stretches: bool, bends: bool, slides: bool
+) -> tuple[tuple[Polynomial, ...], tuple[Polynomial, ...], tuple[Polynomial, ...]]:
     """u, w, phi per unit of every coordinate.
 
     Of Timoshenko's beam w is of one degree more than phi: then phi can follow w' and nothing locks.

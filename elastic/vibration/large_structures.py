@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from elastic.arrays import Matrices
 from rigid.arrays import Reals
 
 SPARE = 6  # vectors more than modes asked for
@@ -15,7 +16,7 @@ MOST = 300  # rounds; each brings a vector nearer by the ratio of its eigenvalue
 SOFT = 1e-12  # give of what holds, over that of the links: redundant conditions leave the matrix regular
 
 
-def lowest_sparse(stiffness: Reals, mass: Reals, held: Reals, modes: int) -> Reals:
+def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: int) -> Reals:
     """Lowest frequencies of one structure [rad/s], rising, shape (modes,); infinite where nothing more can vibrate.
 
     By subspace iteration: solutions under the inertia loads of the last round's shapes, and Rayleigh's quotients of

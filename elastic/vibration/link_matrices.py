@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from elastic.arrays import Matrices
 from elastic.beams.section import Section, Taper
 from elastic.vibration.beam_matrices import ENDS, rigid_rows, vibrating_beam
 from rigid import Beam, Link
@@ -34,8 +35,8 @@ class VibratingLink:
         With how many inner polynomials of the beams every coordinate comes in, shape (n,).
     """
 
-    stiffness: Reals
-    mass: Reals
+    stiffness: Matrices
+    mass: Matrices
     places: dict[str, Reals]
     level: Integers
 
@@ -66,8 +67,8 @@ class LinkCoordinates:
     """
 
     names: list[str]
-    beams: tuple[Reals, ...]
-    free: Reals
+    beams: tuple[Matrices, ...]
+    free: Matrices
 
     def place(self, name: str) -> Reals:
         """Displacement x, y and rotation of a point per free coordinate, shape (3, n free)."""
@@ -115,7 +116,7 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
 
-def uncoupled(stiffness: Reals, mass: Reals, level: Integers) -> tuple[Reals, Reals]:
+def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Matrices, Matrices]:
     """Stiffness and mass in Craig and Bampton's coordinates: static shapes of the ends, and orthonormal ones within.
 
     Every coordinate within is made of those of lower levels and its own, so that each level spans what it did. Shapes
@@ -144,7 +145,7 @@ def uncoupled(stiffness: Reals, mass: Reals, level: Integers) -> tuple[Reals, Re
     return found, taken.swapaxes(-1, -2) @ mass @ taken
 
 
-def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Reals:
+def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Matrices:
     """Coordinates of a beam, as many as told, per coordinate of its link."""
     rows = np.zeros((count, size))
     turn = np.array([[unit.real, unit.imag, 0.0], [-unit.imag, unit.real, 0.0], [0.0, 0.0, 1.0]])
@@ -155,7 +156,7 @@ def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: i
     return rows
 
 
-def _add_lumps(link: Link, names: list[str], mass: Reals) -> None:
+def _add_lumps(link: Link, names: list[str], mass: Matrices) -> None:
     unit_rows = np.eye(len(mass))
     for lump in link.lumps:
         node = 3 * names.index(lump.point) if link.beams else 0
@@ -236,7 +237,7 @@ def one_of(value: Any, design: int) -> Any:
     return flat[design if len(flat) > 1 else 0]
 
 
-def _free_of(rows: Reals) -> Reals:
+def _free_of(rows: Matrices) -> Matrices:
     """The same as `null_space`; coordinates that no row touches stay themselves."""
     touched = rows.any(axis=0)
     own, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
@@ -247,7 +248,7 @@ def _free_of(rows: Reals) -> Reals:
     return free
 
 
-def null_space(rows: Reals) -> Reals:
+def null_space(rows: Matrices) -> Matrices:
     """Orthonormal basis of the null space of given rows, shape (n, n - rank)."""
     if not len(rows):
         return np.eye(rows.shape[-1])

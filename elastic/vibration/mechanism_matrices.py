@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from elastic.arrays import Matrices
 from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.vibration.large_structures import lowest_sparse
@@ -84,7 +85,7 @@ class VibratingStructure:
         return omega
 
     @cached_property
-    def _unheld(self) -> list[tuple[Integers, Reals, Integers]]:
+    def _unheld(self) -> list[tuple[Integers, Matrices, Integers]]:
         """Mass per stiffness of the coordinates left free, by the number of conditions: positions, matrices, levels.
 
         Joints hold but what is at the ends of beams; what is within has no stiffness but its own and stays as it is.
@@ -102,7 +103,7 @@ class VibratingStructure:
             found.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
         return found
 
-    def _per_stiffness(self, chosen: Integers, free: Reals, at_ends: Flags, within: Integers) -> Reals:
+    def _per_stiffness(self, chosen: Integers, free: Matrices, at_ends: Flags, within: Integers) -> Matrices:
         """Symmetric matrices with eigenvalues 1/omega^2, so that no coordinate needs to have mass.
 
         Of what is free of the ends' coordinates, shape (positions, n free, n ends), and those within.
@@ -225,7 +226,7 @@ class VibratingStructure:
         """Component of displacements along a slider's line."""
         return (np.conj(self._at(along))[:, None] * shift).real
 
-    def _hold(self, rows: list[Reals], compliance: float) -> None:
+    def _hold(self, rows: list[Matrices], compliance: float) -> None:
         for row in rows:
             if compliance:
                 self.stiffness += row[:, :, None] * row[:, None, :] / compliance
@@ -251,7 +252,7 @@ def _block(number: int | None) -> str:
     return f"under joint {number}"
 
 
-def _lowest(per_stiffness: Reals, modes: int) -> Reals:
+def _lowest(per_stiffness: Matrices, modes: int) -> Reals:
     """Lowest frequencies of stacked structures, by the largest mass per stiffness."""
     greatest = np.linalg.eigvalsh(per_stiffness)[:, ::-1].T[:modes]
     moving = greatest > MASSLESS * np.maximum(greatest[:1], 0.0)

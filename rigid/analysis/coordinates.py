@@ -18,7 +18,7 @@ from rigid.points import position_of, velocity_of
 class Rated(Protocol):
     """A quantity that changes at a known rate."""
 
-    def rate(self, motion: Motion) -> Any:
+    def rate(self, motion: Motion) -> Reals:
         """Its derivative in time, shape (..., positions)."""
         ...
 
@@ -26,11 +26,11 @@ class Rated(Protocol):
 class Coordinate(Rated, Protocol):
     """A quantity with a value and a rate."""
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         """The quantity, shape (..., positions)."""
         ...
 
-    def difference(self, motion: Motion, value: Any) -> Any:
+    def difference(self, motion: Motion, value: Any) -> Reals:
         """How far the quantity is beyond a value; angles by less than half a turn. Shape (..., positions)."""
         ...
 
@@ -65,7 +65,7 @@ class LinkAngle:
 class _Plain:
     """A coordinate that is a number, not an angle."""
 
-    def value(self, motion: Motion) -> Any:
+    def value(self, motion: Motion) -> Reals:
         raise NotImplementedError
 
     def difference(self, motion: Motion, value: Any) -> Reals:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from rigid.analysis.coordinates import Coordinate
@@ -66,7 +64,7 @@ def _turns(coordinate: Coordinate) -> bool:
     return isinstance(coordinate, LinkAngle)
 
 
-def _scale(course: Motion, coordinate: Coordinate, value: float) -> Any:
+def _scale(course: Motion, coordinate: Coordinate, value: float) -> float:
     """Size that round-off of a coordinate is measured by."""
     if _turns(coordinate):
         return 1.0

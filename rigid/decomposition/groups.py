@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from rigid.joints import Joint
 
@@ -68,7 +67,7 @@ class Structure:
         return all(group.closed_form for group in self.groups) and not self.measured_drivers
 
     @cached_property
-    def measured_drivers(self) -> tuple[Any, ...]:
+    def measured_drivers(self) -> tuple[tuple[str, int, int], ...]:
         """Names and links of the joints that drive a gear and are not themselves moved."""
         drivers = [joint.gear.driver for joint in self.joints if joint.gear is not None]
         return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.forces import JointForces
 from rigid.kinematics import Motion
@@ -50,7 +50,7 @@ def _slide(motion: Motion, slider: Any) -> tuple[Reals, Complexes]:
     return (np.conj(along) * (velocity_of(motion, slider.link, slider.point) - carried)).real, 1j * along
 
 
-def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tuple[int, Any, Any]]:
+def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tuple[int, Columns, Columns]]:
     """Link's number, force [N], complex, and moment about the origin of its axes [N m] of friction in the joints."""
     mechanism = motion.mechanism
     for number, effort in friction.items():

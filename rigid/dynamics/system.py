@@ -73,7 +73,7 @@ class RightHandSide:
                 found[number] += effort
         return found
 
-    def __call__(self, time: float, state: Any) -> Any:
+    def __call__(self, time: float, state: Reals) -> Reals:
         """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
         half = len(self.free)
         drive, rate, rate2 = self.laws(time, state)
@@ -100,7 +100,7 @@ class RightHandSide:
             found = np.full(half, np.nan)
         return np.concatenate([rate[self.free], found])
 
-    def laws(self, time: float, state: Any) -> tuple[Reals, Reals, Reals]:
+    def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
         """Coordinates and rates of all drives, and the accelerations of those that follow a law."""
         drive, rate, rate2 = np.zeros((3, len(self.drives)))
         half = len(self.free)
