@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
-from rigid.arrays import Columns
 from rigid.chunks import columns_of, design_chunks
 from rigid.positions import of_designs
 
@@ -20,10 +19,10 @@ from rigid.positions import of_designs
 def deflection_in_chunks(
     mechanism: Mechanism,
     sections: Sequence[Section],
-    drive: Any,
-    drive_rate: Columns = 0.0,
-    drive_acceleration: Columns = 0.0,
-    time: Any = None,
+    drive: ArrayLike,
+    drive_rate: ArrayLike = 0.0,
+    drive_acceleration: ArrayLike = 0.0,
+    time: ArrayLike | None = None,
     joints: Mapping[str, JointCompliance] | None = None,
     columns: int | None = None,
 ) -> Iterator[Deflection]:

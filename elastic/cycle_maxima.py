@@ -22,7 +22,7 @@ from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
 from elastic.solution import Deflection
 from rigid import Reals
-from rigid.arrays import Integers
+from rigid.arrays import Flags, Integers
 
 COARSE, FINE = 4, 16  # steps from station to station along a piece
 SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
@@ -37,7 +37,7 @@ class Maximum:
 
 
 def cycle_maxima(
-    deflection: Deflection, fields: Sequence[str], counted: Any = None, period: Reals | None = None
+    deflection: Deflection, fields: Sequence[str], counted: Flags | None = None, period: Reals | None = None
 ) -> dict[str, Maximum]:
     """Greatest magnitudes over beams and positions; nan, and position -1, where none is known.
 
@@ -71,7 +71,7 @@ def cycle_maxima(
     return {key: _maximum(deflection, key, counted, period) for key in fields}
 
 
-def _maximum(deflection: Deflection, key: str, counted: Any, period: Any) -> Maximum:
+def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Reals | None) -> Maximum:
     beams, columns, owner = len(deflection.sections), deflection.motion.columns, deflection.division.beam
     parts: list[_Part] = []
     floor = np.full((beams, *columns[:-1]), -1.0)
@@ -120,7 +120,7 @@ def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source
     return found
 
 
-def _top(best: Coefficients, neighbours: Coefficients, time: Any, place: Integers, period: Reals) -> Reals:
+def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:
     """Tops of parabolas through the greatest values and their neighbours in time."""
     at = np.broadcast_to(time, (*place.shape[1:], np.shape(time)[-1]))
     before, here, after = (

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import reduce
-from typing import Any
 
 import numpy as np
 
-from elastic.arrays import Coefficients
+from elastic.arrays import Coefficients, VectorCoefficients
 from elastic.beams.polynomials import added, multiplied, shifted
 from elastic.beams.taper import DEGREE, lowered, piece_quotient
 from elastic.fields import FIELDS, field_named
@@ -49,7 +48,7 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     return values
 
 
-def _load(deflection: Deflection, part: Callable[[Any], Any]) -> Coefficients:
+def _load(deflection: Deflection, part: Callable[[VectorCoefficients], Coefficients]) -> Coefficients:
     values, division = np.ascontiguousarray(part(deflection.q)), deflection.division
     return values if division.whole else shifted(values[:, division.beam], division.start, division.width)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import reduce
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastic.arrays import AtStations, PerBeam
 from elastic.beams.division import evaluated
@@ -20,7 +20,7 @@ STATIONS = 101
 UNBENT = 0.01  # of the largest deflection of all beams, below which one of them counts as bent by so much
 
 
-def sample(deflection: Deflection, field: str, stations: Any = STATIONS) -> AtStations:
+def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATIONS) -> AtStations:
     """A field at stations along every beam.
 
     Parameters

@@ -237,7 +237,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
     surplus = any(closed.tensions for closed in motion.closures)
 
-    def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Any] | None) -> JointForces:
+    def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Columns] | None) -> JointForces:
         if surplus:
             return _compatible(problem, more, friction, flank)
         return balancing_forces(motion, more, flank, friction)
@@ -248,9 +248,9 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
 
 def _compatible(
     problem: ElasticProblem,
-    more: Sequence[Any],
+    more: Sequence[tuple[int, Columns, Columns]],
     friction: Mapping[int, Columns] | None,
-    given: Mapping[int, Any] | None,
+    given: Mapping[int, Columns] | None,
 ) -> JointForces:
     """Joint forces that bring the bent links together where statics alone does not tell them.
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from rigid.arrays import Columns, Reals
+from rigid.arrays import Reals
 from rigid.drive_arrays import drive_arrays
 from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
@@ -24,10 +25,10 @@ FIRM = 1e-2  # sine below which a position does not tell the branch well
 
 def motion_in_chunks(
     mechanism: Mechanism,
-    drive: Any,
-    drive_rate: Columns = 0.0,
-    drive_acceleration: Columns = 0.0,
-    time: Reals | None = None,
+    drive: ArrayLike,
+    drive_rate: ArrayLike = 0.0,
+    drive_acceleration: ArrayLike = 0.0,
+    time: ArrayLike | None = None,
     columns: int | None = None,
 ) -> Iterator[Motion]:
     """The same as `motion`, a chunk at a time: memory does not grow with the positions or designs.

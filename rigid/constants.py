@@ -33,7 +33,7 @@ class BeamConstants:
         Coefficients of the mass per length relative to that at the start, shape (n, beams, ..., 1).
     """
 
-    link: Any
+    link: slice | list[int]
     start: Complexes
     unit: Complexes
     length: Reals

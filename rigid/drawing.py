@@ -74,7 +74,7 @@ class Drawing:
         line = next(slider.direction for slider in self.mechanism.sliders if slider.name == joint.name)
         return self.direction(joint.owner) * line  # of all designs, whichever the joint is of
 
-    def side(self, distance: Any, joints: Sequence[str]) -> Real:
+    def side(self, distance: Columns, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""
         size: Any = sum(abs(self.at(joint) - self.at(joints[0])) for joint in joints)
         if np.any(abs(distance) <= FLAT * np.where(size, size, 1.0)):
@@ -102,6 +102,6 @@ class Drawing:
         return float(dot(turned * _one(joint.line), _one(self.at(joint.point(block) or "")) - foot))
 
 
-def _one(value: Any) -> complex:
+def _one(value: Columns) -> complex:
     """The first of the designs."""
     return complex(np.ravel(value)[0])

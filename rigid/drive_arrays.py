@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rigid.arrays import Columns, Reals
 from rigid.mechanism import Mechanism
@@ -14,7 +13,7 @@ from rigid.plane import ZERO
 
 
 def drive_arrays(
-    mechanism: Mechanism, drive: Any, rate: Any, rate2: Any, time: Any
+    mechanism: Mechanism, drive: ArrayLike, rate: ArrayLike, rate2: ArrayLike, time: ArrayLike | None
 ) -> tuple[Reals, Reals, Reals, Reals]:
     """Arguments of `motion` as arrays of shape (drives, ..., positions), and (..., positions) for the time."""
     count = len(mechanism.drives)
@@ -31,7 +30,7 @@ def drive_arrays(
     return coordinates, per_position(rate, coordinates), per_position(rate2, coordinates), instants
 
 
-def per_position(value: Any, coordinates: Reals) -> Reals:
+def per_position(value: ArrayLike, coordinates: Reals) -> Reals:
     """A rate given per drive, per position or both, or per design too, as one array like the coordinates."""
     if isinstance(value, float | int) or np.ndim(value) == 0:  # what np.broadcast_to does, in a fifth of its time
         return np.ndarray(coordinates.shape, float, np.array(value, float), 0, (0,) * coordinates.ndim)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -84,7 +83,7 @@ class JointForces:
             force, moment = force - pull, moment - couple
         return force, moment
 
-    def mark(self, lost: Any) -> None:
+    def mark(self, lost: Flags | bool) -> None:
         """Make the forces nan at some positions, bool, shape (..., positions)."""
         for values in (self.force, self.moment):
             values[:] = [np.where(lost, np.nan, value) if np.ndim(value) or value else value for value in values]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -137,7 +136,7 @@ class _Contacts:
 
     strength: Reals
     given: Reals
-    pins: Any
+    pins: list[bool]
     base: Reals
     influence: Reals
 
@@ -213,7 +212,7 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
     return replace(first, influence=influence)
 
 
-def _pressing(place: JointPlace, own: Friction, force: Any, moment: Columns, columns: tuple[int, ...]) -> Reals:
+def _pressing(place: JointPlace, own: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]) -> Reals:
     """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
     parts = (np.real(force), np.imag(force)) if place.turns else (cross(place.along, force), 2 * moment / own.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])

@@ -8,6 +8,7 @@ from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.closure import Closure
@@ -114,10 +115,10 @@ class Motion:
 
 def motion(
     mechanism: Mechanism,
-    drive: Any,
-    drive_rate: Any = 0.0,
-    drive_acceleration: Any = 0.0,
-    time: Reals | None = None,
+    drive: ArrayLike,
+    drive_rate: ArrayLike = 0.0,
+    drive_acceleration: ArrayLike = 0.0,
+    time: ArrayLike | None = None,
     near: Posture | None = None,
     lead: Reals | None = None,
 ) -> Motion:
@@ -172,7 +173,7 @@ def motion(
         return _with_velocities(mechanism, instants, coordinates, rate, rate2, origin, direction, closures)
 
 
-def with_rates(motion: Motion, drive_rate: Columns, drive_acceleration: Columns = 0.0) -> Motion:
+def with_rates(motion: Motion, drive_rate: ArrayLike, drive_acceleration: ArrayLike = 0.0) -> Motion:
     """The same positions passed at other rates of the drives; arguments as for `motion`."""
     rate, rate2 = (per_position(value, motion.drive) for value in (drive_rate, drive_acceleration))
     here = motion.origin, motion.direction, tuple(closed.whole or closed for closed in motion.closures)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import ArrayLike
 
 from rigid.arrays import Reals
 from rigid.parts import Real
@@ -94,7 +95,7 @@ class ConstantSpeed:
     start: Real
     speed: Real
 
-    def __call__(self, time: Any) -> Triple:
+    def __call__(self, time: ArrayLike) -> Triple:
         """Coordinate, rate and acceleration at given times [s]."""
         time = np.asarray(time, float)
         coordinate = self.start + self.speed * time
@@ -172,7 +173,7 @@ class SegmentedLaw:
         """Speed at the end of the last segment [rad/s or m/s]."""
         return self._speeds[-1][1]
 
-    def __call__(self, time: Any) -> Triple:
+    def __call__(self, time: ArrayLike) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape.
 
         Where two segments meet the later one counts, at the very end the last. An instant that misses an end by

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,7 @@ def beam_loads(motion: Motion) -> Complexes:
     return loads
 
 
-def _relative_acceleration(motion: Motion, links: Any) -> Complexes:
+def _relative_acceleration(motion: Motion, links: slice | list[int]) -> Complexes:
     """Acceleration of the origins of some links less gravity [m/s^2], complex."""
     acceleration, gravity = motion.acceleration[links], motion.mechanism.gravity
     relative: Complexes = acceleration - gravity if isinstance(gravity, np.ndarray) or gravity else acceleration

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
+from rigid.parts import GROUND, Complex, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
 
 UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
@@ -113,7 +113,7 @@ def _no_length(what: str, link: Link, start: str, end: str) -> str | None:
     return f"{what} has no length" if np.any(link.points[start] == link.points[end]) else None
 
 
-def _no_unit(what: str, vector: Any) -> str | None:
+def _no_unit(what: str, vector: Complex) -> str | None:
     size = np.abs(vector)
     return f"{what} is no unit vector, its length is {np.max(size):.6g}" if np.any(np.abs(size - 1) > UNIT) else None
 

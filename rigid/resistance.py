@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rigid.friction import direction_of, speeds
+from rigid.kinematics import Motion
 from rigid.parts import Law, PointForce, PointLoad
 from rigid.plane import dot
 from rigid.points import velocity_of
@@ -60,7 +60,7 @@ class Resistance:
         """Where it acts."""
         return self.load.points
 
-    def forces(self, motion: Any) -> Iterable[PointForce]:
+    def forces(self, motion: Motion) -> Iterable[PointForce]:
         """The force in the ground's axes and the moment at every position."""
         fastest, spin = speeds(motion)
         for link, point, force, moment in self.load.forces(motion):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastic.extreme_values import Extreme
 from rigid import Motion, Reals
@@ -33,7 +33,7 @@ class CyclePeak:
     xi: Reals
 
 
-def over_cycle(values: Any) -> CyclePeak:
+def over_cycle(values: Extreme | ArrayLike) -> CyclePeak:
     """Largest magnitude over the positions, the last axis; singular positions do not count.
 
     Parameters
@@ -57,7 +57,7 @@ def over_cycle(values: Any) -> CyclePeak:
     return CyclePeak(taken(plain), position, xi)
 
 
-def rms(values: Any) -> Reals:
+def rms(values: ArrayLike) -> Reals:
     """Root of the mean square over the positions, the last axis; singular positions do not count."""
     square = np.square(np.abs(np.asarray(values)))
     known = ~np.isnan(square)

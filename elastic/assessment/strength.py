@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastic.arrays import AtStations
 from elastic.extreme_values import Extreme, extremes
@@ -15,7 +14,7 @@ from rigid import Reals
 from rigid.constants import per_row
 
 
-def stress_range(deflection: Deflection, stations: Any) -> Reals:
+def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
     """How far the normal stress swings over the positions, largest minus smallest [Pa].
 
     Returns

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from elastic.beams.compliance import Compliance
-from rigid.arrays import Columns, Complexes, Reals
+from rigid.arrays import Columns, Complexes, Flags, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +29,7 @@ class Block:
     xi: Reals
     force: Complexes
     moment: Reals
-    here: Any = True
+    here: Flags | bool = True
 
     def beyond(self, compliance: Compliance) -> dict[str, tuple[Columns, ...]]:
         """Increments of the fields beyond the block over those before it, in powers of xi less the block's."""

@@ -19,7 +19,7 @@ TOGETHER = 4  # steps that all zeros take, before those that are there are left 
 CLOSE = 1e-8  # change of xi from which one more step of quadratic convergence is the last
 
 
-def evaluate(values: Coefficients, xi: Any) -> Reals:
+def evaluate(values: Coefficients, xi: Reals | float) -> Reals:
     """Horner's scheme: polynomials of coefficients (n, ...) at xi of shape (..., ) or (m, ...)."""
     if len(values) == 1:
         constant: Reals = values[0] + np.zeros(np.shape(xi))
@@ -53,7 +53,7 @@ def added(one: Numbers, other: Numbers) -> Numbers:
     return result
 
 
-def shifted(values: Coefficients, start: Any, width: Reals) -> Coefficients:
+def shifted(values: Coefficients, start: Reals | float, width: Reals) -> Coefficients:
     """Coefficients in powers of t of p(start + width t), by Horner's scheme."""
     shape = np.broadcast_shapes(values.shape[1:], np.shape(start))
     result = np.zeros((len(values), *shape))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
@@ -23,7 +22,7 @@ PRISMATIC = Taper()
 
 
 def taper_functions(
-    section: Section, stations: Sequence[float] | Any, powers: int
+    section: Section, stations: Sequence[float] | Reals, powers: int
 ) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
     """Functions that stand in place of the powers of xi in the fields of a tapered beam.
 

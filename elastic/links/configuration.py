@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,7 @@ class Configuration:
     """
 
     trees: BeamTrees
-    rows: Any
+    rows: slice | list[int]
     link: Numbers
     beam: VectorPerBeam
     unit: VectorPerBeam

@@ -126,7 +126,7 @@ class VibratingStructure:
         ]
         return float(max(ways)) or 1.0
 
-    def _at(self, value: Any) -> Numbers:
+    def _at(self, value: Columns) -> Numbers:
         """A quantity of the motion at the positions of this design."""
         array = np.broadcast_to(value, self._motion.columns)
         return (array[self._design] if array.ndim > 1 else array)[self._positions]
@@ -222,7 +222,7 @@ class VibratingStructure:
         followed: Reals = gear_input(place, moved, flank)
         return followed
 
-    def _along(self, along: Any, shift: Complexes) -> Reals:
+    def _along(self, along: Columns, shift: Complexes) -> Reals:
         """Component of displacements along a slider's line."""
         return (np.conj(self._at(along))[:, None] * shift).real
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from rigid.arrays import Complexes, Reals
 from rigid.joints import Joint, along_of, coordinate_of
 from rigid.kinematics import Motion
-from rigid.parts import GROUND, MechanismError
+from rigid.parts import GROUND, MechanismError, Real
 from rigid.plane import dot
 from rigid.points import position_of, velocity_of
 
@@ -30,7 +30,7 @@ class Coordinate(Rated, Protocol):
         """The quantity, shape (..., positions)."""
         ...
 
-    def difference(self, motion: Motion, value: Any) -> Reals:
+    def difference(self, motion: Motion, value: Real) -> Reals:
         """How far the quantity is beyond a value; angles by less than half a turn. Shape (..., positions)."""
         ...
 
@@ -52,7 +52,7 @@ class LinkAngle:
         rate: Reals = motion.angular_velocity[index[self.link]] - motion.angular_velocity[index[self.on]]
         return rate
 
-    def difference(self, motion: Motion, value: Any) -> Reals:
+    def difference(self, motion: Motion, value: Real) -> Reals:
         """Angle beyond a value, in (-pi, pi]."""
         return np.angle(self._direction(motion) * np.exp(-1j * np.asarray(value)))
 
@@ -68,7 +68,7 @@ class _Plain:
     def value(self, motion: Motion) -> Reals:
         raise NotImplementedError
 
-    def difference(self, motion: Motion, value: Any) -> Reals:
+    def difference(self, motion: Motion, value: Real) -> Reals:
         """How far it is beyond a value."""
         beyond: Reals = self.value(motion) - value
         return beyond

@@ -9,7 +9,7 @@ import numpy as np
 from rigid.arrays import Flags, Reals
 from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
-from rigid.parts import MechanismError
+from rigid.parts import Complex, MechanismError
 from rigid.plane import cross
 from rigid.postures import Posture
 
@@ -116,7 +116,7 @@ def _shortfall(course: Motion) -> str:
     return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
 
 
-def _place(course: Motion, link: int, local: Any) -> complex:
+def _place(course: Motion, link: int, local: Complex) -> complex:
     """Where a link's point is at the first position."""
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
 

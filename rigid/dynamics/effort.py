@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Columns, Complexes, Flags, Reals
 from rigid.conditioning import SINGULAR
 from rigid.constants import mass_constants
-from rigid.dynamics.constraints import constraint_matrix, constraint_table, constraints_at
+from rigid.dynamics.constraints import Constraints, constraint_matrix, constraint_table, constraints_at
 from rigid.dynamics.rubbing import friction_loads, friction_of
 from rigid.forces import UNSTRESSED, JointForces
 from rigid.friction import sliding_rate
@@ -199,7 +199,7 @@ def _multipliers(matrix: Reals, load: Reals, good: Flags) -> Reals:
     return found
 
 
-def _tooth_row(motion: Motion, place: JointPlace, push: Any) -> Reals:
+def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
     """Rate at which two teeth approach along their line of action, per rate of (x, y, angle) of every moving link."""
     teeth = place.teeth
     assert teeth is not None
@@ -220,7 +220,9 @@ def _determined(matrix: Reals, load: Reals) -> Reals:
     return found
 
 
-def _joint_forces(motion: Motion, here: Any, multiplier: Reals, ground: Any, flank: Any) -> JointForces:
+def _joint_forces(
+    motion: Motion, here: Constraints, multiplier: Reals, ground: tuple[Complexes, Reals], flank: Mapping[int, Reals]
+) -> JointForces:
     """Multipliers as forces and moments on the joints' children."""
     table = here.table
     count = table.count
@@ -241,4 +243,4 @@ def _joint_forces(motion: Motion, here: Any, multiplier: Reals, ground: Any, fla
             for act in gear_loads(place, pulls[number], couples[number], flank.get(number, 0.0)):
                 if act.link == 0:
                     pull, couple = pull + act.force, couple + cross(act.arm, act.force) + act.moment
-    return JointForces(motion.closures, pulls, couples, (pull, couple), flank)
+    return JointForces(motion.closures, pulls, couples, (pull, couple), dict(flank))

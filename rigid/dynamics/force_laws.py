@@ -6,16 +6,17 @@ A law takes a motion and returns an array of shape (..., positions): what multip
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rigid.analysis.coordinates import Coordinate
 from rigid.arrays import Reals
 from rigid.kinematics import Motion
 from rigid.parts import Law
 
-Curve = Callable[[Any], Any]
+Curve = Callable[[ArrayLike], Reals]
 OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends
 
 
@@ -51,8 +52,8 @@ def law_of_rate(coordinate: Coordinate, curve: Curve) -> Law:
 
 
 def table_curve(
-    at: Any,
-    value: Any,
+    at: ArrayLike,
+    value: ArrayLike,
     interpolation: Literal["linear", "cubic"] = "linear",
     extend: Literal["error", "hold"] = "error",
 ) -> Curve:
@@ -87,9 +88,11 @@ def table_curve(
         raise TableError("the places of a table must grow from entry to entry")
     if not (np.isfinite(at).all() and np.isfinite(value).all()):
         raise TableError("the entries of a table must be finite")
-    inside: Curve = _cubic(at, value) if interpolation == "cubic" else lambda place: np.interp(place, at, value)
+    inside: Callable[[Reals], Reals] = (
+        _cubic(at, value) if interpolation == "cubic" else lambda place: np.interp(place, at, value)
+    )
 
-    def curve(place: Any) -> Reals:
+    def curve(place: ArrayLike) -> Reals:
         place = np.asarray(place, float)
         if extend == "error":
             _require_inside(place, at)

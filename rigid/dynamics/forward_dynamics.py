@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rigid.analysis.turning_points import aligned_joint
 from rigid.arrays import Reals
@@ -36,8 +37,8 @@ STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads 
 def forward(
     mechanism: Mechanism,
     drives: Sequence[Effort | MotionLaw],
-    start: Any,
-    rate: Any,
+    start: ArrayLike,
+    rate: ArrayLike,
     duration: float,
     tolerance: float = 1e-10,
     most_steps: int | None = None,

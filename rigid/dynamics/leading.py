@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, coordinate_of
+from rigid.joints import Joint, Placed, coordinate_of
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import PinDrive, SliderDrive
@@ -42,7 +41,7 @@ class Lead:
     variant: Mechanism
     own: Mapping[int, Joint] = field(default_factory=dict)
 
-    def rates(self, placed: Any, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
+    def rates(self, placed: Placed, velocity: Complexes, omega: Reals) -> dict[int, Reals]:
         """Rates of the drives that others lead, from the velocities of all links."""
         return {
             number: joint.sense * joint_place(placed, joint).rate(velocity, omega) for number, joint in self.own.items()
@@ -62,7 +61,7 @@ class Lead:
             found[number] = joint.sense * apart
         return found
 
-    def seen(self, motion: Motion, near: Mapping[int, Any]) -> Motion:
+    def seen(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
         """A motion of the variant as one of the mechanism; places and velocities alone.
 
         `near`: coordinates of the drives that others lead, to half a turn.
@@ -76,14 +75,14 @@ class Lead:
         return replace(motion, mechanism=self.mechanism, drive=drive, drive_rate=rate)
 
 
-def unwound(placed: Any, joint: Joint, near: Any) -> Reals:
+def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
     """Coordinate of a joint, of an angle the one next to a given one."""
     value: Reals = coordinate_of(placed, joint)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
 
 def better_leading_joints(
-    lead: Lead, placed: Any, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
+    lead: Lead, placed: Placed, twists: tuple[Complexes, Reals], free: Sequence[int], size: float
 ) -> Lead | None:
     """The mechanism led by the joint that moves fastest in the place of the drive that moves it; None where none does.
 
@@ -146,5 +145,5 @@ class Stretch:
     time: Reals
     origin: Complexes
     direction: Complexes
-    state: Callable[[Any], Any]
+    state: Callable[[Reals], Reals]
     own: Mapping[int, Reals]

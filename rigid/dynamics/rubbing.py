@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.forces import JointForces
 from rigid.kinematics import Motion
+from rigid.parts import Slider
 from rigid.points import position_of, velocity_of
 
 ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
@@ -41,7 +41,7 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
     return found
 
 
-def _slide(motion: Motion, slider: Any) -> tuple[Reals, Complexes]:
+def _slide(motion: Motion, slider: Slider) -> tuple[Reals, Complexes]:
     """Speed of a slider's point along its line, as seen from the line's owner [m/s], and the unit vector across."""
     owner = motion.mechanism.index[slider.on]
     along = motion.direction[owner] * slider.direction

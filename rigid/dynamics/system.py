@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -40,7 +39,7 @@ class RightHandSide:
         self._offset = {number: own[number] - value for number, value in turned.items()}
         tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
 
-    def own_coordinates(self, angle: Any, offset: bool = True) -> dict[int, float]:
+    def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
         """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
         found = {}
         for number in self.free:

@@ -170,7 +170,9 @@ class Tracker:
             self._sign = sign
             return smooth and sign != 0.0
 
-    def equation_beside(self, time: float, rate: Reals, drive: Reals, effort: Any) -> tuple[Reals, Reals] | None:
+    def equation_beside(
+        self, time: float, rate: Reals, drive: Reals, effort: Callable[[Motion], Reals]
+    ) -> tuple[Reals, Reals] | None:
         """`equation` at a change point, from both sides of it; None where there is none.
 
         There the rates lose all digits, though they go on smoothly: they are taken where they do not, on the line along

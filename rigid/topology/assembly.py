@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
 from rigid.joints import Joint, gap_of
 from rigid.mechanism import Mechanism
-from rigid.parts import MechanismError
+from rigid.parts import Complex, MechanismError
 from rigid.plane import cross
 from rigid.postures import Posture
 from rigid.topology.kinematic_pairs import pairs
@@ -86,7 +85,7 @@ def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
     return tuple(found)
 
 
-def _first(value: Any) -> complex:
+def _first(value: Complex) -> complex:
     return complex(np.ravel(value)[0])
 
 

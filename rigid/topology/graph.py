@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rigid.arrays import Integers
 from rigid.names import counted
@@ -76,7 +76,7 @@ def incidence(graph: Graph) -> Integers:
     return matrix
 
 
-def graph_from_incidence(matrix: Any, nodes: Sequence[str] = (), branches: Sequence[str] = ()) -> Graph:
+def graph_from_incidence(matrix: ArrayLike, nodes: Sequence[str] = (), branches: Sequence[str] = ()) -> Graph:
     """The graph that has a given incidence matrix; names are 1, 2, ... where left out.
 
     Raises
