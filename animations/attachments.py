@@ -9,7 +9,7 @@ import numpy as np
 from animations.shapes import QUIET, Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
-from rigid import Gear, PinDrive, Spring, position_of
+from rigid import Gear, PinDrive, SliderDrive, Spring, position_of
 from rigid.teeth import pitch_reach
 
 COILS = 8
@@ -29,9 +29,9 @@ def attachment_shapes(deflection: Deflection, size: float, exaggeration: float =
     mechanism = deflection.motion.mechanism
     shapes = [_spring(deflection, load, size, exaggeration) for load in mechanism.loads if isinstance(load, Spring)]
     for gear in mechanism.gears:
-        for drive, radius in _wheels(deflection, gear):
-            at = mechanism.index[drive.link]
-            middle = moved_place(deflection, at, drive.at, exaggeration)
+        for wheel, radius in _wheels(deflection, gear):
+            at = mechanism.index[wheel.links[0]]
+            middle = moved_place(deflection, at, wheel.joint, exaggeration)
             shapes.append(_wheel(middle, radius * deflection.motion.direction[at]))
     return shapes
 
@@ -51,12 +51,12 @@ def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: f
     return FlatShape("ground", place, lines=(np.arange(len(share)),), ink="soft", width=1.3)
 
 
-def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive, float]]:
+def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive | SliderDrive, float]]:
     """The wheels of a gear that has teeth, and the radii of their pitch circles [m]."""
     one, other, ratio = gear.driver, gear.follower, gear.ratio
-    if gear.pressure_angle is None or not (isinstance(one, PinDrive) and isinstance(other, PinDrive)) or ratio == 1:
+    if gear.pressure_angle is None or not (one.turns and other.turns) or ratio == 1:
         return
-    places = [position_of(deflection.motion, drive.link, drive.at) for drive in (one, other)]
+    places = [position_of(deflection.motion, drive.links[0], drive.joint) for drive in (one, other)]
     apart = np.abs(places[1] - places[0])
     if not np.ptp(apart[np.isfinite(apart)]) <= 1e-6 * np.nanmax(apart):
         return  # no link carries both

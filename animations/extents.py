@@ -17,6 +17,7 @@ from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Reals
+from rigid.joints import SliderJoint
 
 PARTS = 6  # of a beam, each taken as its hull
 
@@ -67,7 +68,7 @@ def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[
     joined: dict[str, set[int]] = {}
     found: dict[str, Reals] = {}
     for joint in motion.structure.joints:
-        if joint.slider is None:
+        if not isinstance(joint, SliderJoint):
             place = moved_place(deflection, joint.child, joint.name, scales.exaggeration)[positions, None]
             found[joint.name] = reach(place, AXLE * scales.pin)
         elif joint.parent:

@@ -12,7 +12,6 @@ from animations.layout import FOOT, HEAD, MARGIN, Scales, View
 from animations.shapes import BENT, INK, NEGATIVE, POSITIVE, QUIET, SHEER, Complexes, FlatShape
 from animations.style import Style
 from elastic import Deflection
-from rigid import PinDrive
 
 LETTER = 0.62  # width of a letter against its height, on average
 LEAST = 7.0  # height of letters that can be read [pixels]
@@ -57,10 +56,7 @@ def drive_words(deflection: Deflection) -> Callable[[int], str]:
     def text(position: int) -> str:
         parts = []
         for drive, value, slide in zip(motion.mechanism.drives, motion.drive[:, position], slides, strict=True):
-            if isinstance(drive, PinDrive):
-                parts.append(f"{drive.link} {_within_turn(value):.1f}°")
-            else:
-                parts.append(f"{drive.slider} {slide(value)}")
+            parts.append(f"{drive.name} {f'{_within_turn(value):.1f}°' if drive.turns else slide(value)}")
         if not counted:
             parts.append(f"t = {time(motion.time[position])}")
         return "   ".join(parts)

@@ -10,7 +10,6 @@ import numpy as np
 from animations.shapes import Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
-from rigid import PinDrive
 from rigid.arrays import Integers
 
 ARC = np.linspace(0.45, 2.0, 25)  # [rad] from the driven link on
@@ -32,7 +31,7 @@ def drive_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0)
     motion = deflection.motion
     shapes = []
     for number, drive in enumerate(motion.mechanism.drives):
-        line = (_turning if isinstance(drive, PinDrive) else _sliding)(deflection, drive, size, exaggeration)
+        line = (_turning if drive.turns else _sliding)(deflection, drive, size, exaggeration)
         shapes.append(_arrow(line, np.sign(np.nan_to_num(motion.drive_rate[number])), size))
     return shapes
 

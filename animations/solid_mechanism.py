@@ -16,6 +16,7 @@ from animations.style import Style
 from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
 from elastic import Deflection, sample
 from rigid import Reals, Slider
+from rigid.joints import SliderJoint
 
 CIRCLE = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
 THIN = 0.55  # of a pin's diameter, where a section's dimensions are not known
@@ -101,7 +102,7 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
     joined: dict[str, set[int]] = {}
     bodies: list[SolidShape] = []
     for joint in motion.structure.joints:
-        if joint.slider is not None:
+        if isinstance(joint, SliderJoint):
             bodies += _slider(deflection, joint.slider, scales, stack)
             continue
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))

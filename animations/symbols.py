@@ -10,6 +10,7 @@ from animations.shapes import PAPER, QUIET, Complexes, FlatShape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
 from rigid.arrays import Integers
+from rigid.joints import SliderJoint
 
 PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its diameters
 BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
@@ -28,7 +29,7 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
     shapes: list[FlatShape] = []
     seen: dict[str, bool] = {}
     for joint in deflection.motion.structure.joints:
-        if joint.slider is not None:
+        if isinstance(joint, SliderJoint):
             shapes += _slider(deflection, joint.slider, size, exaggeration)
             continue
         grounded = 0 in (joint.parent, joint.child)

@@ -13,7 +13,6 @@ from rigid.arrays import Columns, Integers
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError, Real
-from rigid.plane import dot
 
 FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
 
@@ -91,17 +90,4 @@ class Drawing:
 
     def coordinate(self, joint: Joint) -> float:
         """Coordinate of a joint as drawn [rad or m], of designs that of the first."""
-        owner, block = joint.owner, joint.block
-        if joint.turns:
-            return float(np.angle(_one(self.direction(block)) / _one(self.direction(owner))))
-        body = self.mechanism.links[owner]
-        anchor = next((point for point in body.points if point in self.mechanism.drawing), None)
-        turned = _one(self.direction(owner))
-        base = _one(self.at(anchor)) - turned * _one(body.points[anchor]) if owner and anchor else 0.0
-        foot = base + turned * _one(joint.at(owner))
-        return float(dot(turned * _one(joint.line), _one(self.at(joint.point(block) or "")) - foot))
-
-
-def _one(value: Columns) -> complex:
-    """The first of the designs."""
-    return complex(np.ravel(value)[0])
+        return joint.drawn(self)

@@ -20,7 +20,6 @@ from rigid.joints import JointPlace
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Friction
-from rigid.plane import cross
 
 STILL = 1e-9  # share of the mechanism's speed below which a rate is round-off: nothing slides
 ROUNDS = 40  # of Newton's method
@@ -214,7 +213,7 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
 
 def _pressing(place: JointPlace, own: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]) -> Reals:
     """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
-    parts = (np.real(force), np.imag(force)) if place.turns else (cross(place.along, force), 2 * moment / own.length)
+    parts = place.pressing(force, moment, own.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 

@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigid.joints import Joint, JointPlace, Placed, along_of, carried, point_of
+from rigid.joints import Joint, JointPlace, Placed, point_of
 from rigid.teeth import Teeth, pitch_reach, wheel_push
 
 
 def joint_place(placed: Placed, joint: Joint) -> JointPlace:
     """A joint of two placed links."""
-    parent, child = joint.parent, joint.child
-    arm_parent = carried(placed.direction[parent], joint.at_parent)
-    arm_child = carried(placed.direction[child], joint.at_child)
-    teeth = None if joint.gear is None else teeth_of(placed, joint)
-    if joint.turns:
-        return JointPlace(joint, arm_parent, arm_child, None, teeth)
-    if joint.ordered:
-        arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
-    else:
-        arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
-    return JointPlace(joint, arm_parent, arm_child, along_of(placed, joint), teeth)
+    return joint.place(placed, None if joint.gear is None else teeth_of(placed, joint))
 
 
 def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
@@ -42,12 +32,12 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     if not joint.turns and not driver.turns:
         return None
     if not joint.turns:
-        along = along_of(placed, joint)
+        along = joint.along(placed)
         reach_body = -1j * rate * along
         reach = hub + reach_body - own
         apart = (-1j * slope * np.sign(rate)) * along
     elif not driver.turns:
-        reach = -1j / rate * along_of(placed, driver)
+        reach = -1j / rate * driver.along(placed)
         reach_body = own + reach - hub
         along, apart = wheel_push(reach, slope, ring=False)
     else:

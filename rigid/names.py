@@ -50,7 +50,7 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
     links = {link.name: link for link in mechanism.links}
     ends = [end for gear in mechanism.gears for end in (gear.driver, gear.follower)]
     for mover in (*mechanism.drives, *ends):
-        yield _no_link("a drive or gear", links, (mover.link, mover.on) if isinstance(mover, PinDrive) else ())
+        yield _no_link("a drive or gear", links, mover.links)
     for gear in mechanism.gears:
         angle = gear.pressure_angle
         if angle is not None and not 0 <= angle < np.pi / 2:

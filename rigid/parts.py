@@ -135,6 +135,11 @@ class PinDrive:
         """Its name: that of its link."""
         return self.link
 
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The links that it names."""
+        return self.link, self.on
+
 
 @dataclass(frozen=True)
 class SliderDrive:
@@ -152,6 +157,11 @@ class SliderDrive:
     def name(self) -> str:
         """Its name: that of its slider."""
         return self.slider
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The links that it names: none."""
+        return ()
 
 
 class Load(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.arrays import Complexes, Reals
 from rigid.kinematics import Motion
-from rigid.parts import GROUND, PinDrive, PointForce, Real
+from rigid.parts import GROUND, PointForce, Real
 from rigid.plane import dot
 from rigid.points import position_of, velocity_of
 
@@ -141,8 +141,8 @@ class TorsionSpring:
     def _winding(self, motion: Motion) -> Reals:
         """theta - angle [rad]."""
         for number, drive in enumerate(motion.mechanism.drives):
-            if isinstance(drive, PinDrive) and drive.at == self.at and {drive.link, drive.on} == {self.link, self.on}:
-                winding: Reals = motion.drive[number] * (1.0 if drive.link == self.link else -1.0) - self.angle
+            if drive.joint == self.at and set(drive.links) == {self.link, self.on}:
+                winding: Reals = motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
                 return winding
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
         angle: Reals = np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))

@@ -57,7 +57,7 @@ class TestFreeBodies:
         links = course.mechanism.links
         pins = {}
         for joint, force in zip(course.structure.joints, forces.force, strict=True):
-            if joint.slider is None:
+            if joint.turns:
                 pins[links[joint.child].name, links[joint.parent].name] = force
         for number, (child, parent, _) in enumerate(train.pins):
             near(pins[child, parent or "ground"], free.pins[:, number], size)

@@ -137,7 +137,7 @@ class TestClosedForms:
         # the drive holds the crank against the piston force, which pushes it towards O
         expected = -F * r * np.sin(angle + lean) / np.cos(lean)
         np.testing.assert_allclose(drive_efforts(going, forces)[0], expected, rtol=1e-13, atol=1e-11)
-        side = next(k for k, joint in enumerate(structure(mechanism).joints) if joint.slider)
+        side = next(k for k, joint in enumerate(structure(mechanism).joints) if not joint.turns)
         np.testing.assert_allclose(abs(forces.force[side]), F * abs(np.tan(lean)), rtol=1e-12, atol=1e-11)
 
     def test_load_on_the_ground_is_the_grounds(self):

@@ -15,7 +15,6 @@ from elastic.elastodynamics.displacements import Displacements, Points, under
 from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
 from rigid import (
-    GROUND,
     Lump,
     Mechanism,
     Motion,
@@ -109,10 +108,10 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
             found.append((at, next(iter(link.points))))
     rails = trees_of(mechanism).rails
     for number, joint in enumerate(structure(mechanism).joints):
-        if joint.slider is not None:
-            found.append((mechanism.index[joint.slider.link], joint.slider.point))
+        if not joint.turns:
+            found.append((joint.block, joint.point(joint.block) or ""))
             if number in rails:
-                found.append((mechanism.index[joint.slider.on], under(number)))
+                found.append((joint.owner, under(number)))
     return tuple(dict.fromkeys(found))
 
 
@@ -183,14 +182,13 @@ def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
     """A block on a link that turns: the force across the line turns with it, and moves along it with the block."""
     motion = bent.motion
     for number, (place, force) in enumerate(zip(motion.places, bent.forces.force, strict=True)):
-        slider = place.joint.slider
-        if slider is None or slider.on == GROUND:
+        joint, owner = place.joint, place.joint.owner
+        if joint.turns or not owner:
             continue
-        owner = motion.mechanism.index[slider.on]
         link = motion.mechanism.links[owner]
         point = under(number) if link.beams else next(iter(link.points))
-        on_block = force * place.joint.sense
-        block, held = numbers[motion.mechanism.index[slider.link], slider.point], numbers[owner, point]
+        on_block = force * joint.sense
+        block, held = numbers[joint.block, joint.point(joint.block) or ""], numbers[owner, point]
         arm = 0.0 if link.beams else place.arm(owner) - motion.direction[owner] * link.points[point]
         along = np.broadcast_to(place.along, motion.columns)
         slide = PointRow({block: along, held: -along}, {held: -dot(along, 1j * arm)})

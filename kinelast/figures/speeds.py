@@ -20,7 +20,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
 from kinelast.threads import one_thread
-from rigid import ConstantSpeed, MechanismError, PinDrive
+from rigid import ConstantSpeed, MechanismError
 
 FIELDS = ("w", "chord", "mises")
 KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
@@ -115,7 +115,7 @@ def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
 
 
 def _unit(scene: Scene) -> str:
-    return "rad/s" if isinstance(scene.mechanism.drives[0], PinDrive) else "m/s"
+    return "rad/s" if scene.mechanism.drives[0].turns else "m/s"
 
 
 def _known(values: Any) -> list[float | None]:

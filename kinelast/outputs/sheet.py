@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid import GROUND, PinDrive, Posture, Slider
+from rigid import GROUND, Posture, Slider
 from rigid.plane import cross
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class Sheet:
     def _drive(self, drive: Any) -> None:
         """An arrow round a driven pin, or along a driven slider."""
         style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.3, "mutation_scale": 11, "zorder": 7}
-        if isinstance(drive, PinDrive):
+        if drive.turns:
             place, radius = self.places[drive.link, drive.at], 2.1 * self.unit
             angles = np.radians(np.linspace(-20, 215, 40))
             arc = place + radius * np.exp(1j * angles)
@@ -209,7 +209,7 @@ class Sheet:
         taken = np.angle(np.array(ways)) if ways else np.array([0.0])
         trial = np.radians(np.arange(0, 360, 15) + 45)
         room = np.abs(np.angle(np.exp(1j * (trial[:, None] - taken)))).min(axis=1)
-        distance = 2.0 if any(isinstance(d, PinDrive) and d.at == point for d in self.mechanism.drives) else 1.5
+        distance = 2.0 if any(d.turns and d.joint == point for d in self.mechanism.drives) else 1.5
         return complex(np.exp(1j * trial[int(room.argmax())])) * (distance + 0.9 * (distance > 1.5)) * self.unit
 
     def _line(self, spots: list[complex], **style: Any) -> None:

@@ -105,6 +105,11 @@ class DriveTable(Table, frozen=True, kw_only=True):
     interpolation: Interpolation = "linear"
     extend: Literal["hold"] | None = None
 
+    @property
+    def turns(self) -> bool:
+        """Whether the coordinate is an angle."""
+        return self.slider is None
+
 
 class JointNameTable(Table, frozen=True, kw_only=True):
     """A joint whose coordinate a gear ties, named as a drive names its own."""
@@ -113,6 +118,11 @@ class JointNameTable(Table, frozen=True, kw_only=True):
     on: str = "ground"
     at: str | None = None
     slider: str | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the coordinate is an angle."""
+        return self.slider is None
 
 
 class GearTable(Table, frozen=True, kw_only=True):

@@ -234,11 +234,11 @@ def _unit(table: SceneTable, keys: list[Any], parents: list[Any], leaf: Any) -> 
         return "s" if against is None else "rad" if against.link else "m"
     if keys[0] == "gears":
         gear = table.gears[keys[1]]
-        return UNITS[gear.driver.slider is None, gear.follower.slider is None]
+        return UNITS[gear.driver.turns, gear.follower.turns]
     if keys[0] == "limits":
         turns = table.run.output.endswith(".angle")
     else:
-        turns = parents[2].slider is None if keys[0] == "drives" else parents[2].at is not None
+        turns = parents[2].turns if keys[0] == "drives" else parents[2].at is not None
     turning = [unit for unit in units if "rad" in unit or unit == "N m"]
     return next(unit for unit in units if (unit in turning) == turns)
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from rigid.arrays import Complexes, Reals
-from rigid.joints import Joint, along_of, coordinate_of
+from rigid.joints import Joint
 from rigid.kinematics import Motion
 from rigid.parts import GROUND, MechanismError, Real
 from rigid.plane import dot
@@ -82,7 +82,7 @@ class Slide(_Plain):
 
     def value(self, motion: Motion) -> Reals:
         """The slide."""
-        slide: Reals = coordinate_of(motion, self._joint(motion))
+        slide: Reals = self._joint(motion).coordinate(motion)
         return slide
 
     def rate(self, motion: Motion) -> Reals:
@@ -91,7 +91,7 @@ class Slide(_Plain):
         block = velocity_of(motion, joint.block, joint.at(joint.block))
         arm = position_of(motion, joint.block, joint.at(joint.block)) - motion.origin[joint.owner]
         carried = motion.velocity[joint.owner] + 1j * motion.angular_velocity[joint.owner] * arm
-        rate: Reals = dot(along_of(motion, joint), block - carried)
+        rate: Reals = dot(joint.along(motion), block - carried)
         return rate
 
     def _joint(self, motion: Motion) -> Joint:

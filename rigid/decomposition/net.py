@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from rigid.joints import Coupling, Joint
+from rigid.joints import Coupling, Joint, PinJoint, SliderJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive
 
 PARALLEL = 1e-9  # sine of the angle between lines that are parallel
@@ -97,7 +97,7 @@ class Net:
         drive, gear, mover = self._mover(point, frozenset((parent, child)))
         sense = -1 if isinstance(mover, PinDrive) and self.index[mover.link] == parent else 1
         ends = links[parent].points[point], links[child].points[point]
-        return Joint(point, parent, child, *ends, None, sense, drive, gear)
+        return PinJoint(point, parent, child, *ends, sense, drive, gear)
 
     def slide(self, name: str, parent: int, child: int) -> Joint:
         """A slider between its two links."""
@@ -105,7 +105,7 @@ class Net:
         drive, gear, _ = self._mover(name, frozenset((on, link)))
         at_link = self.links[link].points[slider.point]
         ends = (slider.origin, at_link) if parent == on else (at_link, slider.origin)
-        return Joint(name, parent, child, *ends, slider, 1 if parent == on else -1, drive, gear)
+        return SliderJoint(name, parent, child, *ends, 1 if parent == on else -1, drive, gear, slider=slider)
 
     def joints(self, links: Sequence[int], known: set[int]) -> list[Joint]:
         """Joints of `links` among themselves and to `known`: every loop closed once, a driven pair kept a pair."""
@@ -208,11 +208,6 @@ class Net:
                 continue
             around = set().union(*(self.neighbours[link] for link in links)) & unknown - links
             stack += [links | {link} for link in sorted(around, reverse=True)]
-
-    def turned(self, joint: Joint) -> Joint:
-        """The same joint with parent and child exchanged."""
-        make = self.pin if joint.turns else self.slide
-        return make(joint.name, joint.child, joint.parent)
 
     def names(self, links: Iterable[int]) -> tuple[str, ...]:
         """Names of some links."""

@@ -70,10 +70,10 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
             kind="drives",
             links=net.names(links),
         )
-    return _directed(links, tree, cut, known, net)
+    return _directed(links, tree, cut, known)
 
 
-def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int], net: Net) -> Group:
+def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int]) -> Group:
     """Direct the tree away from the known links and list the links that every free joint carries."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
@@ -82,7 +82,7 @@ def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known
         joint = next(joint for joint in tree if joint.parent in placed or joint.child in placed)
         tree.remove(joint)
         if joint.parent not in placed:
-            joint = net.turned(joint)
+            joint = joint.exchanged()
         if not joint.moved:
             free.append(len(tree_joints))
         placed[joint.child] = (len(tree_joints), *placed[joint.parent])
@@ -132,7 +132,7 @@ def _require_all(net: Net, joints: Sequence[Joint]) -> None:
                 links=net.names(links),
                 joints=(point,),
             )
-    surplus = sorted(set(net.sliders) - {joint.name for joint in joints if joint.slider})
+    surplus = sorted(set(net.sliders) - {joint.name for joint in joints if not joint.turns})
     if surplus:
         raise MechanismError(
             f'overconstrained: the slider "{surplus[0]}" joins placed links', kind="overconstrained", joints=surplus[:1]

@@ -79,7 +79,6 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
         ((joint.parent, joint.at_parent), (joint.child, joint.at_child))[:: -1 if back else 1]
         for joint, back in zip(everyone, turned, strict=True)
     ]
-    sliders = [joint.slider for joint in everyone]
     moved, shares = _shares(joints, len(mechanism.drives), len(drivers))
     return ConstraintTable(
         joints,
@@ -87,9 +86,9 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
         np.array([block for _, (block, _) in ends]),
         per_row([foot for (_, foot), _ in ends], ndim, complex),
         per_row([tip for _, (_, tip) in ends], ndim, complex),
-        per_row([slider.direction if slider else 1.0 for slider in sliders], ndim, complex),
-        per_row([np.angle(slider.turn) if slider else 0.0 for slider in sliders], ndim, float),
-        np.array([slider is not None for slider in sliders]).reshape(-1, *[1] * ndim),
+        per_row([joint.line for joint in everyone], ndim, complex),
+        per_row([np.angle(joint.turned) for joint in everyone], ndim, float),
+        np.array([not joint.turns for joint in everyone]).reshape(-1, *[1] * ndim),
         moved,
         shares,
     )
@@ -102,7 +101,7 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
     moved = [*(driven[drive] for drive in range(drives)), *followers, *range(len(joints), len(joints) + gears)]
     shares = np.zeros((drives + gears, len(moved)))
     for row, number in enumerate(moved[: drives + gears]):
-        shares[row, row] = 1.0 if joints[number].slider else joints[number].sense
+        shares[row, row] = joints[number].sense if joints[number].turns else 1.0
     for row, number in enumerate(followers, drives):
         gear = joints[number].gear
         assert gear is not None

@@ -24,7 +24,7 @@ from rigid.joint_places import joint_place
 from rigid.kinematics import motion
 from rigid.mechanism import Mechanism
 from rigid.names import counted
-from rigid.parts import MechanismError, PinDrive
+from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
@@ -245,6 +245,6 @@ def _stuck(mechanism: Mechanism, time: float, drive: Reals, why: str, kind: str 
         f"the motion cannot go on after {time:.6g} s with {places}: {why}",
         time,
         kind=kind,
-        links=[each.link for each in mechanism.drives if isinstance(each, PinDrive)],
+        links=[link for each in mechanism.drives for link in each.links[:1]],
         drives=range(len(names)),
     )

@@ -15,10 +15,9 @@ import numpy as np
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, Placed, coordinate_of
+from rigid.joints import Joint, Placed
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism
-from rigid.parts import PinDrive, SliderDrive
 
 GAIN = 3.0  # by how much faster another joint has to move than the drive, both measured by the mechanism's size
 
@@ -51,13 +50,7 @@ class Lead:
         """Second derivatives of the coordinates of the drives that others lead."""
         found = {}
         for number, joint in self.own.items():
-            place, child, parent = joint_place(motion, joint), joint.child, joint.parent
-            if place.along is None:
-                apart = motion.turning[child].imag - motion.turning[parent].imag
-            else:
-                opened = motion.acceleration[child] + motion.turning[child] * place.arm_child
-                opened = opened - motion.acceleration[parent] - motion.turning[parent] * place.arm_parent
-                apart = (np.conj(place.along) * opened).real
+            apart = joint_place(motion, joint).second_rate(motion.acceleration, motion.turning)
             found[number] = joint.sense * apart
         return found
 
@@ -77,7 +70,7 @@ class Lead:
 
 def unwound(placed: Placed, joint: Joint, near: Columns) -> Reals:
     """Coordinate of a joint, of an angle the one next to a given one."""
-    value: Reals = coordinate_of(placed, joint)
+    value: Reals = joint.coordinate(placed)
     return value + 2 * np.pi * np.round((near - value) / (2 * np.pi)) if joint.turns else value
 
 
@@ -111,12 +104,9 @@ def better_leading_joints(
     _, number, joint = best
     own = {joint.drive: joint for joint in structure(lead.mechanism).joints if joint.drive is not None}
     names = [link.name for link in lead.variant.links]
-    mover: PinDrive | SliderDrive = PinDrive(names[joint.child], joint.name, names[joint.parent])
-    if joint.slider is not None:
-        mover = SliderDrive(joint.name)
     back = (joint.name, {joint.parent, joint.child}) == (own[number].name, {own[number].parent, own[number].child})
     movers = list(lead.variant.drives)
-    movers[number] = lead.mechanism.drives[number] if back else mover
+    movers[number] = lead.mechanism.drives[number] if back else joint.mover(names)
     led = {**lead.own, number: own[number]}
     if back:
         del led[number]

@@ -9,8 +9,8 @@ import numpy as np
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.decomposition.order import structure
 from rigid.forces import JointForces
+from rigid.joints import Joint
 from rigid.kinematics import Motion
-from rigid.parts import Slider
 from rigid.points import position_of, velocity_of
 
 ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
@@ -19,7 +19,6 @@ ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
 def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
     """Moment or force of friction on the child by the joint's number, for given forces, shape (..., positions)."""
     mechanism, found = motion.mechanism, {}
-    names = [link.name for link in mechanism.links]
     fastest = np.max(
         [np.abs(velocity_of(motion, link.name, point)) for link in mechanism.links for point in link.points], 0
     )
@@ -28,12 +27,12 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
         if own is None:
             continue
         force, moment = forces.force[number], forces.moment[number]
-        if joint.slider is None:
+        if joint.turns:
             rate = motion.angular_velocity[joint.child] - motion.angular_velocity[joint.parent]
             press, least = own.radius * np.abs(force), np.abs(motion.angular_velocity).max(axis=0)
         else:
-            rate, across = _slide(motion, joint.slider)
-            rate = rate if names[joint.child] == joint.slider.link else -rate
+            rate, across = _slide(motion, joint)
+            rate = rate if joint.ordered else -rate
             normal = np.abs((np.conj(across) * force).real)
             press, least = np.maximum(normal, 2 * np.abs(moment) / own.length), fastest
         moves = np.where(np.abs(rate) > ROUND_OFF * least, np.sign(rate), 0.0)
@@ -41,13 +40,13 @@ def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
     return found
 
 
-def _slide(motion: Motion, slider: Slider) -> tuple[Reals, Complexes]:
+def _slide(motion: Motion, joint: Joint) -> tuple[Reals, Complexes]:
     """Speed of a slider's point along its line, as seen from the line's owner [m/s], and the unit vector across."""
-    owner = motion.mechanism.index[slider.on]
-    along = motion.direction[owner] * slider.direction
-    arm = position_of(motion, slider.link, slider.point) - motion.origin[owner]
+    owner, block, point = joint.owner, joint.block, joint.at(joint.block)
+    along = motion.direction[owner] * joint.line
+    arm = position_of(motion, block, point) - motion.origin[owner]
     carried = motion.velocity[owner] + 1j * motion.angular_velocity[owner] * arm
-    return (np.conj(along) * (velocity_of(motion, slider.link, slider.point) - carried)).real, 1j * along
+    return (np.conj(along) * (velocity_of(motion, block, point) - carried)).real, 1j * along
 
 
 def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tuple[int, Columns, Columns]]:
@@ -55,12 +54,11 @@ def friction_loads(motion: Motion, friction: Mapping[int, Reals]) -> Iterator[tu
     mechanism = motion.mechanism
     for number, effort in friction.items():
         joint = structure(mechanism).joints[number]
-        if joint.slider is None:
+        if joint.turns:
             yield joint.child, 0.0, effort
             yield joint.parent, 0.0, -effort
             continue
-        slider = joint.slider
-        place = position_of(motion, slider.link, slider.point)
-        pull = effort * motion.direction[mechanism.index[slider.on]] * slider.direction
+        place = position_of(motion, joint.block, joint.at(joint.block))
+        pull = effort * motion.direction[joint.owner] * joint.line
         for link, force in ((joint.child, pull), (joint.parent, -pull)):
             yield link, force, (np.conj(place - motion.origin[link]) * force).imag

@@ -17,7 +17,6 @@ from rigid.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
-from rigid.joints import coordinate_of
 from rigid.mechanism import Mechanism
 from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
@@ -131,7 +130,7 @@ class Branch:
         tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
         table["sine"][:, number] = flat(sine)
         for k, at in enumerate(group.free):
-            table[f"free{number}"][:, k] = flat(coordinate_of(placed, group.tree[at]))
+            table[f"free{number}"][:, k] = flat(group.tree[at].coordinate(placed))
         with np.errstate(all="ignore"):
             duals = closure(group, tree, cut).duals
         for k, column in enumerate(columns(group, tree, cut)):

@@ -11,7 +11,7 @@ import numpy as np
 from rigid.arrays import Columns
 from rigid.decomposition.groups import Group
 from rigid.drawing import Drawing
-from rigid.joints import Joint, along_of, carried, point_of
+from rigid.joints import Joint, carried, point_of
 from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, cross, dot
 from rigid.positions import dyads
@@ -58,7 +58,7 @@ def _hold(placed: PartialPosture, outer: Joint, pin: Columns, direction: Columns
 def _carry(placed: PartialPosture, outer: Joint) -> Columns:
     """Place the child of an outer slider at slide 0; return its displacement per unit slide."""
     placed.hang(outer, 0.0)
-    return outer.sense * along_of(placed, outer)
+    return outer.sense * outer.along(placed)
 
 
 def _two_pins(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
@@ -112,18 +112,16 @@ def _two_slides(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, 
 def _slide_between(
     placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any
 ) -> Columns:
-    slider = inner.slider
-    assert slider is not None
     owner, block = (one, other) if one.child == inner.owner else (other, one)
     pins = [point_of(placed, joint.parent, joint.at_parent) for joint in (owner, block)]
-    foot = slider.origin + slider.turn * (block.at_child - inner.at(block.child)) - owner.at_child
+    foot = inner.at(inner.owner) + inner.turned * (block.at_child - inner.at(block.child)) - owner.at_child
     ahead = drawing.along(inner)
     side = flip * drawing.side(
         dot(ahead, drawing.at(block.name) - drawing.at(owner.name)), (owner.name, block.name, inner.name)
     )
-    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, slider.direction, side, placed.slack)
+    direction, _, sine = dyads.slotted(pins[0], pins[1], foot, inner.line, side, placed.slack)
     _hold(placed, owner, pins[0], direction)
-    _hold(placed, block, pins[1], direction * slider.turn)
+    _hold(placed, block, pins[1], direction * inner.turned)
     return sine
 
 
@@ -134,7 +132,7 @@ def _slide_on_slide(
     along = _carry(placed, slide)
     toward = inner.turn if inner.child == pin.child else np.conj(inner.turn)
     _hold(placed, pin, center, placed.direction[slide.child] * toward)
-    across = along_of(placed, inner)
+    across = inner.along(placed)
     gap = point_of(placed, pin.child, inner.at(pin.child)) - point_of(placed, slide.child, inner.at(slide.child))
     way, _, sine = dyads.line_line(gap, along, across)
     placed.origin[slide.child] = placed.origin[slide.child] + way * along

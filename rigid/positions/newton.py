@@ -11,7 +11,7 @@ from rigid.arrays import Columns
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, coordinate_of, gap_of, within
+from rigid.joints import Joint
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture
@@ -34,7 +34,7 @@ def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
     """Place the links of any group from a posture near it, every position on its own; nan where none is found."""
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
-    start = np.stack([np.broadcast_to(coordinate_of(near, joint), shape) for joint in free])
+    start = np.stack([np.broadcast_to(joint.coordinate(near), shape) for joint in free])
     return sine_of(hung(placed, group, newton(placed, group, start)))
 
 
@@ -44,7 +44,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
         return
     size = size_of(placed.mechanism)
     for joint in group.cut:
-        closed = within(joint, gap_of(placed, joint), FITS, FITS * size)
+        closed = joint.within(joint.gap(placed), FITS, FITS * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
@@ -61,7 +61,7 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
     """Whether a cut joint is closed but for round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return within(joint, gap, 2 * ROUND_OFF, ROUND_OFF * size)
+    return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
 
 
 def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
@@ -76,7 +76,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
             closed = hung(placed, group, coordinates)
-            gaps = [gap_of(placed, place.joint) for place in closed.cut]
+            gaps = [place.joint.gap(placed) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step
             settled = np.all(np.abs(step) < TOLERANCE * (unit + np.abs(coordinates)), axis=0)

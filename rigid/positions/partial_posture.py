@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.arrays import Columns
 from rigid.drawing import Drawing
-from rigid.joints import Joint, child_place, coordinate_of
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.plane import ROUND_OFF, unit
 from rigid.postures import Posture
@@ -56,7 +56,7 @@ class PartialPosture:
 
     def _measured(self, joint: Joint, near: float) -> Columns:
         """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""
-        found = coordinate_of(self, joint)
+        found = joint.coordinate(self)
         if not joint.turns:
             return found
         key = (joint.name, joint.parent, joint.child)
@@ -69,4 +69,4 @@ class PartialPosture:
 
     def hang(self, joint: Joint, coordinate: Columns) -> None:
         """Place a joint's child by the joint's coordinate [rad or m]."""
-        self.origin[joint.child], self.direction[joint.child] = child_place(self, joint, coordinate)
+        self.origin[joint.child], self.direction[joint.child] = joint.child_place(self, coordinate)

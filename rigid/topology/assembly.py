@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from rigid.arrays import Reals
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, gap_of
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, MechanismError
 from rigid.plane import cross
@@ -34,7 +33,7 @@ def assembled(mechanism: Mechanism) -> Posture:
         It does not close near the drawing; names the joint that stays open. A link of which no point is drawn.
     """
     named = pairs(mechanism)
-    joints = [_one_design(pair.joint) for pair in named if pair.joint is not None]
+    joints = [pair.joint.of_first_design() for pair in named if pair.joint is not None]
     here = _drawn(mechanism)
     size = _size(here, joints)
     gap = _gaps(here, joints, size)
@@ -89,16 +88,6 @@ def _first(value: Complex) -> complex:
     return complex(np.ravel(value)[0])
 
 
-def _one_design(joint: Joint) -> Joint:
-    """The same with scalar lengths."""
-    slider = joint.slider
-    if slider is not None:
-        slider = replace(
-            slider, origin=_first(slider.origin), direction=_first(slider.direction), turn=_first(slider.turn)
-        )
-    return replace(joint, at_parent=_first(joint.at_parent), at_child=_first(joint.at_child), slider=slider)
-
-
 def _drawn(mechanism: Mechanism) -> Posture:
     """Every link laid on its drawn points; those of one design, with scalar lengths."""
     drawing = Drawing(mechanism)
@@ -124,7 +113,7 @@ def _size(here: Posture, joints: list[Joint]) -> float:
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
     """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider."""
-    rows = np.array([gap_of(here, joint) for joint in joints], complex)
+    rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     return np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
 

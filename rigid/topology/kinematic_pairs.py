@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from rigid.drawing import Drawing
-from rigid.joints import Joint
+from rigid.joints import Joint, PinJoint, SliderJoint
 from rigid.mechanism import Mechanism
 from rigid.parts import Gear, MechanismError, PinDrive, Slider, SliderDrive
 from rigid.teeth import pitch_reach
@@ -130,7 +130,7 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
                 continue
             one, other = mechanism.index[start], mechanism.index[end]
             places = mechanism.links[one].points[point], mechanism.links[other].points[point]
-            joint = Joint(point, one, other, *places)
+            joint = PinJoint(point, one, other, *places)
             yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
             joined = together[start] | together[end]
             together.update(dict.fromkeys(joined, joined))
@@ -138,7 +138,8 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
 
 def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
     on, link = mechanism.index[slider.on], mechanism.index[slider.link]
-    return Joint(slider.name, on, link, slider.origin, mechanism.links[link].points[slider.point], slider)
+    at_link = mechanism.links[link].points[slider.point]
+    return SliderJoint(slider.name, on, link, slider.origin, at_link, slider=slider)
 
 
 def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from rigid.arrays import Complexes, Reals
-from rigid.joints import along_of
 from rigid.mechanism import Mechanism
 from rigid.postures import Posture
 from rigid.topology.assembly import assembled
@@ -67,7 +66,7 @@ def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str
     """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
     if pair.joint is not None and not pair.joint.turns:
-        return _column(np.zeros(np.shape(arm)), along_of(here, pair.joint)), ("slide",)
+        return _column(np.zeros(np.shape(arm)), pair.joint.along(here)), ("slide",)
     if pair.contact is not None and pair.contact.normal is not None:
         slip = _column(np.zeros(np.shape(arm)), np.full(np.shape(arm), 1j * pair.contact.normal))
         return np.concatenate([turn, slip], axis=-1), ("angle", "slip")

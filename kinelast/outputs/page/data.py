@@ -13,7 +13,7 @@ from kinelast.figures.peaks import Peak
 from kinelast.figures.results import Results, drive_words, joint_words
 from kinelast.numbers import REPORT_UNITS
 from kinelast.outputs.page.arrays import Numbers
-from rigid import PinDrive, Spring, TorsionSpring
+from rigid import Spring, TorsionSpring
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
@@ -148,9 +148,9 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
                 "coordinate": coordinate,
                 "unit": unit,
                 "effort": effort,
-                "link": mechanism.index[drive.link] if isinstance(drive, PinDrive) else None,
-                "at": drive.at if isinstance(drive, PinDrive) else None,
-                "slider": None if isinstance(drive, PinDrive) else drive.slider,
+                "link": mechanism.index[drive.links[0]] if drive.turns else None,
+                "at": drive.joint if drive.turns else None,
+                "slider": None if drive.turns else drive.joint,
             }
             for drive, (name, coordinate, unit, effort) in zip(mechanism.drives, drive_words(mechanism), strict=True)
         ],

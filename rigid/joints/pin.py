@@ -1,0 +1,112 @@
+"""A pin: two links turn about a point that they share. Its coordinate is an angle; it holds x and y."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from rigid.arrays import Columns
+from rigid.joints.protocol import Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
+from rigid.parts import PinDrive, Real
+from rigid.plane import ZERO, unit
+from rigid.teeth import Teeth
+
+
+@dataclass(frozen=True, eq=False)
+class PinJoint(Joint):
+    """A pin between two links; its coordinate is the angle of its block from its owner [rad]."""
+
+    turns: ClassVar[bool] = True
+    letter: ClassVar[str] = "R"
+
+    def point(self, link: int) -> str | None:
+        """The point that the links share."""
+        return self.name
+
+    def exchanged(self) -> Self:
+        """See `Joint`; a pin that nothing moves counts its angle from the new parent."""
+        sense = -self.sense if self.moved else self.sense
+        return replace(
+            self, parent=self.child, child=self.parent, at_parent=self.at_child, at_child=self.at_parent, sense=sense
+        )
+
+    def of_first_design(self) -> Self:
+        """See `Joint`."""
+        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
+
+    def mover(self, links: Sequence[str]) -> PinDrive:
+        """A motor that turns the child on the parent."""
+        return PinDrive(links[self.child], self.name, links[self.parent])
+
+    def coordinate(self, placed: Placed) -> Columns:
+        """See `Joint`."""
+        return np.angle(placed.direction[self.block] * np.conj(placed.direction[self.owner]))
+
+    def drawn(self, drawing: Drawn) -> float:
+        """See `Joint`."""
+        return float(np.angle(first(drawing.direction(self.block)) / first(drawing.direction(self.owner))))
+
+    def gap(self, placed: Placed) -> Columns:
+        """From the parent's point to the child's [m]."""
+        return self.sense * opening_of(placed, self)
+
+    def within(self, gap: Columns, angle: float, length: Columns) -> Any:
+        """See `Joint`."""
+        return np.abs(gap) <= length
+
+    def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
+        """See `Joint`."""
+        direction = placed.direction[self.parent] * unit(self.sense * coordinate)
+        at_parent = point_of(placed, self.parent, self.at_parent)
+        return at_parent - carried(direction, self.at_child), direction
+
+    def place(self, placed: Placed, teeth: Teeth | None) -> PinPlace:
+        """See `Joint`."""
+        arm_parent = carried(placed.direction[self.parent], self.at_parent)
+        return PinPlace(self, arm_parent, carried(placed.direction[self.child], self.at_child), teeth)
+
+
+@dataclass(frozen=True, eq=False)
+class PinPlace(JointPlace):
+    """A pin where it is now: held are x and y, free is the rotation."""
+
+    turns: ClassVar[bool] = True
+
+    def row(self, displacement: Columns, rotation: Columns) -> Columns:
+        """The displacement."""
+        return displacement
+
+    def per_displacement(self, dual: Columns) -> Columns:
+        """All of it."""
+        return dual
+
+    def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
+        """A force."""
+        return multiplier, ZERO
+
+    def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
+        """A rotation about the pin."""
+        return reach * (1j * amount), amount
+
+    def driven(self, amount: Columns) -> tuple[Columns, Columns]:
+        """A rotation, or a moment."""
+        return ZERO, amount
+
+    def rate(self, velocity: Any, omega: Any) -> Columns:
+        """Relative angular velocity [rad/s]."""
+        return omega[self.joint.child] - omega[self.joint.parent]
+
+    def second_rate(self, acceleration: Any, turning: Any) -> Columns:
+        """Relative angular acceleration [rad/s^2]."""
+        return turning[self.joint.child].imag - turning[self.joint.parent].imag
+
+    def effort(self, force: Columns, moment: Columns) -> Columns:
+        """The moment."""
+        return moment
+
+    def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
+        """Its force in x and in y."""
+        return np.real(force), np.imag(force)

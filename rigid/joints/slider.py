@@ -1,0 +1,163 @@
+"""A slider: a block slides along a line of its owner without turning on it. Its coordinate is a slide [m].
+
+It holds the rotation and the displacement across its line, one complex number: rotation + i across.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from rigid.arrays import Columns
+from rigid.joints.protocol import Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
+from rigid.parts import Complex, Real, Slider, SliderDrive
+from rigid.plane import ZERO, cross, dot
+from rigid.teeth import Teeth
+
+
+@dataclass(frozen=True, eq=False)
+class SliderJoint(Joint):
+    """A slider between two links; its coordinate is the slide of the block along the owner's line [m].
+
+    Parameters
+    ----------
+    slider
+        The part of the mechanism.
+    """
+
+    slider: Slider = field(kw_only=True)
+
+    turns: ClassVar[bool] = False
+    letter: ClassVar[str] = "P"
+
+    def point(self, link: int) -> str | None:
+        """The block's point; its owner has none."""
+        return self.slider.point if link == self.block else None
+
+    @property
+    def line(self) -> Complex:
+        """See `Joint`."""
+        return self.slider.direction
+
+    @property
+    def turned(self) -> Complex:
+        """See `Joint`."""
+        return self.slider.turn
+
+    def exchanged(self) -> Self:
+        """See `Joint`."""
+        ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
+        return replace(self, **ends, sense=-self.sense)  # type: ignore[arg-type]
+
+    def of_first_design(self) -> Self:
+        """See `Joint`."""
+        origin, direction, turn = (first(getattr(self.slider, name)) for name in ("origin", "direction", "turn"))
+        slider = replace(self.slider, origin=origin, direction=direction, turn=turn)
+        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), slider=slider)
+
+    def mover(self, links: Sequence[str]) -> SliderDrive:
+        """A motor along the line."""
+        return SliderDrive(self.name)
+
+    def coordinate(self, placed: Placed) -> Columns:
+        """See `Joint`."""
+        return dot(self.along(placed), opening_of(placed, self))
+
+    def drawn(self, drawing: Drawn) -> float:
+        """See `Joint`."""
+        body = drawing.mechanism.links[self.owner]
+        anchor = next((point for point in body.points if point in drawing.mechanism.drawing), None)
+        turned = first(drawing.direction(self.owner))
+        base = first(drawing.at(anchor)) - turned * first(body.points[anchor]) if self.owner and anchor else 0.0
+        foot = base + turned * first(self.at(self.owner))
+        return float(dot(turned * first(self.line), first(drawing.at(self.slider.point)) - foot))
+
+    def gap(self, placed: Placed) -> Columns:
+        """Rotation [rad] + i times the displacement across the line [m]."""
+        opened = self.sense * opening_of(placed, self)
+        turned = placed.direction[self.block] * np.conj(placed.direction[self.owner] * self.slider.turn)
+        return self.sense * np.angle(turned) + 1j * cross(self.along(placed), opened)
+
+    def within(self, gap: Columns, angle: float, length: Columns) -> Any:
+        """See `Joint`."""
+        return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
+
+    def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
+        """See `Joint`."""
+        parent = self.parent
+        direction = placed.direction[parent] * self.turn
+        owner = placed.direction[parent] if self.ordered else direction
+        slide = self.sense * coordinate * (owner * self.line)
+        at_parent = point_of(placed, parent, self.at_parent)
+        return at_parent - carried(direction, self.at_child) + slide, direction
+
+    def place(self, placed: Placed, teeth: Teeth | None) -> SliderPlace:
+        """See `Joint`."""
+        parent, child = self.parent, self.child
+        arm_parent = carried(placed.direction[parent], self.at_parent)
+        arm_child = carried(placed.direction[child], self.at_child)
+        if self.ordered:
+            arm_parent = placed.origin[child] + arm_child - placed.origin[parent]
+        else:
+            arm_child = placed.origin[parent] + arm_parent - placed.origin[child]
+        return SliderPlace(self, arm_parent, arm_child, teeth, self.along(placed))
+
+
+@dataclass(frozen=True, eq=False)
+class SliderPlace(JointPlace):
+    """A slider where it is now: held are the rotation and the displacement across its line, free is the slide."""
+
+    turns: ClassVar[bool] = False
+
+    def row(self, displacement: Columns, rotation: Columns) -> Columns:
+        """Rotation + i (displacement across the line)."""
+        return rotation + 1j * cross(self.along, displacement)
+
+    def per_displacement(self, dual: Columns) -> Columns:
+        """Its real part: what multiplies i in `row`."""
+        return dual.real
+
+    def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
+        """A force across the line, and a moment."""
+        return multiplier.imag * (1j * self.along), multiplier.real
+
+    def effect(self, reach: Columns, amount: float) -> tuple[Columns, Columns]:
+        """A displacement along the line."""
+        return self.along * amount, ZERO
+
+    def driven(self, amount: Columns) -> tuple[Columns, Columns]:
+        """A displacement, or a force, along the line."""
+        return amount * self.along, ZERO
+
+    def rate(self, velocity: Any, omega: Any) -> Columns:
+        """Velocity along the line [m/s]."""
+        parent, child = self.joint.parent, self.joint.child
+        opened = velocity[child] + 1j * omega[child] * self.arm_child
+        return dot(self.along, opened - velocity[parent] - 1j * omega[parent] * self.arm_parent)
+
+    def second_rate(self, acceleration: Any, turning: Any) -> Columns:
+        """Acceleration along the line [m/s^2]."""
+        parent, child = self.joint.parent, self.joint.child
+        opened = acceleration[child] + turning[child] * self.arm_child
+        opened = opened - acceleration[parent] - turning[parent] * self.arm_parent
+        return (np.conj(self.along) * opened).real
+
+    def effort(self, force: Columns, moment: Columns) -> Columns:
+        """The force along the line."""
+        return dot(self.along, force)
+
+    def pressing(self, force: Columns, moment: Columns, length: Real) -> tuple[Columns, Columns]:
+        """The force across its line, and twice its moment over the guided length."""
+        return cross(self.along, force), 2 * moment / length
+
+    def coriolis(self, velocity: Sequence[Columns], rotation: Sequence[Columns]) -> Columns:
+        """See `JointPlace`."""
+        parent, child = self.joint.parent, self.joint.child
+        if rotation[child] is ZERO:
+            return ZERO
+        opened = velocity[child] + rotation[child] * self.arm_child - velocity[parent]
+        opened = opened - rotation[parent] * self.arm_parent
+        return 2 * rotation[child] * (dot(self.along, opened) * self.along)
