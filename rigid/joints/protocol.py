@@ -42,7 +42,7 @@ class Drawn(Protocol):
 
     @property
     def mechanism(self) -> Mechanism:
-        """What is drawn."""
+        """The drawn mechanism."""
 
     def at(self, point: str) -> Any:
         """Drawn place of a point [m]."""

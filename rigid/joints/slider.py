@@ -117,7 +117,7 @@ class SliderPlace(JointPlace):
         return rotation + 1j * cross(self.along, displacement)
 
     def per_displacement(self, dual: Columns) -> Columns:
-        """Its real part: what multiplies i in `row`."""
+        """The real part, which multiplies i in `row`."""
         return dual.real
 
     def force(self, multiplier: Columns) -> tuple[Columns, Columns]:
