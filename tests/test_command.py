@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -209,6 +210,20 @@ def test_scenes_that_would_share_a_folder_are_refused_before_anything_runs(arm, 
     assert main([*scenes, "-o", str(tmp_path / "out")]) == 2
     assert 'would share the folder "a"' in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_no_cell_of_a_summary_is_a_formula(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = ["=1+1", "@b", "'=2", "-x", "'-5", "-5", "c"]
+    for name in names:
+        (tmp_path / f"{name}.toml").write_text(ARM)
+    (tmp_path / "out").mkdir()
+    for some in (names[:3], names[3:]):
+        assert main(["--quiet", "-o", "out", "--theory", "quasi-static", "--", *(f"{name}.toml" for name in some)]) == 0
+    found = [row["scene"] for row in rows_of(tmp_path / "out" / "summary.csv")]
+    assert found == ["'=1+1", "'@b", "''=2", "'-x", "'-5", "-5", "c"]
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert all(f">{escape(name)}<" in page for name in names)
 
 
 def test_a_summary_keeps_the_rows_of_scenes_that_are_still_there(arm, tmp_path):

@@ -14,7 +14,8 @@ from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
-from kinelast.scene.format_sizing import Amount, BoundTable, ToleranceTable
+from kinelast.scene.format_sizing import Amount, BoundTable
+from kinelast.scene.studies import bounds, tolerance
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Variable
 
@@ -38,27 +39,8 @@ def scattered(document: Document) -> Scattered:
     asked = document.table.tolerances
     if not asked:
         raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
-    found = [(document.variable(path), _tolerance(document, path, given)) for path, given in asked.items()]
-    return Scattered(tuple(one for one, _ in found), tuple(tolerance for _, tolerance in found))
-
-
-def _tolerance(document: Document, path: str, given: Amount | ToleranceTable) -> Tolerance:
-    if not isinstance(given, ToleranceTable):
-        given = ToleranceTable(plus_minus=given)
-    half = _amount(document, path, given.plus_minus, "tolerances")
-    if not half > 0:
-        raise fault("tolerances", f'"{path}"', f"expected a tolerance greater than zero, got {given.plus_minus!r}")
-    return Tolerance(half, given.distribution == "normal")
-
-
-def _amount(document: Document, path: str, given: Amount, place: str) -> float:
-    """A difference of a number, in its own unit or as a share of it in per cent."""
-    if isinstance(given, str) and given.strip().endswith("%"):
-        try:
-            return abs(document.variable(path).base) * float(given.strip()[:-1]) / 100
-        except ValueError:
-            raise fault(place, f'"{path}"', f'expected a share, as in "2 %", got "{given}"') from None
-    return document.value(path, given)
+    rows = [tolerance(document.table, path, given) for path, given in asked.items()]
+    return Scattered(tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,21 +84,13 @@ def sought(document: Document, units: Mapping[str, str]) -> Sought:
         raise fault(
             "optimize.variables", "", 'expected numbers with bounds, as in "sections.bar.depth" = ["3 mm", "9 mm"]'
         )
-    paths = list(asked.variables)
-    bounds = np.array([_range(document, path, *asked.variables[path]) for path in paths])
+    rows = [bounds(document.table, path, *ends) for path, ends in asked.variables.items()]
+    variables, low, high = zip(*rows, strict=True)
     limits = (*_own_limits(document.scene, units), *_limits(document.table, units))
     return Sought(
-        tuple(document.variable(path) for path in paths), bounds[:, 0], bounds[:, 1],
+        variables, np.array(low), np.array(high),
         figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
     )  # fmt: skip
-
-
-def _range(document: Document, path: str, low: Amount, high: Amount) -> tuple[float, float]:
-    first, last = (document.value(path, each) for each in (low, high))
-    if not first < last:
-        problem = f"expected two bounds, the lower one first, got [{low!r}, {high!r}]"
-        raise fault("optimize.variables", f'"{path}"', problem)
-    return first, last
 
 
 def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:

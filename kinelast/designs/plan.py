@@ -15,9 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinelast.scene.document import Document, Tables, document_of
-from kinelast.scene.error import SceneError, fault, plain
+from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_sweep import RangeTable, SweepTable
+from kinelast.scene.studies import ends, varied
 from kinelast.scene.text import file_text
 from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals
@@ -189,13 +190,13 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     for path, entry in sweep.vary.items():
         place = place_of(table, path)
         if isinstance(entry, RangeTable) and entry.count is None:
-            drawn.append((place, *_ends(table, place, entry)))
+            drawn.append((place, *ends(table, place, entry)))
             continue
         places.append(place)
         if isinstance(entry, RangeTable):
-            factors.append(Grid(*_ends(table, place, entry), entry.count or 2))
+            factors.append(Grid(*ends(table, place, entry), entry.count or 2))
         else:
-            factors.append(Rows(np.array([[_value(table, place, text)] for text in entry])))
+            factors.append(Rows(np.array([[varied(table, place, text)] for text in entry])))
     if drawn or sweep.method != "grid" or sweep.samples is not None:
         factors.append(_sample(sweep, drawn))
     places += [place for place, _, _ in drawn]
@@ -205,22 +206,6 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     if plan.count > MOST:
         raise fault("sweep", "vary", f"{plan.count:.3g} designs are too many to be numbered, at most {MOST:.0e}")
     return plan
-
-
-def _ends(table: SceneTable, place: Place, entry: RangeTable) -> tuple[float, float]:
-    low, high = _value(table, place, entry.start), _value(table, place, entry.end)
-    if not low < high:
-        path, unit = place.variable.path, place.variable.unit.replace("1", "")
-        problem = f"the wrong way round: from {low:g} to {high:g} {unit}".rstrip()
-        raise fault("sweep", f"vary {path}", f"{problem}, expected from the smaller to the larger")
-    return low, high
-
-
-def _value(table: SceneTable, place: Place, text: Any) -> float:
-    try:
-        return value_at(table, place, text)
-    except SceneError as error:
-        raise fault("sweep", f"vary {place.variable.path}", error.problem) from None
 
 
 def _sample(sweep: SweepTable, drawn: Sequence[tuple[Place, float, float]]) -> Sample:

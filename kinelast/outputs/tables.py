@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -143,6 +144,8 @@ def write_fields(path: Path, results: Results, stations: int) -> None:
 HEAD = ("scene", "state", "status", "accepted", "largest_deflection [m]", "beam", "largest_chord [m]", "bent_beam",
         "largest_stress [Pa]", "stressed_beam", "safety [1]", "output_error [m]", "output_error [rad]", "output",
         "condition [1]", "grade", "check", "message")  # fmt: skip
+FORMULA = re.compile(r"'?(?:[=@+]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # what a spreadsheet would take a text for
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same behind the quote that hinders it
 ACCEPTED = {None: "", True: "yes", False: "no"}
 
 
@@ -186,11 +189,13 @@ def write_summary(out: Path, rows: Mapping[str, Sequence[str]]) -> list[Sequence
                 head, *before = list(csv.reader(file)) or [[]]
             if tuple(head) != HEAD:
                 raise RequestError(f'"{plain(str(path), 300)}" was not written by this program: it is left as it is')
-            known = {row[0]: row for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
+            rows_before = ([cell[INERT.match(cell) is not None :] for cell in row] for row in before)
+            known = {row[0]: row for row in rows_before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
         part = out / f"{hidden}.part"
         with part.open("w", encoding="utf-8", newline="") as file:
             whole = {**known, **rows}
-            csv.writer(file, lineterminator="\n").writerows([HEAD, *whole.values()])
+            cells = ([f"'{cell}" if FORMULA.match(cell) else cell for cell in row] for row in whole.values())
+            csv.writer(file, lineterminator="\n").writerows([HEAD, *cells])
         part.replace(path)
     return list(whole.values())
 

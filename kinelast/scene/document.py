@@ -15,6 +15,7 @@ from kinelast.scene.error import fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.motion import require_determined
 from kinelast.scene.parsing import parse_parts, parse_scene
+from kinelast.scene.studies import require_studies
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
@@ -64,6 +65,7 @@ class Document:
         with of_file(self.path):
             scene = replace(built(self.table, self.name, self.path), text=self.text())
             require_determined(scene)
+            require_studies(self.table)
             return scene
 
     def text(self, head: str = "") -> str:

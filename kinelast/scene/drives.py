@@ -10,7 +10,7 @@ from typing import Any
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import DriveTable, JointNameTable
-from kinelast.scene.laws import Lasting, TableLaw, factor_law, repeated
+from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
 from kinelast.scene.many import phase, real
 from kinelast.scene.points import Points, drawn_direction
 from kinelast.scene.quantities import Coordinate
@@ -190,7 +190,7 @@ def _motion(where: str, table: DriveTable, unit: str) -> TableLaw:
     places = tuple(
         _coordinate(where, f"motion[{number}]", place, unit) for number, (_, place) in enumerate(table.motion, 1)
     )
-    if times[0] != 0 or any(after <= before for before, after in pairwise(times)):
+    if times[0] != 0 or any(after - before <= APART * times[-1] for before, after in pairwise(times)):
         raise fault(where, "motion", "expected times that start at 0 and grow from entry to entry")
     return TableLaw(times, places, table.repeat)
 

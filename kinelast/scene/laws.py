@@ -19,6 +19,7 @@ from rigid.dynamics import TableError, law_of, law_of_time, table_curve
 Triple = tuple[Reals, Reals, Reals]
 OVER = 1e-12
 BACK = 1e-12
+APART = 1e-12  # of a table's length, that its entries are at least: closer ones are a slip, and their slopes no numbers
 
 
 class Lasting(Protocol):
@@ -137,8 +138,13 @@ def factor_law(
         if place.unit not in ("", unit):
             raise fault(where, f"table[{number}]", f"is against {WORDS[unit]}, got {float(place):g} {place.unit}")
     at, factor = np.array([(place.within(unit), factor) for place, factor in table.table], float).T
-    steps = np.flatnonzero(np.diff(at) == 0)
-    if (np.diff(at) < 0).any() or (np.diff(steps) == 1).any() or (len(steps) and table.interpolation != "linear"):
+    rises = np.diff(at)
+    steps = np.flatnonzero(rises == 0)
+    if (
+        (rises[rises != 0] <= APART * (at[-1] - at[0])).any()
+        or (np.diff(steps) == 1).any()
+        or (len(steps) and table.interpolation != "linear")
+    ):
         allowed = "two entries at one place are a step, in a linear table"
         raise fault(where, "table", f"expected {GROWING[unit]} that grow from entry to entry; {allowed}")
     at[steps] = np.nextafter(at[steps], -np.inf)  # at the step itself the second entry holds

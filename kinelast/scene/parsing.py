@@ -11,17 +11,9 @@ from typing import Annotated, Any, get_args, get_origin
 import msgspec
 
 from kinelast.scene.error import fault, likely
-from kinelast.scene.format import BeamTable, RunTable, SceneTable, read_quantity
-from kinelast.scene.format_motion import (
-    PER_LENGTH,
-    AgainstTable,
-    JointNameTable,
-    LengthUnit,
-    SegmentTable,
-    Table,
-)
+from kinelast.scene.format import RunTable, SceneTable, read_quantity
+from kinelast.scene.format_motion import PER_LENGTH, LengthUnit, Table
 from kinelast.scene.format_structure import ChainTable
-from kinelast.scene.format_sweep import RangeTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -47,14 +39,6 @@ NOT_MODELLED = {
     "impact": "impact is",
 }
 RUBBING = ("friction", "viscosity")  # of a joint
-NESTED = {
-    "beams": BeamTable,
-    "law": SegmentTable,
-    "against": AgainstTable,
-    "driver": JointNameTable,
-    "follower": JointNameTable,
-    "vary": RangeTable,
-}
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -195,7 +179,8 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
             problem += f"; as in {EXAMPLES[topic]}"
         if table == "points":
             key = AXES.get(key, key)
-        raise fault(table, prefix + key if prefix else key, problem) from None
+        inside = "." if prefix and key and key[0].isalpha() else ""
+        raise fault(table, prefix + inside + key, problem) from None
 
 
 def _found(value: Any, path: str) -> Any:
@@ -227,7 +212,7 @@ def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
         return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
     if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
         word = found[1].strip("'\"")
-        choices = _tags(kind) if path == "shape" else _literals(kind, path) if path else _words(kind)
+        choices = _tags(kind) if path == "shape" else _literals(kind, path, value) if path else _words(kind)
         return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
     if found := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
         words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
@@ -255,19 +240,30 @@ def _choices(kind: Any) -> str:
 
 def _keys(kind: Any, path: str, value: Any) -> list[str]:
     """Keys that a table may have."""
-    kind = NESTED.get(path.partition("[")[0], kind)
-    if options := [option for option in get_args(kind) if hasattr(option, "__struct_config__")]:
-        named = (option for option in options if option.__struct_config__.tag == value.get("shape"))
-        kind = options[0] if len(options) == 1 else next(named)
-    return list(kind.__struct_encode_fields__)
+    return [field.encode_name for field in _entries(kind, path, value)]
 
 
-def _literals(kind: Any, path: str) -> list[str]:
+def _literals(kind: Any, path: str, value: Any) -> list[str]:
     """Words that a key may hold."""
-    nested, _, key = path.rpartition(".")
-    kind = NESTED.get(nested.partition("[")[0], kind)
-    found = next(field for field in msgspec.structs.fields(kind) if field.encode_name == key)
-    return _words(found.type)
+    inside, _, key = path.rpartition(".")
+    return next(_words(field.type) for field in _entries(kind, inside, value) if field.encode_name == key)
+
+
+def _entries(kind: Any, path: str, value: Any) -> list[msgspec.structs.FieldInfo]:
+    """The fields of the table that stands at a path; of several that may stand there, the one of its shape."""
+    tables = _tables(kind)
+    for name in re.findall(r"[^.\[\]]+", re.sub(r"\[\d+\]", "", path)):
+        fields = [field for table in tables for field in msgspec.structs.fields(table) if field.encode_name == name]
+        tables = [table for field in fields for table in _tables(field.type)]
+    shaped = [table for table in tables if table.__struct_config__.tag == value.get("shape")] if len(tables) > 1 else []
+    return list(msgspec.structs.fields((shaped or tables)[0]))
+
+
+def _tables(kind: Any) -> list[Any]:
+    """The tables that a kind of entry is, may be, or is a list of."""
+    if hasattr(kind, "__struct_config__"):
+        return [kind]
+    return [table for part in get_args(kind) for table in _tables(part)]
 
 
 def _words(kind: Any) -> list[str]:

@@ -11,7 +11,7 @@ from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.mechanism import build_mechanism
-from kinelast.scene.parsing import is_chain, parse_chain, parse_scene
+from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
 from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
 from rigid import Mechanism, MechanismError
 from rigid.topology import Contact, SpatialJoint, spatial_chain
@@ -83,6 +83,8 @@ def _chain(table: ChainTable, name: str, path: str) -> StructureScene:
     joints = []
     for key, joint in table.joints.items():
         where = f"joints.{key}"
+        for link in joint.links:
+            check_name(where, link)
         made = SpatialJoint(
             key,
             joint.links,
