@@ -53,16 +53,16 @@ def _spring(deflection: Deflection, spring: Spring, size: float, exaggeration: f
 
 def _wheels(deflection: Deflection, gear: Gear) -> Iterator[tuple[PinDrive | SliderDrive, float]]:
     """The wheels of a gear that has teeth, and the radii of their pitch circles [m]."""
-    one, other, ratio = gear.driver, gear.follower, gear.ratio
-    if gear.pressure_angle is None or not (one.turns and other.turns) or ratio == 1:
+    driver, follower, ratio = gear.driver, gear.follower, gear.ratio
+    if gear.pressure_angle is None or not (driver.turns and follower.turns) or ratio == 1:
         return
-    places = [position_of(deflection.motion, drive.links[0], drive.joint) for drive in (one, other)]
+    places = [position_of(deflection.motion, drive.links[0], drive.joint) for drive in (driver, follower)]
     apart = np.abs(places[1] - places[0])
     if not np.ptp(apart[np.isfinite(apart)]) <= 1e-6 * np.nanmax(apart):
         return  # no link carries both
     radius = abs(float(pitch_reach(np.nanmax(apart), ratio)))
-    yield one, abs(ratio) * radius
-    yield other, radius
+    yield driver, abs(ratio) * radius
+    yield follower, radius
 
 
 def _wheel(middle: Complexes, spoke: Complexes) -> FlatShape:

@@ -66,14 +66,14 @@ def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[
     """Links that an axle or a block joins, and how far this reaches, see `reach`."""
     motion = deflection.motion
     joined: dict[str, set[int]] = {}
-    found: dict[str, Reals] = {}
+    axles: dict[str, Reals] = {}
     for joint in motion.structure.joints:
         if not isinstance(joint, SliderJoint):
             place = moved_place(deflection, joint.child, joint.name, scales.exaggeration)[positions, None]
-            found[joint.name] = reach(place, AXLE * scales.pin)
+            axles[joint.name] = reach(place, AXLE * scales.pin)
         elif joint.parent:
-            found[joint.name] = reach(block(deflection, joint.slider, scales)[positions], 0.0)
+            axles[joint.name] = reach(block(deflection, joint.slider, scales)[positions], 0.0)
         else:
             continue  # its block stands on the rail
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
-    return [(joined[name], found[name]) for name in found]
+    return [(joined[name], axles[name]) for name in axles]

@@ -118,11 +118,11 @@ def peak_label(
         depth = np.array([section.depth for section in sections_of(deflection, scales)])[beam, station]
     if scales.scale:
         place = place + 1j * scales.scale * along * value
-    way = np.where(value < 0 if scales.scale else along.real < 0, -1j, 1j) * along
+    aside = np.where(value < 0 if scales.scale else along.real < 0, -1j, 1j) * along
     written = steady(scales.peak, diagram.unit)
     text, height = [written(float(each)) for each in value], 0.03 * style.unit
     half = half_of(max(text, key=len), height)
-    ways = way * BEYOND[:, None]
+    ways = aside * BEYOND[:, None]
     off = (DOT * scales.pin + depth / 2) * view.pixels + 0.2 * height
     corner = ways / np.maximum(np.abs(ways.real), np.abs(ways.imag))
     middles = view.flat(place) + _reach(corner, half) + ways * off

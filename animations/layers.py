@@ -35,17 +35,17 @@ class Stack:
     thick: Sequence[float]
 
 
-def stacked(found: Sequence[int], thick: Sequence[float]) -> Stack:
+def stacked(layer_of: Sequence[int], thick: Sequence[float]) -> Stack:
     """Stack of layers as thick as their thickest link; the ground's, behind all, is as thick as the one before it."""
-    of_layer = [0.0] * (max(found) + 1)
-    for layer, each in zip(found[1:], thick[1:], strict=True):
+    of_layer = [0.0] * (max(layer_of) + 1)
+    for layer, each in zip(layer_of[1:], thick[1:], strict=True):
         of_layer[layer] = max(of_layer[layer], each)
     of_layer = [of_layer[0], *of_layer]
     steps = APART * (np.array(of_layer[:-1]) + np.array(of_layer[1:])) / 2
     heights = np.concatenate([[0.0], np.cumsum(steps)])
     heights -= (heights[1] + heights[-1]) / 2
-    middle = [float(heights[layer + 1]) for layer in found]
-    return Stack(list(found), middle, [of_layer[layer + 1] for layer in found])
+    middle = [float(heights[layer + 1]) for layer in layer_of]
+    return Stack(list(layer_of), middle, [of_layer[layer + 1] for layer in layer_of])
 
 
 def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Reals]]) -> list[int]:
@@ -68,12 +68,12 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
         for members, axle in pins
     ]
 
-    def cost(found: Sequence[int]) -> float:
-        total = 1e6 * sum(found[a] == found[b] for a, b in meeting)
+    def cost(assigned: Sequence[int]) -> float:
+        total = 1e6 * sum(assigned[a] == assigned[b] for a, b in meeting)
         for members, others in pierced:
-            levels = [found[member] for member in members]
+            levels = [assigned[member] for member in members]
             low, high = min(levels), max(levels)
-            total += high - low + PIERCED * sum(low < found[other] < high for other in others)
+            total += high - low + PIERCED * sum(low < assigned[other] < high for other in others)
         return total
 
     best = [-1, *[0] * (len(bodies) - 1)]
@@ -87,10 +87,10 @@ def layers(bodies: Sequence[Sequence[Reals]], pins: Sequence[tuple[set[int], Rea
         best = better
 
 
-def _without_gaps(found: Sequence[int]) -> list[int]:
+def _without_gaps(assigned: Sequence[int]) -> list[int]:
     """Layers numbered by their order alone."""
-    taken = sorted(set(found))
-    return [taken.index(layer) - 1 for layer in found]
+    taken = sorted(set(assigned))
+    return [taken.index(layer) - 1 for layer in assigned]
 
 
 def reach(points: Complexes, radius: float) -> Reals:

@@ -131,11 +131,11 @@ def ink_of(
     places, areas = [], []
     for position in positions:
         points = view.flat(np.concatenate([np.zeros(0), *(shape.place(position) for shape in shapes)]))
-        way = points[end] - points[start]
-        count = np.maximum(np.ceil(np.abs(way) / step), 1).astype(int)
+        vector = points[end] - points[start]
+        count = np.maximum(np.ceil(np.abs(vector) / step), 1).astype(int)
         piece = np.repeat(np.arange(len(count)), count)
         share = (np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[piece]
         solid = np.concatenate([np.zeros((0, 3)), *(view.solid(body.place(position)[0]) for body in bodies)])
-        places.append(np.append(points[start][piece] + share * way[piece], solid[:, 0] + 1j * solid[:, 1]))
-        areas.append(np.append((np.abs(way) * width / count)[piece], np.full(len(solid), SPOT * step)))
+        places.append(np.append(points[start][piece] + share * vector[piece], solid[:, 0] + 1j * solid[:, 1]))
+        areas.append(np.append((np.abs(vector) * width / count)[piece], np.full(len(solid), SPOT * step)))
     return Ink(list(positions), places, areas)

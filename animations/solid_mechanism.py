@@ -62,10 +62,10 @@ def sections_of(deflection: Deflection, scales: Scales) -> list[CrossSections]:
 
 def thicknesses(deflection: Deflection, scales: Scales) -> list[float]:
     """How far every link reaches across the plane of motion [m]: as its widest beam, at least as a rigid body."""
-    found = [THIN * scales.pin] * len(deflection.motion.mechanism.links)
+    thick = [THIN * scales.pin] * len(deflection.motion.mechanism.links)
     for (at, _), section in zip(deflection.motion.mechanism.beams, sections_of(deflection, scales), strict=True):
-        found[at] = max(found[at], float(section.width.max()))
-    return found
+        thick[at] = max(thick[at], float(section.width.max()))
+    return thick
 
 
 def _values(deflection: Deflection, diagram: Diagram) -> Callable[[int], Reals]:

@@ -68,10 +68,10 @@ def _ground(place: complex, size: float) -> list[FlatShape]:
 
 def _hatched(start: complex, end: complex, size: float, side: complex) -> tuple[Complexes, tuple[Integers, ...]]:
     """A line and strokes on one side of it, about half a pin apart."""
-    way = (end - start) / abs(end - start)
+    along = (end - start) / abs(end - start)
     count = max(2, round(abs(end - start) / (0.55 * size)))
     tops = start + (end - start) * (np.arange(count) + 0.7) / count
-    feet = tops + 0.55 * size * (side - way)
+    feet = tops + 0.55 * size * (side - along)
     points = np.concatenate([[start, end], tops, feet])
     strokes = np.stack([np.arange(count) + 2, np.arange(count) + 2 + count], -1)
     return points, (np.array([0, 1]), *strokes)

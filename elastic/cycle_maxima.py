@@ -110,14 +110,14 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
 
 def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Coefficients:
     """Of the parts that are greatest the magnitudes at the positions before and after, shape (2, beams, ...)."""
-    found = np.full((2, *place.shape), -1.0)
+    greatest = np.full((2, *place.shape), -1.0)
     for number, part in enumerate(parts):
         where = np.nonzero((source == number)[owner])
         if len(where[0]):
             at = place[(owner[where[0]], *where[1:])] + np.array([[-1], [1]])
             size = part.greatest(part.values[(slice(None), *where, at % part.low.shape[-1])])
-            np.maximum.at(found, (np.array([[0], [1]]), owner[where[0]], *where[1:]), size)
-    return found
+            np.maximum.at(greatest, (np.array([[0], [1]]), owner[where[0]], *where[1:]), size)
+    return greatest
 
 
 def _top(best: Coefficients, neighbours: Coefficients, time: Reals, place: Integers, period: Reals) -> Reals:

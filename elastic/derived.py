@@ -37,14 +37,14 @@ def coefficients(deflection: Deflection, field: str) -> Coefficients:
     Shape (coefficients, pieces, ..., positions), units of the field; `Deflection.division` tells the pieces, one a beam
     as a rule. nan where the section does not tell its dimensions, of stresses.
     """
-    found = field_named(field)
-    if found.integral_of:
-        values: Coefficients = getattr(deflection, found.key)
+    entry = field_named(field)
+    if entry.integral_of:
+        values: Coefficients = getattr(deflection, entry.key)
         return values
-    if found.key not in _MADE:
+    if entry.key not in _MADE:
         polynomials = ", ".join(key for key, each in FIELDS.items() if each.integral_of or key in _MADE)
         raise ValueError(f'the field "{field}" is no polynomial: choose from {polynomials}')
-    values = _MADE[found.key](deflection)
+    values = _MADE[entry.key](deflection)
     return values
 
 

@@ -65,20 +65,20 @@ def extremes(deflection: Deflection, fields: Sequence[str] = PRIMARY) -> dict[st
     """
     asked = {name: field_named(name).key for name in fields}
     wanted = _with_parts(asked.values())
-    found: dict[str, Extreme] = {}
+    values: dict[str, Extreme] = {}
     for chain in chains():
-        found |= _along_chain(deflection, chain, wanted)
-    others = [key for key in wanted if key not in found and not field_named(key).greatest_of]
-    found |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
-    found |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in asked.values()}
+        values |= _along_chain(deflection, chain, wanted)
+    others = [key for key in wanted if key not in values and not field_named(key).greatest_of]
+    values |= _of_polynomials(deflection, [key for key in others if not field_named(key).root_of])
+    values |= {key: _root(deflection, key) for key in others if field_named(key).root_of and key in asked.values()}
     for key in wanted:
         field = field_named(key)
         if field.greatest_of:
-            best = reduce(_greater, (found[part] for part in field.greatest_of if part in found))
+            best = reduce(_greater, (values[part] for part in field.greatest_of if part in values))
             for part in field.greatest_of:
-                best = best if part in found else _greater(best, _root(deflection, part, best))
-            found[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
-    return {name: found[key] for name, key in asked.items()}
+                best = best if part in values else _greater(best, _root(deflection, part, best))
+            values[key] = best if field.signed else Extreme(np.abs(best.value), best.xi)
+    return {name: values[key] for name, key in asked.items()}
 
 
 def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
     if not needed:
         return {}
     bare = not deflection.compliance.strained and not deflection.compliance.sheared
-    found: dict[str, Extreme] = {}
+    greatest: dict[str, Extreme] = {}
     load = coefficients(deflection, chain[0])
     turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
@@ -107,14 +107,14 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
             turning = turning_points(values)
         marks, heights = at_marks(values, turning)
         if field in wanted:
-            found[field] = _merged(Extreme(*greatest_at(marks, heights)), deflection)
+            greatest[field] = _merged(Extreme(*greatest_at(marks, heights)), deflection)
         if field == "phi" and "chord" in wanted:
             chord = coefficients(deflection, "chord")
             turns = zeros_of(derivative(chord), turning) if bare else turning_points(chord)
-            found["chord"] = _merged(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
+            greatest["chord"] = _merged(Extreme(*greatest_at(*at_marks(chord, turns))), deflection)
         if field != chain[max(needed)]:
             turning = zeros_between(values, marks, heights)
-    return found
+    return greatest
 
 
 def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Extreme]:
@@ -123,12 +123,12 @@ def _of_polynomials(deflection: Deflection, keys: Iterable[str]) -> dict[str, Ex
     for key in keys:
         values = coefficients(deflection, key)
         alike.setdefault(len(values), {})[key] = values
-    found: dict[str, Extreme] = {}
+    greatest: dict[str, Extreme] = {}
     for fields in alike.values():
         values = np.stack(list(fields.values()), axis=1)
         both = zip(*greatest_at(*at_marks(values, turning_points(values))), strict=True)
-        found |= {key: _merged(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)}
-    return found
+        greatest |= {key: _merged(Extreme(*each), deflection) for key, each in zip(fields, both, strict=True)}
+    return greatest
 
 
 def _root(deflection: Deflection, key: str, beside: Extreme | None = None) -> Extreme:
@@ -162,7 +162,7 @@ def _merged(pieces: Extreme, deflection: Deflection) -> Extreme:
     return Extreme(value, xi)
 
 
-def _greater(one: Extreme, other: Extreme) -> Extreme:
+def _greater(first: Extreme, second: Extreme) -> Extreme:
     """Of two extremes the one of greater magnitude."""
-    better = np.abs(other.value) > np.abs(one.value)
-    return Extreme(np.where(better, other.value, one.value), np.where(better, other.xi, one.xi))
+    better = np.abs(second.value) > np.abs(first.value)
+    return Extreme(np.where(better, second.value, first.value), np.where(better, second.xi, first.xi))

@@ -59,13 +59,13 @@ def sample(deflection: Deflection, field: str, stations: int | ArrayLike = STATI
     xi = np.linspace(0.0, 1.0, stations) if isinstance(stations, int) else np.asarray(stations, float)
     if xi.size and not (xi.min() >= 0.0 and xi.max() <= 1.0):
         raise ValueError(f"stations from {xi.min():g} to {xi.max():g}, expected from 0 to 1, shares of the length")
-    found = field_named(field)
-    if found.root_of:
-        return np.sqrt(sum(weight * sample(deflection, part, xi) ** 2 for weight, part in found.root_of))
-    if found.greatest_of:
-        values = reduce(_greater, (sample(deflection, part, xi) for part in found.greatest_of))
-        return values if found.signed else np.abs(values)
-    return evaluated(coefficients(deflection, found.key), deflection.division, xi)
+    entry = field_named(field)
+    if entry.root_of:
+        return np.sqrt(sum(weight * sample(deflection, part, xi) ** 2 for weight, part in entry.root_of))
+    if entry.greatest_of:
+        values = reduce(_greater, (sample(deflection, part, xi) for part in entry.greatest_of))
+        return values if entry.signed else np.abs(values)
+    return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 
 
 def _greater(one: AtStations, other: AtStations) -> AtStations:

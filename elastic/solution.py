@@ -118,7 +118,7 @@ class Deflection:
         if self.unmarked is not None:
             return self.unmarked.condition
         with np.errstate(all="ignore"):
-            found = force_condition(self.motion, self.forces)
+            growth = force_condition(self.motion, self.forces)
             if self.sections:
                 closures = self.motion.closures
                 still = [ZERO] * len(self.motion.mechanism.links)
@@ -128,13 +128,13 @@ class Deflection:
                 bounds = (greatest_rotation(*each) for each in zip(closures, openings, strict=True))
                 turned = reduce(np.maximum, bounds, 0.0)
                 moved = np.maximum(_greatest(self.u), _greatest(self.w))
-                found = (
-                    found
+                growth = (
+                    growth
                     * cancellation_factor(turned, _greatest(self.phi))
                     * cancellation_factor(turned * self.length.max(0), moved)
                 )
-        found = np.where(np.isnan(found) & ~np.isnan(self.motion.sine), np.inf, found)
-        return np.broadcast_to(found, self.motion.columns)
+        growth = np.where(np.isnan(growth) & ~np.isnan(self.motion.sine), np.inf, growth)
+        return np.broadcast_to(growth, self.motion.columns)
 
     @cached_property
     def lost(self) -> Flags:

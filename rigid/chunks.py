@@ -96,26 +96,26 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
         drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
         turns = 0.0 if drawn is mechanism else _whole_turns(drawn, lead[:, 0])
         way = None if lead is None else lead - turns
-        found = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
+        chunk = [replace(motion(drawn, drive - turns, rate, rate2, time, lead=way), mechanism=mechanism, drive=drive)]
         if first + columns < given[0].shape[-1]:
-            drawn, lead = _drawn_anew(drawn, lead, found[0])
-        yield found.pop()  # kept, it would crowd the next one out of the cache
+            drawn, lead = _drawn_anew(drawn, lead, chunk[0])
+        yield chunk.pop()  # kept, it would crowd the next one out of the cache
 
 
-def _drawn_anew(drawn: Mechanism, lead: Reals | None, found: Motion) -> tuple[Mechanism, Reals]:
+def _drawn_anew(drawn: Mechanism, lead: Reals | None, passed: Motion) -> tuple[Mechanism, Reals]:
     """The mechanism drawn at the last firm position before the seam, and the drive's way from there to the seam."""
-    sine = found.sine
+    sine = passed.sine
     firm: Any = (np.reshape(sine, (-1, sine.shape[-1])) > FIRM).all(axis=0)
     places = np.flatnonzero(firm[:-SEAM])
     if not len(places):
-        return drawn, found.drive if lead is None else np.concatenate([lead, found.drive], axis=1)
+        return drawn, passed.drive if lead is None else np.concatenate([lead, passed.drive], axis=1)
     last = places[-1]
     drawing = {}
     for at, link in reversed(list(enumerate(drawn.links))):
         for point in _telling(link, drawn):
-            place = found.origin[at, ..., last] + found.direction[at, ..., last] * link.points[point]
+            place = passed.origin[at, ..., last] + passed.direction[at, ..., last] * link.points[point]
             drawing[point] = complex(np.ravel(place)[0])
-    return replace(drawn, drawing=drawing), found.drive[:, last:]
+    return replace(drawn, drawing=drawing), passed.drive[:, last:]
 
 
 def _telling(link: Link, drawn: Mechanism) -> list[str]:

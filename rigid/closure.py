@@ -86,12 +86,12 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        (one,), (other,) = effects
-        across = np.conj(other)
-        scale = 1.0 / np.asarray((across * one).imag)
+        (first,), (second,) = effects
+        across = np.conj(second)
+        scale = 1.0 / np.asarray((across * first).imag)
         duals = np.empty((2, 1, *scale.shape), complex)
         np.multiply(scale, across, out=duals[0, 0, ...])
-        np.multiply(-scale, np.conj(one), out=duals[1, 0, ...])
+        np.multiply(-scale, np.conj(first), out=duals[1, 0, ...])
         return duals
     return _paired(np.moveaxis(_inverse(equations(effects)), (-2, -1), (0, 1)))
 

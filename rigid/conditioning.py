@@ -125,11 +125,11 @@ def _greatest(values: Numbers, closed: Closure) -> Reals:
 @lru_cache(maxsize=64)
 def extents(mechanism: Mechanism) -> list[Columns]:
     """Greatest distance of a link's first point from its others [m]."""
-    found = []
+    distances = []
     for link in mechanism.links:
         places = list(link.points.values())
-        found.append(np.max(np.broadcast_arrays(0.0, *(np.abs(place - places[0]) for place in places)), axis=0))
-    return found
+        distances.append(np.max(np.broadcast_arrays(0.0, *(np.abs(place - places[0]) for place in places)), axis=0))
+    return distances
 
 
 def may_be_singular(mechanism: Mechanism, closures: Sequence[Closure]) -> bool:
@@ -150,11 +150,11 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
     openings
         Of the velocities and of the accelerations, as from `displacements`.
     """
-    found: list[Columns] = []
+    conditions: list[Columns] = []
     before: Columns = 1.0
     for closed, *lacking in zip(motion.closures, *openings, strict=True):
         if not closed.group.free:
-            found.append(1.0)
+            conditions.append(1.0)
             continue
         narrow = closure_sine(motion.mechanism, closed)
         worst = 1.0 / (before * np.square(narrow))
@@ -167,8 +167,8 @@ def condition_numbers(motion: MotionState, openings: tuple[Openings, Openings]) 
             more = np.minimum((growth + most * np.square(omega)) / np.maximum(turning, TINY), most)
             worst = np.maximum(worst, np.square(faster) * more)
         before = np.minimum(before, narrow)
-        found.append(worst)
-    return found
+        conditions.append(worst)
+    return conditions
 
 
 def cancellation_factor(bound: Columns, done: Columns) -> Columns:
@@ -184,11 +184,11 @@ def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
 
 def marked(motion: MotionState, openings: tuple[Openings, Openings]) -> tuple[Closure, ...]:
     """The groups of a motion, without their figures where the condition is beyond SINGULAR; as they are where none."""
-    found = []
+    groups = []
     for closed, condition in zip(motion.closures, condition_numbers(motion, openings), strict=True):
         singular = np.logical_not(condition <= SINGULAR)
         if np.any(singular) and closed.group.free:
-            found.append(replace(closed, duals=np.where(singular, np.nan, closed.duals), whole=closed))
+            groups.append(replace(closed, duals=np.where(singular, np.nan, closed.duals), whole=closed))
         else:
-            found.append(closed)
-    return tuple(found)
+            groups.append(closed)
+    return tuple(groups)

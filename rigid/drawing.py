@@ -42,14 +42,14 @@ class Drawing:
     def _directions(self) -> dict[int, Columns]:
         """Directions by the drawing: of links with two drawn points, and of links joined to them by sliders."""
         index = self.mechanism.index
-        found: dict[int, Any] = {0: 1.0 + 0j}
-        found |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
+        directions: dict[int, Any] = {0: 1.0 + 0j}
+        directions |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
         pairs: list[tuple[int, int, Any]] = [(index[s.on], index[s.link], s.turn) for s in self.mechanism.sliders]
         pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
-        while further := [pair for pair in pairs if pair[0] in found and pair[1] not in found]:
+        while further := [pair for pair in pairs if pair[0] in directions and pair[1] not in directions]:
             one, other, turn = further[0]
-            found[other] = found[one] * turn
-        return found
+            directions[other] = directions[one] * turn
+        return directions
 
     def _seen(self, link: int) -> Columns | None:
         """Unit vector of a link's axes from two of its points; None where fewer are drawn."""
@@ -58,11 +58,11 @@ class Drawing:
         if len(drawn) < 2:
             return None
         seen = self.at(drawn[1]) - self.at(drawn[0])
-        own: Any = body.points[drawn[1]] - body.points[drawn[0]]
-        if np.any(abs(seen) == 0) or np.any(abs(own) == 0):
+        local: Any = body.points[drawn[1]] - body.points[drawn[0]]
+        if np.any(abs(seen) == 0) or np.any(abs(local) == 0):
             same = f'link "{body.name}": points "{drawn[0]}" and "{drawn[1]}" coincide'
             raise MechanismError(same, links=(body.name,))
-        return seen / own * abs(own) / abs(seen)
+        return seen / local * abs(local) / abs(seen)
 
     def direction(self, link: int) -> Columns:
         """Unit vector of a link's axes as drawn; along the ground's where the drawing does not tell."""

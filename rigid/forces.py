@@ -195,12 +195,12 @@ def _push(link: int, arm: Columns, pull: Columns, couple: Columns, force: list[C
 
 def loaded_flanks(forces: JointForces) -> dict[int, Columns]:
     """Which flank of every gear's teeth the efforts load, as in `JointForces`."""
-    found = {}
+    flanks = {}
     for at, place in enumerate(place for closed in forces.closures for place in closed.joints):
         if place.teeth is not None:
             size = abs(forces.force[at]) * (abs(place.teeth.reach) if place.turns else 1.0)
-            found[at] = loaded_flank(place.effort(*forces.without_friction(at)), size)
-    return found
+            flanks[at] = loaded_flank(place.effort(*forces.without_friction(at)), size)
+    return flanks
 
 
 def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | None = None) -> list[JointForces]:

@@ -63,17 +63,17 @@ def with_friction(motion: Motion, balance: Balance) -> JointForces:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for _ in range(FLANKS):
             efforts, feedback = _efforts(motion, balance, forces, directions)
-            found = balance(efforts, None)
-            turned = [found.flank[number] != flank for number, flank in forces.flank.items()]
+            rubbed = balance(efforts, None)
+            turned = [rubbed.flank[number] != flank for number, flank in forces.flank.items()]
             if not np.any(turned):
                 break
-            forces = balance(None, found.flank)
+            forces = balance(None, rubbed.flank)
         for differs in turned:  # neither flank agrees with what friction makes of it
             feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
-    found = replace(found, feedback=feedback)
-    if np.any(found.locked):
-        found.mark(found.locked)
-    return found
+    rubbed = replace(rubbed, feedback=feedback)
+    if np.any(rubbed.locked):
+        rubbed.mark(rubbed.locked)
+    return rubbed
 
 
 def sliding_directions(motion: Motion) -> dict[int, Reals]:
@@ -82,11 +82,11 @@ def sliding_directions(motion: Motion) -> dict[int, Reals]:
     0.0 where nothing slides: below `STILL` of the speed of the mechanism's fastest point at that position.
     """
     fastest, spin = speeds(motion)
-    found = {}
+    directions = {}
     for number, _ in rubbing_joints(motion.mechanism):
         rate = sliding_rate(motion, number)
-        found[number] = direction_of(rate, spin if motion.places[number].turns else fastest)
-    return found
+        directions[number] = direction_of(rate, spin if motion.places[number].turns else fastest)
+    return directions
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
@@ -151,15 +151,15 @@ class _Contacts:
 
     def slopes(self, pressing: Reals) -> Reals:
         """Derivatives of `size`, of the shape of its argument; the greater of two at a slider, 0 at a pin's zero."""
-        found = np.zeros_like(pressing)
-        for pin, each, slope in zip(self.pins, pressing, found, strict=True):
+        slopes = np.zeros_like(pressing)
+        for pin, each, slope in zip(self.pins, pressing, slopes, strict=True):
             if pin:
                 length = np.hypot(*each)
                 slope[...] = each / np.where(length > 0, length, 1.0)
             else:
                 first = np.abs(each[0]) >= np.abs(each[1])
                 slope[...] = np.where([first, ~first], np.sign(each), 0.0)
-        return found
+        return slopes
 
     def caused(self, efforts: Reals) -> Reals:
         """Efforts of friction caused by the pressing forces under given ones."""
@@ -192,15 +192,15 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
     places = [motion.places[number] for number, _ in rubbing]
     pins = [place.turns for place in places]
     strength = np.array([
-        np.broadcast_to(own.coefficient * (own.radius if pin else 1.0) * directions[number], columns)
-        for (number, own), pin in zip(rubbing, pins, strict=True)
+        np.broadcast_to(friction.coefficient * (friction.radius if pin else 1.0) * directions[number], columns)
+        for (number, friction), pin in zip(rubbing, pins, strict=True)
     ])  # fmt: skip
-    given = np.array([np.broadcast_to(-own.viscosity * sliding_rate(motion, number), columns)
-                      for number, own in rubbing])  # fmt: skip
+    given = np.array([np.broadcast_to(-friction.viscosity * sliding_rate(motion, number), columns)
+                      for number, friction in rubbing])  # fmt: skip
 
     def pressing(found: JointForces) -> Reals:
-        return np.array([_pressing(place, own, *found.without_friction(number), columns)
-                         for place, (number, own) in zip(places, rubbing, strict=True)])  # fmt: skip
+        return np.array([_pressing(place, friction, *found.without_friction(number), columns)
+                         for place, (number, friction) in zip(places, rubbing, strict=True)])  # fmt: skip
 
     base = pressing(forces)
     first = _Contacts(strength, given, pins, base, np.zeros((len(rubbing), *base.shape)))
@@ -211,9 +211,11 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
     return replace(first, influence=influence)
 
 
-def _pressing(place: JointPlace, own: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]) -> Reals:
+def _pressing(
+    place: JointPlace, friction: Friction, force: Columns, moment: Columns, columns: tuple[int, ...]
+) -> Reals:
     """Pressing force at a joint, shape (2, ..., positions): force of a pin, N and 2 M / length of a slider."""
-    parts = place.pressing(force, moment, own.length)
+    parts = place.pressing(force, moment, friction.length)
     return np.array([np.broadcast_to(part, columns) for part in parts])
 
 

@@ -62,13 +62,13 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
         return ratio * dot(driver.line, moved(driver, link)[0])
     push = teeth.push(flank)
     led, led_turn = moved(driver, teeth.body)
-    own, own_turn = moved(joint, joint.child)
+    follower, follower_turn = moved(joint, joint.child)
     if place.turns:  # its coordinate is still that of its parent
-        own_turn = moved(joint, joint.parent)[1]
+        follower_turn = moved(joint, joint.parent)[1]
     else:
-        own = own - dot(place.along, own) * place.along
-    opened = dot(push, own) - dot(push, led) - led_turn * cross(teeth.reach_body, push)
-    return -(opened + own_turn * cross(teeth.reach, push))
+        follower = follower - dot(place.along, follower) * place.along
+    opened = dot(push, follower) - dot(push, led) - led_turn * cross(teeth.reach_body, push)
+    return -(opened + follower_turn * cross(teeth.reach, push))
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
@@ -93,11 +93,11 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
     led = GearLoad(teeth.body, driver, hub, -tooth, -cross(teeth.reach_body, tooth))
     # The effort is between the teeth: the parent, which carries the joint, does not feel it.
     if place.turns:
-        own = GearLoad(joint.child, joint, place.arm_child, tooth, ZERO)
-        return own, led, GearLoad(joint.parent, joint, place.arm_parent, ZERO, effort)
+        on_follower = GearLoad(joint.child, joint, place.arm_child, tooth, ZERO)
+        return on_follower, led, GearLoad(joint.parent, joint, place.arm_parent, ZERO, effort)
     pull = effort * place.along
-    own = GearLoad(joint.child, joint, place.arm_child, tooth - pull, cross(teeth.reach, tooth))
-    return own, led, GearLoad(joint.parent, joint, place.arm_parent, pull, ZERO)
+    on_follower = GearLoad(joint.child, joint, place.arm_child, tooth - pull, cross(teeth.reach, tooth))
+    return on_follower, led, GearLoad(joint.parent, joint, place.arm_parent, pull, ZERO)
 
 
 def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:

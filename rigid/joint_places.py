@@ -27,23 +27,23 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     body = driver.child if leads else driver.parent
     # Of the follower per motion of the body, both as seen from the carrier.
     rate = joint.sense * gear.ratio * (1 if leads else -1)
-    own = point_of(placed, joint.child, joint.at_child)
+    centre = point_of(placed, joint.child, joint.at_child)
     hub = point_of(placed, body, driver.at(body))
     if not joint.turns and not driver.turns:
         return None
     if not joint.turns:
         along = joint.along(placed)
         reach_body = -1j * rate * along
-        reach = hub + reach_body - own
+        reach = hub + reach_body - centre
         apart = (-1j * slope * np.sign(rate)) * along
     elif not driver.turns:
         reach = -1j / rate * driver.along(placed)
-        reach_body = own + reach - hub
+        reach_body = centre + reach - hub
         along, apart = wheel_push(reach, slope, ring=False)
     else:
         if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
             return None
-        reach = pitch_reach(hub - own, rate)
+        reach = pitch_reach(hub - centre, rate)
         reach_body = rate * reach
         along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
     arm = hub - placed.origin[body] + reach_body

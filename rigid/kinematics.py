@@ -196,7 +196,7 @@ def _with_velocities(
     velocity, rotation, _ = _velocities(mechanism, closures, rate)
     acceleration, turning, _ = _accelerations(closures, velocity, rotation, rate2)
     shape = direction.shape[1:]
-    found = Motion(
+    moving = Motion(
         mechanism,
         time,
         drive,
@@ -210,10 +210,10 @@ def _with_velocities(
         stacked(turning, shape, complex),
         closures,
     )
-    if final or not found.may_be_singular:
-        return found
+    if final or not moving.may_be_singular:
+        return moving
     with np.errstate(all="ignore"):
-        regular = marked(found, _openings(found))
+        regular = marked(moving, _openings(moving))
     return _with_velocities(mechanism, time, drive, rate, rate2, origin, direction, regular, final=True)
 
 

@@ -101,11 +101,11 @@ def _forces(load: Load, motion: Motion) -> Iterator[PointForce]:
         It acts on a point that it does not name.
     """
     known = set(load.points)
-    for found in load.forces(motion):
-        if found[:2] not in known:
-            elsewhere = f'a load acts on the point "{found[1]}" of "{found[0]}", which is not among its points'
-            raise MechanismError(elsewhere, kind="name", links=found[:1])
-        yield found
+    for force in load.forces(motion):
+        if force[:2] not in known:
+            elsewhere = f'a load acts on the point "{force[1]}" of "{force[0]}", which is not among its points'
+            raise MechanismError(elsewhere, kind="name", links=force[:1])
+        yield force
 
 
 def link_loads(motion: Motion) -> tuple[list[Columns], list[Columns]]:

@@ -25,18 +25,18 @@ def reactions(motion: Motion) -> JointForces:
     Nan as well where friction may lock the mechanism. In the order of `motion.structure.joints`; each acts on the
     joint's child link, its opposite on the parent.
     """
-    found = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
+    forces = with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.may_be_singular:
-        found.mark(ill_conditioned(motion, force_condition(motion, found)))
-    states = self_stresses(motion.closures, found.flank)
-    for number in found.friction:
+        forces.mark(ill_conditioned(motion, force_condition(motion, forces)))
+    states = self_stresses(motion.closures, forces.flank)
+    for number in forces.friction:
         if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > UNSTRESSED) for state in states):
-            found.mark(True)  # what presses there, statics alone does not tell, and so nothing of what it moves
+            forces.mark(True)  # what presses there, statics alone does not tell, and so nothing of what it moves
     for state in states:
-        for values, parts in ((found.force, state.force), (found.moment, state.moment)):
+        for values, parts in ((forces.force, state.force), (forces.moment, state.moment)):
             for number, part in enumerate(parts):
                 values[number] = _open_where(values[number], part)
-    return found
+    return forces
 
 
 def _open_where(value: Columns, part: Columns) -> Columns:

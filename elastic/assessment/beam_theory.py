@@ -134,15 +134,15 @@ def _introduced(deflection: Deflection) -> PerBeam:
         way = np.ravel(points[beam.end] - points[beam.start])[0]
         for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
             nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
-    found = np.zeros((len(at_ends), *at_ends.shape[1:-2]))
+    moments = np.zeros((len(at_ends), *at_ends.shape[1:-2]))
     for meeting in nodes.values():
         outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
         for number, end, out in meeting:
             others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
             turned = at_ends[number, ..., end] * min([1.0, *others]) if others else outside
             moment = np.maximum(np.abs(outside), np.abs(turned))
-            found[number] = np.maximum(found[number], _greatest(moment[..., None]))
-    return found
+            moments[number] = np.maximum(moments[number], _greatest(moment[..., None]))
+    return moments
 
 
 def _softest(section: Section) -> Numbers:

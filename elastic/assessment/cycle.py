@@ -75,14 +75,14 @@ def period_of(motion: Motion) -> float:
     if not len(rate) or rate.shape[-1] < 3 or not all(drive.turns for drive in motion.mechanism.drives):
         return float("nan")
     step = np.diff(motion.drive, axis=-1)
-    way = step[:, :1] * motion.drive.shape[-1]
-    turns = np.round(way / (2 * np.pi))
-    even = np.ptp(step, axis=-1) <= EVEN * np.abs(way[:, 0])
+    travel = step[:, :1] * motion.drive.shape[-1]
+    turns = np.round(travel / (2 * np.pi))
+    even = np.ptp(step, axis=-1) <= EVEN * np.abs(travel[:, 0])
     steady = np.ptp(rate, axis=-1) <= EVEN * np.abs(rate[:, 0])
-    once = np.abs(turns).min() == 1 and (np.abs(way - 2 * np.pi * turns) <= EVEN * np.abs(way)).all()
+    once = np.abs(turns).min() == 1 and (np.abs(travel - 2 * np.pi * turns) <= EVEN * np.abs(travel)).all()
     if not (even.all() and steady.all() and once and rate.any()):
         return float("nan")
-    periods = way[:, 0] / rate[:, 0]
+    periods = travel[:, 0] / rate[:, 0]
     if np.ptp(periods) > EVEN * abs(periods[0]):
         return float("nan")
     return float(abs(periods[0]))

@@ -187,14 +187,14 @@ def tapered(
         top = int(np.flatnonzero(series)[-1])
         return tuple(float(value) for value in series[: top + 1] / series[0])
 
-    area = along(2, [one.area for one in shapes], whole.area)
-    factors = [one.area * one.shear_coefficient(poisson) for one in shapes]
+    area = along(2, [each.area for each in shapes], whole.area)
+    factors = [each.area * each.shear_coefficient(poisson) for each in shapes]
     taper = Taper(
         EA=area,
-        EI=along(4, [one.inertia for one in shapes], whole.inertia),
+        EI=along(4, [each.inertia for each in shapes], whole.inertia),
         kGA=along(FITTED, factors, whole.area * whole.shear_coefficient(poisson)),
-        fibre=along(1, [one.fibre for one in shapes], whole.fibre),
-        peak_shear=along(FITTED, [one.peak_shear for one in shapes], whole.peak_shear),
-        width=along(1, [one.width for one in shapes], whole.width),
+        fibre=along(1, [each.fibre for each in shapes], whole.fibre),
+        peak_shear=along(FITTED, [each.peak_shear for each in shapes], whole.peak_shear),
+        width=along(1, [each.width for each in shapes], whole.width),
     )
     return taper, area

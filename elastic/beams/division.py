@@ -94,12 +94,12 @@ def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance
     return result
 
 
-def _with_rows(values: Coefficients, rows: Integers, own: Coefficients) -> Coefficients:
+def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Coefficients:
     """Coefficients with those of some rows replaced, to the higher of both degrees."""
-    result = np.zeros((max(len(values), len(own)), *values.shape[1:]))
+    result = np.zeros((max(len(values), len(others)), *values.shape[1:]))
     result[: len(values)] = values
     result[:, rows] = 0.0
-    result[: len(own), rows] = own
+    result[: len(others), rows] = others
     return result
 
 
@@ -146,7 +146,7 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
         flat = powers @ values.reshape(len(values), -1)
         return np.moveaxis(flat.reshape(len(stations), *values.shape[1:]), 0, -1)
     result = np.empty((len(division.sections), *values.shape[2:], len(stations)))
-    for number, own in enumerate(result):
+    for number, along in enumerate(result):
         first, *others = division.of_beam(number)
         for row, following in zip((first, *others), (*others, None), strict=True):
             start, width = division.start[row][..., None], division.width[row][..., None]
@@ -154,5 +154,7 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
             ended = False if following is None else stations > division.start[following][..., None]
             chosen = np.flatnonzero((begun & ~np.asarray(ended)).any(axis=tuple(range(begun.ndim - 1))))
             way = (stations[chosen] - start) / np.where(width > 0.0, width, 1.0)
-            own[..., chosen] = np.where(begun[..., chosen], evaluate(values[:, row, ..., None], way), own[..., chosen])
+            along[..., chosen] = np.where(
+                begun[..., chosen], evaluate(values[:, row, ..., None], way), along[..., chosen]
+            )
     return result

@@ -37,11 +37,11 @@ def derivative(values: Coefficients) -> Coefficients:
     return values[1:] * np.arange(1.0, len(values)).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def multiplied(one: Coefficients, other: Coefficients) -> Coefficients:
+def multiplied(first: Coefficients, second: Coefficients) -> Coefficients:
     """Coefficients of products of polynomials, shapes (n, ...) and (m, ...)."""
-    result = np.zeros((len(one) + len(other) - 1, *np.broadcast_shapes(one.shape[1:], other.shape[1:])))
-    for k, value in enumerate(other):
-        result[k : k + len(one)] += one * value
+    result = np.zeros((len(first) + len(second) - 1, *np.broadcast_shapes(first.shape[1:], second.shape[1:])))
+    for k, value in enumerate(second):
+        result[k : k + len(first)] += first * value
     return result
 
 
@@ -139,7 +139,7 @@ def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) 
         if len(values) == 3:
             return _of_parabola(values, left, right, xi)
         going: Any = slice(None)
-        found = xi
+        zeros = xi
         for step in range(STEPS):
             height, slope = _with_slope(values, xi)
             below = (height < 0) == rising
@@ -147,14 +147,14 @@ def _between(values: Coefficients, low: Sequence[Reals], high: Sequence[Reals]) 
             new = xi - height / slope
             new = np.where((new >= left) & (new <= right), new, (left + right) / 2)
             far = np.abs(new - xi) > CLOSE
-            found[going] = new
+            zeros[going] = new
             xi = new
             if step >= TOGETHER:
                 if not far.any():
                     break
                 going = np.flatnonzero(far) if step == TOGETHER else going[far]
                 values, left, right, rising, xi = values[:, far], left[far], right[far], rising[far], xi[far]
-    return found
+    return zeros
 
 
 def _of_parabola(values: Coefficients, left: Reals, right: Reals, guess: Reals) -> Reals:

@@ -87,11 +87,11 @@ def piece_ends(section: Section) -> tuple[float, ...]:
 def piece_functions(section: Section, powers: int) -> tuple[Coefficients, Coefficients, Coefficients, Coefficients]:
     """`taper_functions` as polynomials in the way along every piece, each of shape (coefficients, pieces, powers)."""
     stations = _stations(section, min(DEGREE + max(0, powers - 4), HIGHEST))
-    found = [
+    functions = [
         interpolated(values.reshape(powers, *stations.shape).transpose(2, 1, 0))
         for values in taper_functions(section, stations.ravel(), powers)
     ]
-    return found[0], found[1], found[2], found[3]
+    return functions[0], functions[1], functions[2], functions[3]
 
 
 @lru_cache(maxsize=256)

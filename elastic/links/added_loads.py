@@ -51,9 +51,9 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
         return tuple(change(*parts) for parts in zip(*lists, strict=True))
 
     return AddedLoads(
-        change(*(one.q for one in loads)),
-        each(tuple(one.points for one in loads)),
-        each(tuple(one.blocks for one in loads)),
-        every(tuple(one.gaps for one in loads)),
-        every(tuple(one.turns for one in loads)),
+        change(*(load.q for load in loads)),
+        each(tuple(load.points for load in loads)),
+        each(tuple(load.blocks for load in loads)),
+        every(tuple(load.gaps for load in loads)),
+        every(tuple(load.turns for load in loads)),
     )

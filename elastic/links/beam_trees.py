@@ -94,11 +94,11 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
     order: list[TreeBeam] = []
     loose: list[tuple[str, str]] = []
     while waiting:
-        found = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
-        if found is None:
+        joined = next((item for item in waiting if {item[1].start, item[1].end} & reached), None)
+        if joined is None:
             raise MechanismError(f'link "{link.name}": its beams do not hang together', links=(link.name,))
-        waiting.remove(found)
-        number, beam = found
+        waiting.remove(joined)
+        number, beam = joined
         forward = beam.start in reached
         near, far = (beam.start, beam.end) if forward else (beam.end, beam.start)
         if far in reached:

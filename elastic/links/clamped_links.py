@@ -81,7 +81,7 @@ def _node_displacements(configuration: Configuration, u: PerBeam, w: PerBeam, ph
     return nodes
 
 
-def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: Complexes, angle: Reals) -> None:
+def add_rigid_motion(configuration: Configuration, response: LinkResponse, shift: Complexes, angle: Reals) -> None:
     """Add to every beam's amplitudes, in place, the displacement of its start, by rigid motion and the beams before it.
 
     Parameters
@@ -89,8 +89,8 @@ def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: C
     shift, angle
         Displacement [m], complex, and rotation [rad] of the links' axes, shape (links, ..., positions).
     """
-    amplitudes = found.amplitudes
-    own = configuration.back * shift[configuration.rows]
+    amplitudes = response.amplitudes
+    start_shift = configuration.back * shift[configuration.rows]
     amplitudes.phi[0] = angle[configuration.rows]
     for link, tree in configuration.trees.trees.items():
         for branch in tree:
@@ -99,8 +99,8 @@ def add_rigid_motion(configuration: Configuration, found: LinkResponse, shift: C
             local = configuration.trees.points[link, start]
             if start == root_of(tree) and not np.ndim(local) and local == 0:
                 continue
-            move, more = found.nodes[link, start]
-            own[k] += configuration.back[k] * (move + 1j * angle[link] * (configuration.link[link] * local))
+            move, more = response.nodes[link, start]
+            start_shift[k] += configuration.back[k] * (move + 1j * angle[link] * (configuration.link[link] * local))
             amplitudes.phi[0, k] = amplitudes.phi[0, k] + more
-    amplitudes.u[0], amplitudes.w[0] = own.real, own.imag
+    amplitudes.u[0], amplitudes.w[0] = start_shift.real, start_shift.imag
     amplitudes.w[1] += configuration.length * amplitudes.phi[0]

@@ -92,13 +92,13 @@ def end_loads(configuration: Configuration, loads: LinkLoads) -> tuple[VectorPer
                 pull[k], twist[k] = force, moment
             if branch is tree[0] and branch.forward:
                 continue
-            own, about_start = _own_load(configuration, k, loads)
+            load, about_start = _own_load(configuration, k, loads)
             arm = configuration.arm(at, branch.near, branch.far)
             moment = moment + cross(arm, force) + about_start
             if not branch.forward:
-                moment = moment + cross(arm, own)
-                pull[k], twist[k] = -(force + own), -moment
-            add_load(carried, (at, branch.near), force + own, moment)
+                moment = moment + cross(arm, load)
+                pull[k], twist[k] = -(force + load), -moment
+            add_load(carried, (at, branch.near), force + load, moment)
     pull *= configuration.back
     return pull, twist
 

@@ -45,17 +45,17 @@ def _flexibility(configuration: Configuration, compliance: Compliance, q: Vector
 
     Found in the links' own axes, where they do not change with the position.
     """
-    own = configuration.in_link_axes
-    nothing = np.zeros((len(q), len(own.length), *own.columns), complex)
-    found = []
-    for cut in own.trees.cuts:
+    local = configuration.in_link_axes
+    nothing = np.zeros((len(q), len(local.length), *local.columns), complex)
+    openings = []
+    for cut in local.trees.cuts:
         for pair in ((1.0, 0.0), (1j, 0.0), (0.0, 1.0)):
             nodes: NodeLoads = {}
-            add_load(nodes, (cut.link, cut.free), *(np.broadcast_to(value, own.columns) for value in pair))
-            add_load(nodes, (cut.link, cut.node), *(np.broadcast_to(-value, own.columns) for value in pair))
-            response = clamped_response(own, compliance.unstrained, LinkLoads(nodes, nothing))
-            found.append(_openings(own, response.nodes))
-    flexibility = np.moveaxis(np.array(found), (0, 1), (-1, -2))
+            add_load(nodes, (cut.link, cut.free), *(np.broadcast_to(value, local.columns) for value in pair))
+            add_load(nodes, (cut.link, cut.node), *(np.broadcast_to(-value, local.columns) for value in pair))
+            response = clamped_response(local, compliance.unstrained, LinkLoads(nodes, nothing))
+            openings.append(_openings(local, response.nodes))
+    flexibility = np.moveaxis(np.array(openings), (0, 1), (-1, -2))
     scale = 1.0 / np.sqrt(np.abs(np.diagonal(flexibility, axis1=-2, axis2=-1)))
     return flexibility * scale[..., :, None] * scale[..., None, :], scale
 

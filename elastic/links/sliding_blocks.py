@@ -38,7 +38,7 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
         return []
     table = beam_constants(motion.mechanism, len(motion.columns))
     directions = beam_directions(motion)
-    found = []
+    all_places = []
     for number, beams in trees.rails.items():
         place = motion.places[number]
         at = place.joint.owner
@@ -52,29 +52,29 @@ def block_places(motion: Motion, trees: BeamTrees) -> list[tuple[OnBeam, ...]]:
             elsewhere = elsewhere | here
         first = places[0] if places else OnBeam(beams[0], xi, np.zeros(np.shape(xi), bool))
         first = OnBeam(first.beam, np.where(elsewhere, first.xi, np.nan), first.here)
-        found.append((first, *places[1:]))
-    return found
+        all_places.append((first, *places[1:]))
+    return all_places
 
 
 def block_loads(
     motion: Motion, configuration: Configuration, forces: JointForces, added: AddedLoads | None = None
 ) -> list[tuple[Block, ...]]:
     """Loads of the sliders on the beams they move along, in the order of `BeamTrees.rails`."""
-    trees, found = configuration.trees, []
+    trees, loads = configuration.trees, []
     for number, places in zip(trees.rails, block_places(motion, trees), strict=True):
         sense = motion.structure.joints[number].sense
         pull, load = -sense * forces.force[number], -sense * forces.moment[number]
         for joint, force, more in added.blocks if added is not None else ():
             if joint == number:
                 pull, load = pull + force, load + more
-        found.append(tuple(_block(configuration, place, pull, load, len(places) > 1) for place in places))
-    return found
+        loads.append(tuple(_block(configuration, place, pull, load, len(places) > 1) for place in places))
+    return loads
 
 
 def _block(configuration: Configuration, place: OnBeam, pull: Complexes, load: Reals, several: bool) -> Block:
     """Force in the ground's axes, and moment, on a beam; nothing while the block is on another."""
-    own = configuration.back[place.beam] * pull
+    force = configuration.back[place.beam] * pull
     if not several:
-        return Block(place.beam, place.xi, own, load)
+        return Block(place.beam, place.xi, force, load)
     here = place.here | np.isnan(place.xi)
-    return Block(place.beam, place.xi, np.where(here, own, 0.0), np.where(here, load, 0.0), place.here)
+    return Block(place.beam, place.xi, np.where(here, force, 0.0), np.where(here, load, 0.0), place.here)

@@ -151,12 +151,12 @@ def _levels(section: Section, inner: int) -> Integers:
     """With how many inner polynomials every coordinate of `_polynomials` comes in, shape (n,)."""
     stretches, bends, slides = (bool(np.isfinite(value)) for value in (section.EA, section.EI, section.kGA))
     steps = np.arange(1, inner + 1)
-    found = [np.zeros(ENDS, int), steps[: inner if stretches else 0]]
+    levels = [np.zeros(ENDS, int), steps[: inner if stretches else 0]]
     if slides:  # w begins with two, phi with one more than those that refine
-        found += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
+        levels += [np.concatenate([[1, 1], steps]), np.concatenate([[1], steps])[: inner + 1 if bends else 0]]
     else:
-        found += [steps[: inner if bends else 0]]
-    return np.concatenate(found)
+        levels += [steps[: inner if bends else 0]]
+    return np.concatenate(levels)
 
 
 def rigid_rows(length: float, section: Section) -> Matrices:

@@ -40,10 +40,10 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: in
     size, rows = len(stiffness), len(held)
     diagonal = np.diagonal(stiffness)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, diagonal.max()))
-    own, weight = (csc_matrix(whole * np.outer(scale, scale)) for whole in (stiffness, mass))
+    scaled, weight = (csc_matrix(whole * np.outer(scale, scale)) for whole in (stiffness, mass))
     ties = held * scale
     ties = csc_matrix(ties / np.linalg.norm(ties, axis=1, keepdims=True))
-    solver = splu(bmat([[own, ties.T], [ties, -SOFT * identity(rows)]], format="csc"))
+    solver = splu(bmat([[scaled, ties.T], [ties, -SOFT * identity(rows)]], format="csc"))
     count = min(modes + SPARE, size)
     shapes = np.random.default_rng(0).standard_normal((size, count))
     before = np.full(count, np.inf)
@@ -59,7 +59,7 @@ def lowest_sparse(stiffness: Matrices, mass: Matrices, held: Matrices, modes: in
             break
         before = values
     per_stiffness = values[:modes]
-    found = np.full(modes, np.inf)
+    omega = np.full(modes, np.inf)
     moving = per_stiffness > 1e-13 * per_stiffness[0]
-    found[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
-    return found
+    omega[: len(per_stiffness)] = np.where(moving, 1.0 / np.sqrt(np.where(moving, per_stiffness, 1.0)), np.inf)
+    return omega

@@ -83,10 +83,10 @@ def link_coordinates(link: Link, sections: Sequence[Section], counts: Sequence[i
     size += sum(count - ENDS for count in counts)
     beams, rigid = [], [np.zeros((0, size))]
     for beam, section, count in zip(link.beams, sections, counts, strict=True):
-        way: Any = link.points[beam.end] - link.points[beam.start]
+        vector: Any = link.points[beam.end] - link.points[beam.start]
         ends = [names.index(name) for name in (beam.start, beam.end)]
-        beams.append(_coordinates(way / abs(way), count, ends, first, size))
-        rigid.append(rigid_rows(abs(way), section) @ beams[-1][:ENDS])
+        beams.append(_coordinates(vector / abs(vector), count, ends, first, size))
+        rigid.append(rigid_rows(abs(vector), section) @ beams[-1][:ENDS])
         first += count - ENDS
     return LinkCoordinates(names, tuple(beams), _free_of(np.vstack(rigid)))
 
@@ -103,15 +103,15 @@ def vibrating_link(link: Link, sections: Sequence[Section], inner: int) -> Vibra
         )
         for beam, section in zip(link.beams, sections, strict=True)
     ]
-    own = link_coordinates(link, sections, [len(part.mass) for part in parts])
-    stiffness, mass = (np.zeros((len(own.free),) * 2) for _ in range(2))
-    for part, rows in zip(parts, own.beams, strict=True):
+    coordinates = link_coordinates(link, sections, [len(part.mass) for part in parts])
+    stiffness, mass = (np.zeros((len(coordinates.free),) * 2) for _ in range(2))
+    for part, rows in zip(parts, coordinates.beams, strict=True):
         stiffness += rows.T @ part.stiffness @ rows
         mass += rows.T @ part.mass @ rows
-    _add_lumps(link, own.names, mass)
-    free = own.free
-    places = {name: own.place(name) for name in own.names}
-    level = np.concatenate([np.zeros(3 * len(own.names), int), *(part.level[ENDS:] for part in parts)])
+    _add_lumps(link, coordinates.names, mass)
+    free = coordinates.free
+    places = {name: coordinates.place(name) for name in coordinates.names}
+    level = np.concatenate([np.zeros(3 * len(coordinates.names), int), *(part.level[ENDS:] for part in parts)])
     level = np.where(free != 0, level[:, None], 0).max(axis=0, initial=0)
     return VibratingLink(free.T @ stiffness @ free, free.T @ mass @ free, places, level)
 
@@ -139,10 +139,10 @@ def uncoupled(stiffness: Matrices, mass: Matrices, level: Integers) -> tuple[Mat
     taken[..., rows, within] = back
     taken[..., rows, ends] = -back @ (factor @ stiffness[..., rows, ends])
     moved = taken[..., ends]
-    found = np.zeros_like(stiffness)
-    found[..., within, within] = 1.0
-    found[..., ends[:, None], ends] = moved.swapaxes(-1, -2) @ stiffness @ moved
-    return found, taken.swapaxes(-1, -2) @ mass @ taken
+    uncoupled_stiffness = np.zeros_like(stiffness)
+    uncoupled_stiffness[..., within, within] = 1.0
+    uncoupled_stiffness[..., ends[:, None], ends] = moved.swapaxes(-1, -2) @ stiffness @ moved
+    return uncoupled_stiffness, taken.swapaxes(-1, -2) @ mass @ taken
 
 
 def _coordinates(unit: complex, count: int, ends: list[int], first: int, size: int) -> Matrices:
@@ -201,10 +201,10 @@ def divided(
     """A link with beams divided at more points; per number of a beam the new points' xi and names, in any order."""
     points, beams, parts = dict(link.points), [], []
     for number, (beam, section) in enumerate(zip(link.beams, sections, strict=True)):
-        start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+        start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
         stops = [(0.0, beam.start), *sorted(marks.get(number, ())), (1.0, beam.end)]
         for (low, near), (high, far) in pairwise(stops):
-            points[near], points[far] = start + low * way, start + high * way
+            points[near], points[far] = start + low * vector, start + high * vector
             first, taper = _part(beam.mass_taper, low, high)
             beams.append(Beam(near, far, beam.mass_per_length * first, taper))
             parts.append(section if section.taper is None else _part_of(section, section.taper, low, high))
@@ -240,10 +240,10 @@ def one_of(value: Any, design: int) -> Any:
 def _free_of(rows: Matrices) -> Matrices:
     """The same as `null_space`; coordinates that no row touches stay themselves."""
     touched = rows.any(axis=0)
-    own, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
-    first = own.shape[1]
+    basis, others = null_space(rows[:, touched]), np.flatnonzero(~touched)
+    first = basis.shape[1]
     free = np.zeros((rows.shape[1], first + len(others)))
-    free[touched, :first] = own
+    free[touched, :first] = basis
     free[others, first + np.arange(len(others))] = 1.0
     return free
 

@@ -93,15 +93,15 @@ class VibratingStructure:
         at_ends = self.level == 0
         rows = np.array(self.held).reshape(len(self.held), *self.mass.shape[:2]).swapaxes(0, 1)[..., at_ends]
         within = np.flatnonzero(~at_ends)
-        within, found = within[np.argsort(self.level[within], kind="stable")], []
+        within, unheld = within[np.argsort(self.level[within], kind="stable")], []
         _, values, basis = np.linalg.svd(rows)
         ranks = (values > RANK * values.max(axis=-1, initial=0.0, keepdims=True)).sum(axis=-1)
         for rank in sorted(set(ranks.tolist())):
             chosen = np.flatnonzero(ranks == rank)
             free = basis[chosen, rank:]
             level = np.concatenate([np.zeros(free.shape[1], int), self.level[within]])
-            found.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
-        return found
+            unheld.append((chosen, self._per_stiffness(chosen, free, at_ends, within), level))
+        return unheld
 
     def _per_stiffness(self, chosen: Integers, free: Matrices, at_ends: Flags, within: Integers) -> Matrices:
         """Symmetric matrices with eigenvalues 1/omega^2, so that no coordinate needs to have mass.
@@ -236,14 +236,14 @@ class VibratingStructure:
 
 def _nearest(link: Link, beams: list[int], local: complex) -> tuple[int, float]:
     """On which of a link's beams in one line a place is, and where in xi, not quite at an end."""
-    found: list[tuple[float, int, float]] = []
+    candidates: list[tuple[float, int, float]] = []
     for beam in beams:
         start, end = (
             complex(np.ravel(link.points[name])[0]) for name in (link.beams[beam].start, link.beams[beam].end)
         )
         xi = complex((local - start) / (end - start)).real
-        found.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, NEAREST, 1 - NEAREST))))
-    _, nearest, place = min(found)
+        candidates.append((max(-xi, xi - 1.0), beam, float(np.clip(xi, NEAREST, 1 - NEAREST))))
+    _, nearest, place = min(candidates)
     return nearest, place
 
 

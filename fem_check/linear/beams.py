@@ -50,10 +50,10 @@ class LoadedBeams:
     @cached_property
     def kinds(self) -> list[tuple[UnitBeam, Any]]:
         """The unit beams and the numbers of the beams that are multiples of each; a slice where that is all of them."""
-        found = {id(unit): unit for unit in self.units}
-        if len(found) == 1:
+        units = {id(unit): unit for unit in self.units}
+        if len(units) == 1:
             return [(self.units[0], slice(None))]
-        return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in found.values()]
+        return [(unit, [k for k, own in enumerate(self.units) if own is unit]) for unit in units.values()]
 
     def per_beam(self, values: Any) -> Reals:
         """A function of every beam's unit beam, shape (n, beams, 1, ...)."""
@@ -93,11 +93,13 @@ class LoadedBeams:
     def bent(self, size: float, xi: Columns, u: Reals, w: Reals, phi: Reals, slide: Reals) -> Reals:
         """Displacement of a place by the distributed loads and the free strain, shape (3, ...) [m]."""
         along, across = self.load.real, self.load.imag
-        found = np.empty((3, *self.length.shape))
-        found[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
-        found[1] = self.length**4 * self.bend * _sum(w, across) + self.length**2 * self.shear * _sum(slide, across)
-        found[2] = self.length**3 * size * self.bend * _sum(phi, across)
-        return found
+        displacement = np.empty((3, *self.length.shape))
+        displacement[0] = self.length**2 * self.stretch * _sum(u, along) + self.length * self.strain * xi
+        displacement[1] = self.length**4 * self.bend * _sum(w, across) + self.length**2 * self.shear * _sum(
+            slide, across
+        )
+        displacement[2] = self.length**3 * size * self.bend * _sum(phi, across)
+        return displacement
 
 
 def _sum(unit: Reals, load: Reals) -> Reals:
@@ -119,14 +121,14 @@ def beams_of(frame: Frame, sections: Sequence[Section], elements: int) -> Loaded
     degree = max([DEGREE, *(len(beam.mass_taper) for _, beam in motion.mechanism.beams)])
     units = tuple(unit_beam(elements, degree, section.taper) for section in sections)
     length = stacked([np.abs(body.way) for body in bodies], columns, float)
-    way = stacked([body.way for body in bodies], columns, complex)
+    vector = stacked([body.way for body in bodies], columns, complex)
     stretch, bend, shear = (
         stacked([1.0 / np.asarray(getattr(section, name), float) for section in sections], columns, float)
         for name in ("EA", "EI", "kGA")
     )
     return LoadedBeams(
         length=length,
-        axis=motion.direction[[body.link for body in bodies]] * (way / length),
+        axis=motion.direction[[body.link for body in bodies]] * (vector / length),
         stretch=stretch,
         bend=bend,
         shear=shear,

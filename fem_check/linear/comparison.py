@@ -99,12 +99,14 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     if tolerance is None:
         tolerance = _granted([section.taper for section in solution.sections if section.taper], solution.elements)
     values = np.array([sample(deflection, field, solution.xi) for field in PRIMARY])
-    found = np.array([getattr(solution, field) for field in PRIMARY])
-    _leave_out(deflection, solution.xi, values, found)
-    one, other = np.isfinite(values), np.isfinite(found)
-    magnitude = np.where(one, np.abs(values), 0.0)
+    checked = np.array([getattr(solution, field) for field in PRIMARY])
+    _leave_out(deflection, solution.xi, values, checked)
+    known, checked_known = np.isfinite(values), np.isfinite(checked)
+    magnitude = np.where(known, np.abs(values), 0.0)
     difference = np.where(
-        one & other, np.abs(np.where(one & other, values - found, 0.0)), np.where(one | other, np.inf, 0.0)
+        known & checked_known,
+        np.abs(np.where(known & checked_known, values - checked, 0.0)),
+        np.where(known | checked_known, np.inf, 0.0),
     )
     beams = values.shape[1]
     flat = difference.reshape(len(PRIMARY), beams, int(np.prod(values.shape[2:])))
@@ -115,7 +117,7 @@ def compare(deflection: Deflection, solution: Solution, tolerance: float | None 
     worst = tuple(
         _worst(field, difference[k], float(scale[k]), solution.xi) for k, field in enumerate(PRIMARY) if beams
     )
-    compared = int((one & other)[3:].all(axis=(0, 1, -1)).sum())
+    compared = int((known & checked_known)[3:].all(axis=(0, 1, -1)).sum())
     return Comparison(
         worst, _ratio(greatest, scale[:, None]), _ratio(greatest, by_beam), compared, solution.elements, tolerance
     )
@@ -134,14 +136,14 @@ def _granted(tapers: Sequence[Taper], elements: int) -> float:
     return float(max(TOLERANCE, min(COARSEST, left)))
 
 
-def _leave_out(deflection: Deflection, xi: Reals, values: Reals, found: Reals) -> None:
+def _leave_out(deflection: Deflection, xi: Reals, values: Reals, checked: Reals) -> None:
     """Mark values left out: at positions lost to round-off or with blocks beyond beams, forces that jump at a node."""
-    for array in (values, found):
+    for array in (values, checked):
         array[:, :, deflection.lost] = np.nan
     for block in deflection.blocks:
         lost = np.isnan(block.xi)
         jump = (np.abs(xi - np.asarray(block.xi)[..., None]) <= AT_NODE) & np.asarray(block.here)[..., None]
-        for array in (values, found):
+        for array in (values, checked):
             array[:, :, lost] = np.nan
             array[:3, block.beam][:, jump] = np.nan
 

@@ -78,12 +78,12 @@ class ElementKind:
         scaled: Reals = matrix * unit * scale[..., :, None] * scale[..., None, :]
         return scaled
 
-    def rigid(self, way: Any) -> Reals:
-        """Motion of a node per motion of another that lies `way` before it, no deformation between: (..., m, m)."""
-        matrix = np.zeros((*np.shape(way), self.nodal, self.nodal))
+    def rigid(self, distance: Any) -> Reals:
+        """Motion of a node per motion of another at `distance` before it, no deformation between: (..., m, m)."""
+        matrix = np.zeros((*np.shape(distance), self.nodal, self.nodal))
         matrix[...] = np.eye(self.nodal)
         for slope in np.flatnonzero(self.turns[: self.nodal]):
-            matrix[..., 0, slope] = way
+            matrix[..., 0, slope] = distance
         return matrix
 
     def sampled(self, stations: Any, derivative: bool = False) -> Reals:

@@ -54,10 +54,10 @@ def wrenches_of(
         k = place.body
         moment = moment + cross(place.arm, force)
         if place.spot is not None:
-            own = np.conj(beams.axis[k]) * force
-            for i, part in enumerate((own.real, own.imag, moment / size)):
+            local = np.conj(beams.axis[k]) * force
+            for i, part in enumerate((local.real, local.imag, moment / size)):
                 spots[..., row, place.spot, i] += part
-            moment = moment + frame.spots[place.spot][1] * beams.length[k] * own.imag
+            moment = moment + frame.spots[place.spot][1] * beams.length[k] * local.imag
         for i, part in enumerate((np.real(force), np.imag(force), moment / size)):
             total[..., row, k, i] += part
 
@@ -103,12 +103,12 @@ def balanced(motion: Motion, rows: Sequence[Row], beams: LoadedBeams, wrenches: 
     matrix[..., np.arange(count), np.arange(count)] += system.soft
     matrix[..., :count, count:] = system.known[..., :-1, :]
     matrix[..., count:, :count] = np.swapaxes(system.known[..., :-1, :], -1, -2)
-    found = _solved(matrix, system.left(None), regular)
+    solved = _solved(matrix, system.left(None), regular)
     if count > freedoms:
-        found += _solved(matrix, system.left(found), regular)
-    carried = found[..., count:].reshape(*motion.columns, -1, 3) * system.unit
+        solved += _solved(matrix, system.left(solved), regular)
+    carried = solved[..., count:].reshape(*motion.columns, -1, 3) * system.unit
     carried[..., 2] /= wrenches.size
-    return found[..., :count], carried
+    return solved[..., :count], carried
 
 
 class _System:
@@ -151,7 +151,7 @@ class _System:
             moved[..., at, :] += np.einsum("...ri,...ji->...rj", loads[..., loaded, :], matrix)
         return moved.reshape(*loads.shape[:-2], self._flat.shape[-1]) @ np.swapaxes(self._flat, -1, -2)
 
-    def left(self, found: Reals | None) -> Reals:
+    def left(self, solved: Reals | None) -> Reals:
         """Residual of the gaps and the balance, negated; None stands for no multipliers and displacements yet.
 
         Asked of the beams one by one: the sums in the matrix lose how little stiff beams give way beside soft ones.
@@ -159,8 +159,8 @@ class _System:
         count = len(self.soft)
         loads = self._spots[..., -1:, :, :]
         gaps, balance = self._given, self.known[..., -1, :]
-        if found is not None:
-            force, displacement = found[..., :count], found[..., count:]
+        if solved is not None:
+            force, displacement = solved[..., :count], solved[..., count:]
             own = np.einsum("...r,...rki->...ki", force, self._spots[..., :-1, :, :])
             loads = loads + own[..., None, :, :]
             gaps = gaps + (self.known[..., :-1, :] @ displacement[..., None])[..., 0] + force * self.soft
@@ -197,34 +197,34 @@ def _couplings(beams: LoadedBeams, size: float) -> Iterator[tuple[int, int, Any]
     """Places that blocks are or move: number of the loaded spot, of the moved one, shape (..., positions, 3, 3)."""
     ends = len(beams.length)
     for number, block in enumerate(beams.blocks, ends):
-        own = beams.numbered(block.beam)
+        beam = beams.numbered(block.beam)
         lost = np.where(np.isnan(block.xi), np.nan, 0.0)
-        under_end = own.coupling(size, block.u[-1], block.w[-2:], block.phi[-2:], block.slide[-1]) + lost
+        under_end = beam.coupling(size, block.u[-1], block.w[-2:], block.phi[-2:], block.slide[-1]) + lost
         yield block.beam, number, np.moveaxis(under_end, (0, 1), (-2, -1))
         yield number, block.beam, np.moveaxis(under_end, (1, 0), (-2, -1))  # Maxwell
         for other_number, other in enumerate(beams.blocks, ends):
             if other.beam == block.beam:
                 u, w, phi, slide = block.under(other)
-                matrix = own.coupling(size, u[0], w, phi, slide[0]) + lost
+                matrix = beam.coupling(size, u[0], w, phi, slide[0]) + lost
                 yield other_number, number, np.moveaxis(matrix, (0, 1), (-2, -1))
 
 
 def _block_bent(beams: LoadedBeams, size: float) -> Reals:
     """Displacements of the blocks by distributed loads and free strain, shape (..., positions, blocks, 3)."""
-    found = [
+    bent = [
         beams.numbered(block.beam).bent(size, block.xi, block.u[:-1], block.w[:-2], block.phi[:-2], block.slide[:-1])
         for block in beams.blocks
     ]
-    return np.moveaxis(np.array(found), (0, 1), (-2, -1))
+    return np.moveaxis(np.array(bent), (0, 1), (-2, -1))
 
 
 def _solved(matrix: Reals, right: Reals, regular: Flags) -> Reals:
     """Solutions, nan where a position is singular."""
     good = regular & np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
-    found = np.full_like(right, np.nan)
+    solution = np.full_like(right, np.nan)
     try:
-        found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+        solution[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
     except np.linalg.LinAlgError:
         good[good] = np.linalg.slogdet(matrix[good])[0] != 0
-        found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
-    return found
+        solution[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    return solution

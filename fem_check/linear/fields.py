@@ -53,9 +53,9 @@ def _add_kind(
     shape: tuple[int, ...],
 ) -> None:
     """Add the responses of the beams that are multiples of one unit beam."""
-    unit, own = kind
-    along, across, length = along[own], across[own], beams.length[own][..., None]
-    stretch, bend, shear = (row[own][..., None] for row in (beams.stretch, beams.bend, beams.shear))
+    unit, numbers = kind
+    along, across, length = along[numbers], across[numbers], beams.length[numbers][..., None]
+    stretch, bend, shear = (row[numbers][..., None] for row in (beams.stretch, beams.bend, beams.shear))
     w = (across * (length**2 * bend)) @ unit.w
     if np.any(shear):
         w += (across[..., :-1] * shear) @ unit.slide
@@ -67,11 +67,11 @@ def _add_kind(
         "w": w,
         "phi": (across * (length * bend)) @ unit.phi,
     }
-    if isinstance(own, slice):
+    if isinstance(numbers, slice):
         fields.update(values)
         return
     for field, value in values.items():
-        fields.setdefault(field, np.zeros(shape))[own] = value
+        fields.setdefault(field, np.zeros(shape))[numbers] = value
 
 
 def _add_block(fields: dict[str, Reals], beams: LoadedBeams, block: BlockResponse, load: Reals) -> None:

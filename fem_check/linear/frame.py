@@ -105,38 +105,38 @@ class Frame:
         arm = position_of(motion, link, slider.point) - motion.origin[owner]
         if not motion.mechanism.links[owner].beams:
             return self._carried(owner, arm), self.place(link, slider.point)
-        found: list[tuple[int, Any, Any]] = []
+        candidates: list[tuple[int, Any, Any]] = []
         carried: Any = False
         for number in self._rails(slider, owner):
             body = self.bodies[number]
             xi = ((arm / motion.direction[owner] - body.start) / body.way).real
             on_beam = (xi >= -REACHED) & (xi <= 1 + REACHED) & np.logical_not(carried)
             carried = carried | on_beam
-            if np.any(on_beam) or not found:
-                found.append((number, np.clip(xi, 0.0, 1.0), on_beam))
-        if len(found) > 1 and not np.any(found[0][2]):
-            del found[0]
+            if np.any(on_beam) or not candidates:
+                candidates.append((number, np.clip(xi, 0.0, 1.0), on_beam))
+        if len(candidates) > 1 and not np.any(candidates[0][2]):
+            del candidates[0]
         first = len(self.spots)
-        self.spots += [(number, np.where(carried, xi, np.nan)) for number, xi, _ in found]
-        places = [FramePlace(number, spot) for spot, (number, *_) in enumerate(found, first)]
+        self.spots += [(number, np.where(carried, xi, np.nan)) for number, xi, _ in candidates]
+        places = [FramePlace(number, spot) for spot, (number, *_) in enumerate(candidates, first)]
         if len(places) == 1:
             return places[0], self.place(link, slider.point)
-        shares = [on_beam.astype(float) for *_, on_beam in found]
+        shares = [on_beam.astype(float) for *_, on_beam in candidates]
         return tuple(zip(places, shares, strict=True)), self.place(link, slider.point)
 
     def _rails(self, slider: Slider, owner: int) -> list[int]:
         """The beams of a link that lie along a slider's line."""
-        line, found = slider.direction, []
+        line, rails = slider.direction, []
         for number, body in enumerate(self.bodies):
             if body.link == owner:
                 size = np.abs(body.way)
                 aside = np.abs((np.conj(line) * body.way).imag) / size
                 off = np.abs((np.conj(line) * (slider.origin - body.start)).imag) / size
                 if np.max(aside + off) <= LINED_UP:
-                    found.append(number)
-        if not found:
+                    rails.append(number)
+        if not rails:
             raise MechanismError(f'slider "{slider.name}": no beam of "{slider.on}" lies along its line to carry it')
-        return found
+        return rails
 
 
 def parts_on(side: Side, force: Columns, moment: Any) -> tuple[tuple[FramePlace | None, Columns, Columns], ...]:

@@ -55,33 +55,33 @@ class Rubbing:
     def after(self, held: Sequence[Tie], multipliers: Reals, size: float) -> Rubbing:
         """The friction that forces of the constraints, which they were found with, cause."""
         friction = self.frame.motion.mechanism.friction
-        found, row = {}, 0
+        efforts, row = {}, 0
         for tie in held:
             own = multipliers[..., row : row + len(tie.rows)]
             if tie.name in friction and len(tie.rows) == 2:
-                found[tie.name] = self._effort(tie, friction[tie.name], own, size)
+                efforts[tie.name] = self._effort(tie, friction[tie.name], own, size)
             row += len(tie.rows)
         known = self.efforts or {}
         greatest = np.abs(multipliers).max(axis=-1, initial=0.0) * max(size, 1.0)
-        changes = [np.abs(effort - known.get(name, 0.0)) for name, effort in found.items()]
+        changes = [np.abs(effort - known.get(name, 0.0)) for name, effort in efforts.items()]
         unsettled = np.max(changes, axis=0) > SAME * greatest if changes else np.False_
-        return replace(self, efforts=found, unsettled=unsettled)
+        return replace(self, efforts=efforts, unsettled=unsettled)
 
-    def _effort(self, tie: Tie, own: Friction, multipliers: Reals, size: float) -> Reals:
+    def _effort(self, tie: Tie, friction: Friction, multipliers: Reals, size: float) -> Reals:
         """Effort on the second link of a pin, or on a slider's block, from its two multipliers."""
         motion, slider = self.frame.motion, _slider(self.frame, tie.name)
-        one, other = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
+        part, across = (multipliers[..., k] * (size if row.turns else 1.0) for k, row in enumerate(tie.rows))
         omega = motion.angular_velocity
         points = [(link, point) for link in motion.mechanism.links for point in link.points]
         if slider is None:
             first, second = _links(self.frame, tie.name)
-            rate, press = omega[second] - omega[first], own.radius * np.hypot(one, other)
+            rate, press = omega[second] - omega[first], friction.radius * np.hypot(part, across)
             fastest = np.abs(omega).max(axis=0)
         else:
-            rate, press = self._slide(slider), np.maximum(np.abs(one), 2 * np.abs(other) / own.length)
+            rate, press = self._slide(slider), np.maximum(np.abs(part), 2 * np.abs(across) / friction.length)
             fastest = np.max([np.abs(velocity_of(motion, link.name, point)) for link, point in points], axis=0)
         moves = np.where(np.abs(rate) > STILL * fastest, np.sign(rate), 0.0)
-        effort: Reals = -own.coefficient * press * moves - own.viscosity * rate
+        effort: Reals = -friction.coefficient * press * moves - friction.viscosity * rate
         return effort
 
     def _slide(self, slider: Slider) -> Reals:

@@ -29,18 +29,18 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     if gear.pressure_angle is None or not carriers:
         return None
     (carrier,) = carriers
-    follower, own = _body(frame, gear.follower, carrier)
+    follower, follows = _body(frame, gear.follower, carrier)
     driver, led = _body(frame, gear.driver, carrier)
     hubs = _point(frame, gear.driver, driver), _point(frame, gear.follower, follower)
     # The rate is that of the follower per motion of the driver, both as seen from the carrier.
-    geometry = _pitch_point(frame, gear, gear.ratio * own * led, *hubs)
+    geometry = _pitch_point(frame, gear, gear.ratio * follows * led, *hubs)
     if geometry is None:
         return None
     pitch, tangent, away = geometry
-    line = np.cos(gear.pressure_angle) * tangent + own * flank * np.sin(gear.pressure_angle) * away
+    line = np.cos(gear.pressure_angle) * tangent + follows * flank * np.sin(gear.pressure_angle) * away
     arm = pitch - hubs[1]
     lever = (np.conj(arm) * line).imag if isinstance(gear.follower, PinDrive) else np.cos(gear.pressure_angle)
-    force = own * line / lever
+    force = follows * line / lever
     return (
         (_place(frame, gear.follower, follower), force, (np.conj(arm) * force).imag),
         (_place(frame, gear.driver, driver), -force, -(np.conj(pitch - hubs[0]) * force).imag),
@@ -48,34 +48,34 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 
 
 def _pitch_point(
-    frame: Frame, gear: Gear, rate: float, one: Complexes, other: Complexes
+    frame: Frame, gear: Gear, rate: float, follower: Complexes, driver: Complexes
 ) -> tuple[Complexes, Complexes, Complexes] | None:
     """Pitch point [m], unit tangent of a positive effort on the follower, and where the flanks push it."""
     if isinstance(gear.driver, PinDrive) and isinstance(gear.follower, PinDrive):
-        return _of_wheels(rate, one, other)
+        return _of_wheels(rate, follower, driver)
     for end in (gear.driver, gear.follower):
         if isinstance(end, SliderDrive):
             line = frame.along(next(slider for slider in frame.motion.mechanism.sliders if slider.name == end.slider))
     if isinstance(gear.driver, PinDrive):  # the wheel's rim goes with the rack
         radius = -1j * rate * line
-        return one + radius, line, radius / np.abs(radius)
+        return follower + radius, line, radius / np.abs(radius)
     if isinstance(gear.follower, PinDrive):
         radius = -1j / rate * line
-        return other + radius, np.sign(rate) * line, -radius / np.abs(radius)
+        return driver + radius, np.sign(rate) * line, -radius / np.abs(radius)
     return None
 
 
-def _of_wheels(rate: float, one: Complexes, other: Complexes) -> tuple[Complexes, Complexes, Complexes] | None:
-    distance = np.abs(other - one)
+def _of_wheels(rate: float, follower: Complexes, driver: Complexes) -> tuple[Complexes, Complexes, Complexes] | None:
+    distance = np.abs(driver - follower)
     if rate == 1 or not np.any(distance):
         return None
-    towards = (other - one) / distance
+    towards = (driver - follower) / distance
     radius = distance / np.abs(1 - rate)  # of the follower's pitch circle
     if rate < 0:
-        return other - radius * towards, -1j * towards, towards
+        return driver - radius * towards, -1j * towards, towards
     if rate < 1:  # the follower is a ring, pushed the way its pinion is not
-        return other - radius * towards, -1j * towards, -towards
-    return other + radius * towards, 1j * towards, -towards
+        return driver - radius * towards, -1j * towards, -towards
+    return driver + radius * towards, 1j * towards, -towards
 
 
 def _links(frame: Frame, end: End) -> tuple[int, int]:

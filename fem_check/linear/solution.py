@@ -178,12 +178,12 @@ def _loaded_flanks(held: Sequence[Tie], multipliers: Reals) -> Flanks:
     """Flanks of the gears' teeth that the multipliers load."""
     gears = [tie.gear for tie in held for _ in tie.rows]
     greatest = np.abs(multipliers).max(axis=-1, initial=0.0)
-    found = {}
+    loaded = {}
     for row, gear in enumerate(gears):
         if gear is not None:
             effort = multipliers[..., row]
-            found[gear] = np.where(np.abs(effort) > UNLOADED * greatest, np.sign(effort), 0.0)
-    return found
+            loaded[gear] = np.where(np.abs(effort) > UNLOADED * greatest, np.sign(effort), 0.0)
+    return loaded
 
 
 def _tie_forces(

@@ -89,10 +89,10 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
             yield Tie(name, (replace(made, parts=parts),), gear=number)
 
 
-def _moved(sides: Sides, way: Columns) -> Row:
+def _moved(sides: Sides, direction: Columns) -> Row:
     """No displacement of the child from the parent along a unit vector."""
     parent, child = sides
-    return Row(((child, way, 0.0), *parts_on(parent, -way, 0.0)))
+    return Row(((child, direction, 0.0), *parts_on(parent, -direction, 0.0)))
 
 
 def _held(sides: Sides) -> tuple[Row, Row]:
@@ -148,12 +148,16 @@ class _Soft:
         """The rows with the compliance and the lack of fit of the joint of that name between the two links."""
         if name not in self.joints:
             return rows
-        own = self.joints[name]
+        compliance = self.joints[name]
         sense = 1.0 if self._joint(name, parent, child).child == child else -1.0
         changed = []
         for row in rows:
             way = row.parts[0][1]
-            soft, wanted = (own.rotation, own.turn) if row.turns else (own.translation, np.real(np.conj(way) * own.gap))
+            soft, wanted = (
+                (compliance.rotation, compliance.turn)
+                if row.turns
+                else (compliance.translation, np.real(np.conj(way) * compliance.gap))
+            )
             changed.append(Row(row.parts, row.turns, soft, sense * wanted))
         return tuple(changed)
 

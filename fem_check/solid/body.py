@@ -53,11 +53,11 @@ class SolidLink:
 
     def along(self, values: Any) -> Reals:
         """A function of the strip and xi at all points of quadrature, shape (elements, points)."""
-        found: Reals = np.empty_like(self.xi)
+        at_points: Reals = np.empty_like(self.xi)
         for k, strip in enumerate(self.outline.strips):
             own = self.grid.strip == k
-            found[own] = values(strip, self.xi[own])
-        return found
+            at_points[own] = values(strip, self.xi[own])
+        return at_points
 
     @cached_property
     def stretching(self) -> Reals:
@@ -138,10 +138,10 @@ class SolidLink:
         held = self.held()
         inner = self.basis.complement_dofs(held)
         matrix = condense(self.stiffness(), D=held, expand=False)
-        found = np.zeros_like(loads)
-        found[:, inner] = (
+        displacements = np.zeros_like(loads)
+        displacements[:, inner] = (
             splu(matrix.tocsc(), diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             .solve(np.ascontiguousarray(loads[:, inner].T))
             .T
         )
-        return found
+        return displacements

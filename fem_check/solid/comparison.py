@@ -104,15 +104,15 @@ def compare_solid(
 
 def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, Reals, Reals]:
     """Per beam the largest deflection by beam theory, the greatest difference from it, and the bodies' largest [m]."""
-    found = np.zeros((3, len(solid.xi)))
+    differences = np.zeros((3, len(solid.xi)))
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)
         beam = sample(deflection, "chord", stations)[k]
         rows = (
             (beam, chord - beam, chord) if len(xi) else (beam, np.full(beam.shape, np.nan), np.full(beam.shape, np.nan))
         )
-        found[:, k] = [_greatest(row) for row in rows]
-    return found[0], found[1], found[2]
+        differences[:, k] = [_greatest(row) for row in rows]
+    return differences[0], differences[1], differences[2]
 
 
 def _greatest(values: Reals) -> float:

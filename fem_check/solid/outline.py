@@ -148,16 +148,16 @@ def _corners(outline: Outline, point: int) -> Iterator[tuple[int, int, int, comp
 
 def _corner(outline: Outline, one: tuple[int, int, complex], other: tuple[int, int, complex]) -> complex:
     """Where the left edge of a strip that leaves a point meets the right edge of the next, from that point [m]."""
-    (k, end, way), (j, stop, turned) = one, other
+    (k, end, first_way), (j, stop, turned) = one, other
     first, second = (float(outline.strips[number].depth(float(at))) for number, at in ((k, end), (j, stop)))
-    d, e = way / abs(way), turned / abs(turned)
+    d, e = first_way / abs(first_way), turned / abs(turned)
     sine, cosine = (np.conj(d) * e).imag, (np.conj(d) * e).real
     if abs(sine) < STRAIGHT and cosine < 0:
         return complex(1j * (d * first - e * second) / 4)
     sharp = sine > 0 and cosine >= 0
     reach = np.inf if sine == 0 else (second + first * cosine) / (2 * sine)
     back = np.inf if sine == 0 else (first + second * cosine) / (2 * sine)
-    if sharp and (reach > EATEN * abs(way) or back > EATEN * abs(turned)):
+    if sharp and (reach > EATEN * abs(first_way) or back > EATEN * abs(turned)):
         angle = np.degrees(np.angle(np.conj(d) * e))
         raise OutlineError(f"two beams meet at {angle:.3g} degrees, {first:.3g} and {second:.3g} m deep: no plane body")
     corner = 1j * d * first / 2 + reach * d

@@ -56,13 +56,13 @@ class SolidSolution:
 
         In the link's axes; the line leads through the ends of the first beam.
         """
-        found = self.bodies[link]
-        strip = found.body.outline.strips[0]
-        loads, start = self.loads[link][:, position], found.body.outline.points[strip.start]
-        moved, pins = loads @ found.nodes, loads @ found.points
-        way = found.body.outline.way(strip)
+        response = self.bodies[link]
+        strip = response.body.outline.strips[0]
+        loads, start = self.loads[link][:, position], response.body.outline.points[strip.start]
+        moved, pins = loads @ response.nodes, loads @ response.points
+        way = response.body.outline.way(strip)
         turn = ((pins[strip.end] - pins[strip.start]) / way).imag
-        bent: Complexes = moved - pins[strip.start] - 1j * turn * (found.body.grid.points - start)
+        bent: Complexes = moved - pins[strip.start] - 1j * turn * (response.body.grid.points - start)
         return bent
 
     def __repr__(self) -> str:
@@ -131,22 +131,22 @@ def solve_solid(
     left_out: dict[str, str] = {}
     for at, first in frame.root.items():
         link = motion.mechanism.links[at]
-        own = sections[first : first + len(link.beams)]
-        if not own:
+        parts = sections[first : first + len(link.beams)]
+        if not parts:
             continue
-        reason = _no_body(frame, at, own)
+        reason = _no_body(frame, at, parts)
         names = list(dict.fromkeys(point for beam in link.beams for point in (beam.start, beam.end)))
         reached = [(names.index(point), push) for number, point, push in pushes if number == at]
         carrying = tuple(sorted({point for point, _ in reached}))
         try:
             if reason is None:
-                bodies[at] = responses(_outline(motion, at, names, own), carrying, float(given[first]), across)
+                bodies[at] = responses(_outline(motion, at, names, parts), carrying, float(given[first]), across)
         except OutlineError as error:
             reason = str(error)
         if reason is not None:
             left_out[link.name] = reason
             continue
-        loads[at] = _loads(motion, at, own, len(names), reached)
+        loads[at] = _loads(motion, at, parts, len(names), reached)
     fields = [_chord(frame, bodies, loads, number) for number in range(len(sections))]
     return SolidSolution(
         motion, across, bodies, loads, left_out, tuple(xi for xi, _ in fields), tuple(w for _, w in fields)

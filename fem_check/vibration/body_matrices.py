@@ -69,12 +69,12 @@ class VibratingBody:
         length = nodes[rows, element + 1] - nodes[rows, element]
         place = (x - nodes[rows, element]) / length
         for number, field in enumerate(self.fields):
-            own = np.broadcast_to(field.values, (len(x), *field.values.shape[1:]))[rows, element]
-            own = own * np.power.outer(length, field.kind.turns)[..., None]
-            moved[min(number, 1)] += np.einsum("dp,pdn->pn", field.kind.sampled(place), own)
+            values = np.broadcast_to(field.values, (len(x), *field.values.shape[1:]))[rows, element]
+            values = values * np.power.outer(length, field.kind.turns)[..., None]
+            moved[min(number, 1)] += np.einsum("dp,pdn->pn", field.kind.sampled(place), values)
             if number == 1:
                 slopes = field.kind.sampled(place, derivative=True) / length
-                moved[2] += np.einsum("dp,pdn->pn", slopes, own)
+                moved[2] += np.einsum("dp,pdn->pn", slopes, values)
         return moved
 
 
@@ -102,16 +102,16 @@ def vibrating_beam(
     """
     taper = section.taper or Taper()
     nodes = length * nodes_at(elements, blocks)
-    own = {name: one_of(getattr(section, name), design).real for name in ("EA", "EI", "kGA")}
-    kinds = {"EA": quadratic(), "EI": hermite()} | ({"kGA": quadratic()} if np.isfinite(own["kGA"]) else {})
-    fields = _fields(list(kinds.values()), [own[name] for name in kinds], nodes, elements)
+    rigidities = {name: one_of(getattr(section, name), design).real for name in ("EA", "EI", "kGA")}
+    kinds = {"EA": quadratic(), "EI": hermite()} | ({"kGA": quadratic()} if np.isfinite(rigidities["kGA"]) else {})
+    fields = _fields(list(kinds.values()), [rigidities[name] for name in kinds], nodes, elements)
     part, points, weights = np.diff(nodes), quadratic().points, quadratic().weights
     xi = (nodes[:, :-1, None] + part[..., None] * points) / length
     size = fields[0].values.shape[-1]
     stiffness, mass = np.zeros((2, len(nodes), size, size))
     for name, field in zip(kinds, fields, strict=True):
-        if np.isfinite(own[name]):
-            matrix = field.kind.stiffness(own[name] * Powers(xi, getattr(taper, name)), part)
+        if np.isfinite(rigidities[name]):
+            matrix = field.kind.stiffness(rigidities[name] * Powers(xi, getattr(taper, name)), part)
             resisted = np.einsum("...eij,...ejn->...ein", matrix, field.values)
             stiffness += np.einsum("...ein,...eim->...nm", field.values, resisted)
     there = one_of(beam.mass_per_length, design).real * Powers(xi, beam.mass_taper) * weights * part[..., None]

@@ -146,10 +146,10 @@ class _Structure:
         body = self.bodies[place.body]
         xi = 0.0 if place.spot is None else self.frame.spots[place.spot][1]
         x = body.nodes[:, -1] * (self._at(xi) if np.ndim(xi) else xi)
-        own = body.moves(x)
+        moved = body.moves(x)
         rows = np.zeros((3, len(x), self.mass.shape[-1]))
         first = self.first[place.body]
-        rows[..., first : first + own.shape[2]] = own
+        rows[..., first : first + moved.shape[2]] = moved
         return rows
 
     def _row(self, row: Row) -> Reals:

@@ -264,8 +264,8 @@ def _wide(results: Results, link: int, point: str) -> PathDeviation:
     """Deviation of a point at every position, also where it is the same at all."""
     columns = results.motion.columns
     found = path_deviation(results.deflection, results.mechanism.links[link].name, point)
-    along, normal, displacement = (np.broadcast_to(part, columns) for part in vars(found).values())
-    return PathDeviation(along, normal, displacement)
+    along, normal = (np.broadcast_to(part, columns) for part in (found.along, found.normal))
+    return PathDeviation(along, normal, np.broadcast_to(found.displacement, columns))
 
 
 def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:

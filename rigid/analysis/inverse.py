@@ -50,11 +50,11 @@ def drive_values(course: Motion, coordinate: Coordinate, value: float) -> Reals:
         lambda x: coordinate.difference(between.at(at, begin + x * width), value), rest[passes], after[passes]
     )
     hit = rest == 0
-    found_at, found = np.concatenate([number[hit], at]), np.concatenate([part[hit], begin + inside * width])
+    step_number, part_of_step = np.concatenate([number[hit], at]), np.concatenate([part[hit], begin + inside * width])
     if len(between.left) < course.columns[0] and abs(beyond[0]) <= TOUCH * _scale(course, coordinate, value):
-        found_at, found = np.append(found_at, len(between.left) - 1), np.append(found, 1.0)
-    order = np.lexsort((found, found_at))
-    return np.asarray(between.low[:, found_at[order]] + found[order] * between.change[:, found_at[order]])
+        step_number, part_of_step = np.append(step_number, len(between.left) - 1), np.append(part_of_step, 1.0)
+    order = np.lexsort((part_of_step, step_number))
+    return np.asarray(between.low[:, step_number[order]] + part_of_step[order] * between.change[:, step_number[order]])
 
 
 def _turns(coordinate: Coordinate) -> bool:

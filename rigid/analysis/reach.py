@@ -31,7 +31,7 @@ def stops(course: Motion) -> list[tuple[Reals, str]]:
     For one design; by bisection to round-off between a position that closes and a neighbour that does not.
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
-    found = []
+    ends = []
     for position in np.flatnonzero(closes[:-1] != closes[1:]).tolist():
         good, bad = (position, position + 1) if closes[position] else (position + 1, position)
         inside, outside = course.drive[:, good], course.drive[:, bad]
@@ -41,8 +41,8 @@ def stops(course: Motion) -> list[tuple[Reals, str]]:
                 inside = middle
             else:
                 outside = middle
-        found.append((inside, opening_joint(_at(course, outside, good))))
-    return found
+        ends.append((inside, opening_joint(_at(course, outside, good))))
+    return ends
 
 
 def require_reach(course: Motion) -> None:
@@ -64,13 +64,13 @@ def require_reach(course: Motion) -> None:
             joints=(joint,),
             positions=range(course.columns[-1]),
         )
-    found = stops(course)
-    limits = "; ".join(f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in found)
+    ends = stops(course)
+    limits = "; ".join(f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in ends)
     share = np.count_nonzero(~closes) / closes.size
     raise ReachError(
         f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}",
         kind="reach",
-        joints=[joint for _, joint in found],
+        joints=[joint for _, joint in ends],
         drives=range(len(course.drive)),
         positions=np.flatnonzero(~closes.reshape(-1, course.columns[-1]).all(axis=0)).tolist(),
     )

@@ -87,13 +87,13 @@ def limits(course: Motion, coordinate: Coordinate) -> list[LimitPosition]:
     """
     between = intervals(course)
     values = coordinate.value(course)
-    found = []
+    positions = []
     for number, part, rising in turning_points(between, coordinate):
         here = between.at(np.array([number]), np.array([part]))
         begin = values[between.left[number]]
         value = float(begin + coordinate.difference(here, begin)[0])
-        found.append(LimitPosition("maximum" if rising else "minimum", value, here.drive[:, 0]))
-    return found
+        positions.append(LimitPosition("maximum" if rising else "minimum", value, here.drive[:, 0]))
+    return positions
 
 
 def turning_points(between: Intervals, coordinate: Rated) -> list[tuple[int, float, bool]]:
@@ -117,11 +117,13 @@ def swing(course: Motion, coordinate: Coordinate) -> tuple[LimitPosition, LimitP
     MechanismError
         It does not turn back on this course.
     """
-    found = limits(course, coordinate)
-    low = min((each for each in found if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
-    high = max((each for each in found if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
+    turned_back = limits(course, coordinate)
+    low = min((each for each in turned_back if each.kind == "minimum"), key=lambda limit: limit.value, default=None)
+    high = max((each for each in turned_back if each.kind == "maximum"), key=lambda limit: limit.value, default=None)
     if low is None or high is None:
-        raise MechanismError(f"{coordinate} does not swing on this course: it turns back {counted(len(found), 'time')}")
+        raise MechanismError(
+            f"{coordinate} does not swing on this course: it turns back {counted(len(turned_back), 'time')}"
+        )
     return low, high
 
 
@@ -155,24 +157,24 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
 def transmission_angles(course: Motion) -> list[Transmission]:
     """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
     links = course.mechanism.links
-    found = []
+    angles = []
     for closed in course.closures:
         if len(closed.group.links) == 2 and len(closed.group.free) == 2:
             one, other = _lines(closed)
             angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
             names = tuple(links[link].name for link in closed.group.links)
-            found.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
-    return found
+            angles.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
+    return angles
 
 
 def _lines(closed: Closure) -> tuple[Columns, Columns]:
     """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
     inner = closed.cut[0]
     if inner.turns:
-        one, other = (
+        first, second = (
             inner.arm(hinge.joint.child) - hinge.arm_child if hinge.turns else 1j * hinge.along for hinge in closed.tree
         )
-        return one, other
+        return first, second
     slides = [hinge for hinge in closed.tree if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
@@ -187,7 +189,7 @@ def dead_points(course: Motion) -> list[DeadPoint]:
     Between positions they are found where the links meet at the least angle: a singular position that lies between two
     others is seen only where these are close enough to notice.
     """
-    found = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
+    points = [DeadPoint("stop", np.asarray(drive), joint) for drive, joint in stops(course)]
     between = intervals(course)
     sine = course.sine
     here = np.arange(len(between.left))
@@ -198,8 +200,8 @@ def dead_points(course: Motion) -> list[DeadPoint]:
     for number in low:
         place = _lowest(between, int(number))
         if not place.condition[0] <= SINGULAR:
-            found.append(DeadPoint("singular", place.drive[:, 0], aligned_joint(place)))
-    return found
+            points.append(DeadPoint("singular", place.drive[:, 0], aligned_joint(place)))
+    return points
 
 
 def _lowest(between: Intervals, number: int) -> Motion:

@@ -173,17 +173,17 @@ class Net:
                 link = group[link]
             return link
 
-        found = 0
+        surplus = 0
         pairs = sorted(
-            {(min(one, other), max(one, other)) for one in links for other in self.neighbours[one] & set(group)}
+            {(min(start, end), max(start, end)) for start in links for end in self.neighbours[start] & set(group)}
         )
-        for one, other in pairs:
-            constraints, rank = self._between(one, other)
-            if constraints > rank and top(one) != top(other):
-                found += constraints - rank
+        for start, end in pairs:
+            constraints, rank = self._between(start, end)
+            if constraints > rank and top(start) != top(end):
+                surplus += constraints - rank
                 if rank == RIGID:
-                    group[top(one)] = top(other)
-        return found
+                    group[top(start)] = top(end)
+        return surplus
 
     def _between(self, one: int, other: int) -> tuple[int, int]:
         """Number of the constraints between two links, and their rank."""

@@ -35,12 +35,12 @@ def _structure(*parts: Any) -> Structure:
     known, groups = {0}, []
     unknown = set(range(1, len(net.links)))
     while unknown:
-        found = next(net.determined(known, unknown), None) or next(net.surplus(known, unknown), None)
-        if found is None:
+        links = next(net.determined(known, unknown), None) or next(net.surplus(known, unknown), None)
+        if links is None:
             raise _undetermined(net, known, unknown)
-        groups.append(_group(net, found, known))
-        known |= set(found)
-        unknown -= set(found)
+        groups.append(_group(net, links, known))
+        known |= set(links)
+        unknown -= set(links)
     joints = tuple(joint for group in groups for joint in group.tree + group.cut)
     _require_all(net, joints)
     return Structure(tuple(groups), joints)

@@ -101,16 +101,16 @@ def unit_motions(motion: Motion) -> list[Motion]:
     return [with_rates(motion, np.eye(count)[:, number : number + 1]) for number in range(count)]
 
 
-def _inertia_power(one: Motion, other: Motion) -> Reals:
+def _inertia_power(motion: Motion, other: Motion) -> Reals:
     """Scalar product of two states of velocity with the masses: twice the kinetic energy where they are the same."""
-    mass, first, second = mass_constants(one.mechanism, len(one.columns))
-    arm = one.direction * first
-    omega, turned = 1j * one.angular_velocity, 1j * other.angular_velocity
+    mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
+    arm = motion.direction * first
+    omega, turned = 1j * motion.angular_velocity, 1j * other.angular_velocity
     power: Reals = (
-        mass.real * dot(one.velocity, other.velocity)
-        + dot(one.velocity, turned * arm)
+        mass.real * dot(motion.velocity, other.velocity)
+        + dot(motion.velocity, turned * arm)
         + dot(other.velocity, omega * arm)
-        + second * one.angular_velocity * other.angular_velocity
+        + second * motion.angular_velocity * other.angular_velocity
     )[1:].sum(axis=0)
     return power
 
@@ -143,21 +143,21 @@ def multiplier_forces(motion: Motion) -> JointForces:
     is redundant and its loads alone do not tell the force. Friction is found by going round: nan where that does not
     settle.
     """
-    found = _multiplier_forces(motion, {})
+    forces = _multiplier_forces(motion, {})
     if not motion.mechanism.friction:
-        return found
+        return forces
     before: dict[int, Any] = {}
     for _ in range(GOING_ROUND):
-        efforts = friction_of(motion, found)
+        efforts = friction_of(motion, forces)
         off = [np.abs(efforts[at] - before.get(at, np.inf)) - ROUGH * np.abs(efforts[at]) for at in efforts]
         lost = np.max(off, axis=0) > 0
         before = efforts
         if not lost.any():
             break
-        found = _multiplier_forces(motion, efforts)
+        forces = _multiplier_forces(motion, efforts)
     if lost.any():
-        found.mark(lost)
-    return found
+        forces.mark(lost)
+    return forces
 
 
 def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointForces:
@@ -193,10 +193,10 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
 
 def _multipliers(matrix: Reals, load: Reals, good: Flags) -> Reals:
     """Multipliers of the rows that balance the loads, shape (..., positions, rows); nan where not `good`."""
-    found = np.full((*good.shape, matrix.shape[-2]), np.nan)
+    multipliers = np.full((*good.shape, matrix.shape[-2]), np.nan)
     solve = np.linalg.solve if matrix.shape[-1] == matrix.shape[-2] else _determined
-    found[good] = solve(np.swapaxes(matrix[good], -1, -2), -load[good][..., None])[..., 0]
-    return found
+    multipliers[good] = solve(np.swapaxes(matrix[good], -1, -2), -load[good][..., None])[..., 0]
+    return multipliers
 
 
 def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
@@ -213,11 +213,11 @@ def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
 
 def _determined(matrix: Reals, load: Reals) -> Reals:
     """Those multipliers of a redundant mechanism that balance alone determines; nan for the others."""
-    found = np.linalg.pinv(matrix) @ load
+    multipliers = np.linalg.pinv(matrix) @ load
     self_stress = np.linalg.svd(matrix)[2][..., matrix.shape[-2] :, :]
     stressed = np.linalg.norm(self_stress, axis=-2) > UNSTRESSED
-    found[stressed] = np.nan
-    return found
+    multipliers[stressed] = np.nan
+    return multipliers
 
 
 def _joint_forces(
@@ -230,13 +230,13 @@ def _joint_forces(
     moving = np.tensordot(table.shares.T, multiplier[2 * count :], 1)
     effort = dict(zip(table.moved.tolist(), moving, strict=True))
     for number, joint in enumerate(table.joints):
-        one, other = multiplier[2 * number], multiplier[2 * number + 1]
+        first, second = multiplier[2 * number], multiplier[2 * number + 1]
         if joint.turns:
-            pulls.append(one + 1j * other)
+            pulls.append(first + 1j * second)
             couples.append(effort.get(number, 0.0))
         else:
-            pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * other))
-            couples.append(joint.sense * one)
+            pulls.append(joint.sense * np.conj(here.toward[number]) * (effort.get(number, 0.0) + 1j * second))
+            couples.append(joint.sense * first)
     pull, couple = ground
     for number, place in enumerate(motion.places):
         if place.joint.gear is not None:

@@ -48,11 +48,11 @@ class Lead:
 
     def accelerations(self, motion: Motion) -> dict[int, Reals]:
         """Second derivatives of the coordinates of the drives that others lead."""
-        found = {}
+        accelerations = {}
         for number, joint in self.own.items():
             apart = joint_place(motion, joint).second_rate(motion.acceleration, motion.turning)
-            found[number] = joint.sense * apart
-        return found
+            accelerations[number] = joint.sense * apart
+        return accelerations
 
     def seen(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
         """A motion of the variant as one of the mechanism; places and velocities alone.
@@ -102,12 +102,15 @@ def better_leading_joints(
     if best is None:
         return None
     _, number, joint = best
-    own = {joint.drive: joint for joint in structure(lead.mechanism).joints if joint.drive is not None}
+    driven = {joint.drive: joint for joint in structure(lead.mechanism).joints if joint.drive is not None}
     names = [link.name for link in lead.variant.links]
-    back = (joint.name, {joint.parent, joint.child}) == (own[number].name, {own[number].parent, own[number].child})
+    back = (joint.name, {joint.parent, joint.child}) == (
+        driven[number].name,
+        {driven[number].parent, driven[number].child},
+    )
     movers = list(lead.variant.drives)
     movers[number] = lead.mechanism.drives[number] if back else joint.mover(names)
-    led = {**lead.own, number: own[number]}
+    led = {**lead.own, number: driven[number]}
     if back:
         del led[number]
     return Lead(lead.mechanism, replace(lead.mechanism, drives=tuple(movers), loads=()) if led else lead.mechanism, led)

@@ -18,26 +18,28 @@ ROUND_OFF = 1e-9  # share of the greatest speed below which nothing moves
 
 def friction_of(motion: Motion, forces: JointForces) -> dict[int, Reals]:
     """Moment or force of friction on the child by the joint's number, for given forces, shape (..., positions)."""
-    mechanism, found = motion.mechanism, {}
+    mechanism, efforts = motion.mechanism, {}
     fastest = np.max(
         [np.abs(velocity_of(motion, link.name, point)) for link in mechanism.links for point in link.points], 0
     )
     for number, joint in enumerate(structure(mechanism).joints):
-        own = mechanism.friction.get(joint.name)
-        if own is None:
+        friction = mechanism.friction.get(joint.name)
+        if friction is None:
             continue
         force, moment = forces.force[number], forces.moment[number]
         if joint.turns:
             rate = motion.angular_velocity[joint.child] - motion.angular_velocity[joint.parent]
-            press, least = own.radius * np.abs(force), np.abs(motion.angular_velocity).max(axis=0)
+            press, least = friction.radius * np.abs(force), np.abs(motion.angular_velocity).max(axis=0)
         else:
             rate, across = _slide(motion, joint)
             rate = rate if joint.ordered else -rate
             normal = np.abs((np.conj(across) * force).real)
-            press, least = np.maximum(normal, 2 * np.abs(moment) / own.length), fastest
+            press, least = np.maximum(normal, 2 * np.abs(moment) / friction.length), fastest
         moves = np.where(np.abs(rate) > ROUND_OFF * least, np.sign(rate), 0.0)
-        found[number] = np.broadcast_to(-own.coefficient * press * moves - own.viscosity * rate, motion.columns)
-    return found
+        efforts[number] = np.broadcast_to(
+            -friction.coefficient * press * moves - friction.viscosity * rate, motion.columns
+        )
+    return efforts
 
 
 def _slide(motion: Motion, joint: Joint) -> tuple[Reals, Complexes]:

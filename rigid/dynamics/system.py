@@ -29,24 +29,24 @@ class RightHandSide:
         drives: tuple[Effort | MotionLaw, ...],
         free: list[int],
         most: float,
-        own: Mapping[int, float],
+        coordinates: Mapping[int, float],
         done: int = 0,
     ) -> None:
         self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
         self.evaluations, self.most = done, most
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
         turned = self.own_coordinates(tracker.angle, offset=False)
-        self._offset = {number: own[number] - value for number, value in turned.items()}
+        self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
 
     def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
         """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
-        found = {}
+        coordinates = {}
         for number in self.free:
             joint = self._own_joint(number)
             value = float(joint.sense * (angle[joint.child] - angle[joint.parent])[0]) if joint.turns else 0.0
-            found[number] = value + (self._offset[number] if offset and joint.turns else 0.0)
-        return found
+            coordinates[number] = value + (self._offset[number] if offset and joint.turns else 0.0)
+        return coordinates
 
     def _own_joint(self, number: int) -> Joint:
         return next(joint for joint in structure(self.lead.mechanism).joints if joint.drive == number)
@@ -62,15 +62,15 @@ class RightHandSide:
 
     def effort(self, seen: Motion) -> Reals:
         """Efforts reduced to the joints that lead; 0 where a drive follows a law."""
-        found = np.zeros(len(self.drives))
+        reduced = np.zeros(len(self.drives))
         rates = self.lead.rates(self.tracker, *self.tracker.unit_twists) if self.lead.own else {}
         for number in self.free:
             effort = float(np.ravel(effort_of(self.drives[number], seen))[0])
             if number in rates:
-                found += effort * rates[number]
+                reduced += effort * rates[number]
             else:
-                found[number] += effort
-        return found
+                reduced[number] += effort
+        return reduced
 
     def __call__(self, time: float, state: Reals) -> Reals:
         """Rates and accelerations of the efforts' coordinates; nan where the mechanism does not close."""
@@ -94,10 +94,10 @@ class RightHandSide:
                 return np.full(2 * half, np.nan)
         balance = balance - inertia @ rate2
         try:
-            found = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
+            acceleration = np.linalg.solve(inertia[np.ix_(self.free, self.free)], balance[self.free])
         except np.linalg.LinAlgError:
-            found = np.full(half, np.nan)
-        return np.concatenate([rate[self.free], found])
+            acceleration = np.full(half, np.nan)
+        return np.concatenate([rate[self.free], acceleration])
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
         """Coordinates and rates of all drives, and the accelerations of those that follow a law."""

@@ -181,20 +181,20 @@ class Tracker:
         here = self._state
         unit = np.array([1.0 if self.turns(number) else self.size for number in range(len(drive))])
         along = rate / max(float(np.abs(rate / unit).max()), TINY)
-        found, narrow = [], self._narrow
+        equations, narrow = [], self._narrow
         firm = []
         for ahead in BESIDE:
             if not self.go(drive + ahead * along):
                 self._state = here
                 return None
             inertia, balance, coasting = self.equation(time, rate)
-            found.append(np.concatenate([inertia.ravel(), balance + effort(coasting)]))
+            equations.append(np.concatenate([inertia.ravel(), balance + effort(coasting)]))
             firm.append(self._narrow)
         self._state = here
         if narrow > 0.5 * min(firm[0], firm[-1]):
             return None
         weights = [np.prod([b / (b - a) for b in BESIDE if b != a]) for a in BESIDE]
-        value = np.einsum("k,kn->n", weights, np.array(found))
+        value = np.einsum("k,kn->n", weights, np.array(equations))
         count = len(drive)
         return value[: count**2].reshape(count, count), value[count**2 :]
 

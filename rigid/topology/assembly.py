@@ -72,7 +72,7 @@ def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
     shared: dict[frozenset[str], list[str]] = {}
     for one, other in combinations(here.mechanism.links, 2):
         shared[frozenset((one.name, other.name))] = [point for point in one.points if point in other.points]
-    found = []
+    triangles = []
     for trio in combinations((link.name for link in here.mechanism.links), 3):
         ends = [shared[frozenset(pair)] for pair in combinations(trio, 2)]
         if not all(ends) or len({points[0] for points in ends}) < 3:
@@ -80,8 +80,8 @@ def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
         carriers = (trio[0], trio[0], trio[1])
         a, b, c = (_first(here.point(link, points[0])) for link, points in zip(carriers, ends, strict=True))
         if abs(cross(b - a, c - a)) <= CLOSED * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
-            found.append(trio)
-    return tuple(found)
+            triangles.append(trio)
+    return tuple(triangles)
 
 
 def _first(value: Complex) -> complex:

@@ -87,14 +87,14 @@ def graph_from_incidence(matrix: ArrayLike, nodes: Sequence[str] = (), branches:
     entries = np.asarray(matrix)
     rows, columns = ([str(number + 1) for number in range(size)] for size in entries.shape)
     nodes, names = tuple(nodes or rows), tuple(branches or columns)
-    found = []
+    made = []
     for name, column in zip(names, entries.T, strict=True):
         leaves, enters = np.flatnonzero(column == 1), np.flatnonzero(column == -1)
         if len(leaves) != 1 or len(enters) != 1 or np.count_nonzero(column) != 2:
             ends = f"leaves {counted(len(leaves), 'node')} and enters {len(enters)}"
             raise MechanismError(f'branch "{name}" {ends}: it must leave one, enter one')
-        found.append(Branch(name, nodes[leaves[0]], nodes[enters[0]]))
-    return Graph(tuple(found), nodes)
+        made.append(Branch(name, nodes[leaves[0]], nodes[enters[0]]))
+    return Graph(tuple(made), nodes)
 
 
 def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
@@ -194,8 +194,8 @@ class _Roots:
             node = self.above[node]
         return node
 
-    def join(self, one: str, other: str) -> bool:
+    def join(self, first: str, second: str) -> bool:
         """Join two parts; False where they are one already."""
-        one, other = self.of(one), self.of(other)
-        self.above[other] = one
-        return one != other
+        first, second = self.of(first), self.of(second)
+        self.above[second] = first
+        return first != second

@@ -74,16 +74,16 @@ def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
     ends = gear.driver, gear.follower
     wheels = [end for end in ends if isinstance(end, PinDrive)]
     racks = [slider for end in ends for slider in mechanism.sliders if slider.name == getattr(end, "slider", None)]
-    one, other = (end.link if isinstance(end, PinDrive) else racks[0].link for end in ends)
+    first, second = (end.link if isinstance(end, PinDrive) else racks[0].link for end in ends)
     centers = [drawing.at(wheel.at) for wheel in wheels]
     if len(wheels) == 2 and gear.ratio != 1:
         at, normal = centers[1] + pitch_reach(centers[0] - centers[1], gear.ratio), 1j * (centers[1] - centers[0])
         if normal != 0:
-            return Contact(f"gear {number}", one, other, at, normal)
+            return Contact(f"gear {number}", first, second, at, normal)
     elif len(wheels) == 1:
         radius = gear.ratio if isinstance(gear.follower, SliderDrive) else 1 / gear.ratio
         normal = complex(racks[0].direction)
-        return Contact(f"gear {number}", one, other, centers[0] - 1j * radius * normal, normal)
+        return Contact(f"gear {number}", first, second, centers[0] - 1j * radius * normal, normal)
     raise MechanismError(f"gear {number}: its wheels touch nowhere in the plane, so that it has no place in the graph")
 
 
@@ -97,20 +97,20 @@ def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair,
     MechanismError
         A slider or contact of a link that is not there.
     """
-    found = list(_pins(mechanism))
+    all_pairs = list(_pins(mechanism))
     slid = {drive.slider: number for number, drive in enumerate(mechanism.drives) if isinstance(drive, SliderDrive)}
-    found += [
+    all_pairs += [
         Pair(slider.name, "slider", slider.on, slider.link, _slider(mechanism, slider), None, slid.get(slider.name))
         for slider in mechanism.sliders
     ]
     for contact in contacts:
         kind: Kind = "rolling" if contact.normal is None else "slipping"
-        found.append(Pair(contact.name, kind, contact.one, contact.other, None, contact))
-    for pair in found:
+        all_pairs.append(Pair(contact.name, kind, contact.one, contact.other, None, contact))
+    for pair in all_pairs:
         for link in (pair.start, pair.end):
             if link not in mechanism.index:
                 raise MechanismError(f'{pair.kind} "{pair.name}": there is no link "{link}"')
-    return tuple(found)
+    return tuple(all_pairs)
 
 
 def _pins(mechanism: Mechanism) -> Iterator[Pair]:
