@@ -16,6 +16,7 @@ from kinelast.option import (
     checks,
     colour,
     diagrams,
+    names,
     option,
     positive,
     share,
@@ -76,6 +77,13 @@ class Request:
         "FROM:TO:COUNT",
         read=speeds,
         writes=("speeds.csv", "speeds.svg"),
+    )
+    tables: tuple[str, ...] = option(
+        SCENE,
+        "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)",
+        "FORMAT,...",
+        read=names,
+        default=(),
     )
     fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
     stations: int = option(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -19,8 +19,8 @@ from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
 from kinelast.line import gist, questions
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, attempted, missing_package
-from kinelast.outputs import tables
-from kinelast.outputs.outbox import complete, finished, foreign, made_from, sizes, version, write_json
+from kinelast.outputs import positions as tables
+from kinelast.outputs.outbox import complete, finished, foreign, made_from, seal, sizes, version, write_json
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep
@@ -51,9 +51,13 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
 def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
     content = file_bytes(task.path)
     made, folder = made_from(content, request), task.folder
-    if resume and (before := finished(folder, made)):
-        status = CHECK_FAILED if _differs(before) else FINE
-        return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
+    if resume:
+        before, why = finished(folder, made)
+        if before:
+            status = CHECK_FAILED if _differs(before) else FINE
+            return Outcome(status, f"{task.name}: finished before -> {folder}", SKIPPED, figures=before)
+        if why:
+            progress.tell(f"{task.name}: computed again: {why}")
     document = document_from_bytes(content, task.path).with_positions(request.positions)
     if request.changes:
         document = document.with_changes(request.changes)
@@ -72,6 +76,10 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         if request.nonlinear or request.solid or request.theory_of(scene).demanded:
             advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
+        if request.tables:
+            raise RequestError(
+                f"--tables: of more than {SHOWN} positions there is CSV alone, which is written on the way"
+            )
         with complete(folder) as part:
             figures = _finish(part, document, _long(part, scene, request, progress), made, request, progress)
     else:
@@ -103,7 +111,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
     fields = tables.FieldFile(part / "fields.npz", len(instants), request.stations) if request.fields else None
 
     def on_chunk(results: Results, first: int) -> None:
-        tables.write_positions(part / "positions.csv", results, more=first > 0)
+        tables.append_positions(part / "positions.csv", results, first == 0)
         if fields:
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
@@ -117,7 +125,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
     """What is known of every position."""
-    tables.write_positions(part / "positions.csv", results)
+    tables.write_positions(part / "positions.csv", results, request.tables)
     if request.fields:
         tables.write_fields(part / "fields.npz", results, request.stations)
 
@@ -137,35 +145,32 @@ def _finish(
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
     if request.speeds and results.scene.labels:
-        figures["speeds"] = _speeds(part, results.scene, request.speeds, progress)
+        figures["speeds"] = _speeds(part, results.scene, request.speeds, request.tables, progress)
     if request.sensitivities or request.tolerances or request.optimize:
-        figures.update(_studies(part, document, request, progress))
+        from kinelast.outputs.studies import write_studies
+
+        figures.update(write_studies(part, document, request, progress.within(document.name)))
     failed = figures["failed"] = {}
     for name, draw in _drawings(part, results.shown, found, figures, request, progress):
         with _kept_apart(name, failed):
             draw()
-    figures["files"] = sizes(part)
-    write_json(part / "summary.json", figures)
-    return figures
+    seal(part, figures)
+    return {**figures, "files": sizes(part)}
 
 
-def _speeds(part: Path, scene: Scene, asked: tuple[float, float, int], progress: Progress) -> dict[str, Any]:
+def _speeds(
+    part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
+) -> dict[str, Any]:
     """The answer against the speed of the drive, written and as figures."""
-    from kinelast.figures.speeds import draw_speeds, speed_figures, speeds, write_speeds
+    from kinelast.figures.speeds import speed_figures, speeds
+    from kinelast.outputs.speeds import draw_speeds, speed_table
+    from kinelast.outputs.table import write_table
 
     progress(f"{scene.name}: speeds", 0, 1)
     found = speeds(scene, asked)
-    write_speeds(part / "speeds.csv", scene, found)
+    write_table(part / "speeds.csv", speed_table(scene, found), others)
     draw_speeds(part / "speeds.svg", scene, found)
     return speed_figures(found, scene)
-
-
-def _studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
-    """What is asked of the designs around a scene, written and as figures."""
-    from kinelast.outputs.studies import Studies, write_studies
-
-    asked = Studies(request.sensitivities, request.tolerances, request.optimize, request.samples)
-    return write_studies(part, document, asked, progress.within(document.name))
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:

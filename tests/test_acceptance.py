@@ -16,7 +16,7 @@ from kinelast.figures.peaks import peaks
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
-from kinelast.outputs.tables import _lines
+from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.request import Request
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
@@ -201,7 +201,12 @@ def test_a_long_run_is_thinned_out_but_keeps_its_peaks():
 def test_lines_of_a_table_give_their_numbers_back():
     numbers = np.array([[0.1, -1e-17, 3e300], [np.nan, 12345678.125, 5e-324]])
     for table in (numbers, np.where(np.isnan(numbers), np.inf, numbers)):
-        rows = [line.split(",") for line in _lines(table).decode().splitlines()]
+        rows = [
+            line.split(",")
+            for line in csv_bytes(Table(tuple(Column("", column) for column in table.T)), head=False)
+            .decode()
+            .splitlines()
+        ]
         back = np.array([[float(cell or "nan") for cell in row] for row in rows])
         np.testing.assert_array_equal(back, table)
 

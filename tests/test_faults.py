@@ -166,9 +166,9 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
     assert whole_folders(tmp_path / "closed") == {"s0", "s1"}
 
 
-@pytest.mark.parametrize("function", ["write_positions", "write_fields", "write_json", "sizes"])
+@pytest.mark.parametrize("function", ["write_positions", "write_fields", "seal", "sizes"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
-    import kinelast.outputs.tables
+    import kinelast.outputs.positions
     import kinelast.run
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
@@ -181,7 +181,9 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 
     with monkeypatch.context() as patch:
         patch.setattr(
-            kinelast.outputs.tables if hasattr(kinelast.outputs.tables, function) else kinelast.run, function, full
+            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.run,
+            function,
+            full,
         )
         assert main([*call, "--positions", "9"]) == 2
     assert "s0: not written: no space left on device" in capsys.readouterr().err
@@ -199,7 +201,7 @@ def test_a_summary_that_cannot_be_written_leaves_the_older_one(tmp_path, monkeyp
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kinelast.outputs.tables.csv.writer", full)
+    monkeypatch.setattr("kinelast.outputs.outbox.sync", full)
     assert main([str(cases), "-o", str(out), "--quiet", "--resume"]) == 0
     assert "no space left on device" in capsys.readouterr().err.lower()
     assert (out / "summary.csv").read_bytes() == before
@@ -461,8 +463,8 @@ def test_an_integration_that_is_interrupted_keeps_what_was_reached(tmp_path):
     reached = figures["run"]["interrupted"]["value"]
     assert 0 < figures["run"]["end"]["value"] <= reached < 1
     assert b"PARTIAL: interrupted at" in said
-    assert finished(out / "squeezer", figures["made_from"]) is not None
-    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000))) is None
+    assert finished(out / "squeezer", figures["made_from"])[0] is not None
+    assert finished(out / "squeezer", made_from(scene.read_bytes(), Request(positions=3000)))[0][0] is None
 
 
 def test_a_worker_whose_line_is_closed_with_something_unread_ends_silently(capfd):

@@ -48,7 +48,7 @@ def numbers(tree, path=""):
     """All figures of a summary by their path, but for those of vibration, which are of fewer positions."""
     if isinstance(tree, dict):
         for key, value in tree.items():
-            if key not in ("vibration", "made_from", "files", "cautions", "trust", "verdict"):
+            if key not in ("vibration", "made_from", "files", "sha256", "cautions", "trust", "verdict"):
                 yield from numbers(value, f"{path}/{key}")
     elif isinstance(tree, list):
         for number, value in enumerate(tree):

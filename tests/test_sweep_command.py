@@ -78,7 +78,7 @@ def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patch:
-        patch.setattr("kinelast.sweep.store.sync", full)
+        patch.setattr("kinelast.outputs.outbox.sync", full)
         assert swept(scene, tmp_path / "out") == 2
     told = capsys.readouterr().err
     assert "no space left on device; 0 of 90 designs are kept; --resume goes on from there" in told

@@ -162,7 +162,7 @@ def test_a_full_disk_loses_nothing(writes, tmp_path, whole, kind, monkeypatch):
     if kind == "parquet" and writes == 13:
         writes = left[0] = 12  # nothing is joined there
     with monkeypatch.context() as patch:
-        patch.setattr(store, "sync", full)
+        patch.setattr("kinelast.outputs.outbox.sync", full)
         with pytest.raises(
             RequestError, match=r"no space left on device; \d+ of 1050 designs are kept; --resume goes on"
         ):

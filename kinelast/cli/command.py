@@ -125,6 +125,10 @@ def _run(request: Request, batch: Batch) -> int:
         return _refuse(names)
     if batch.out.exists() and not batch.out.is_dir():
         return _refuse(f'-o: "{batch.out}" is a file: name a folder')
+    if request.tables:
+        from kinelast.outputs.table import require_formats
+
+        require_formats(request.tables)
     if request.animate:
         from kinelast.outputs.films import require_rendering
 
@@ -175,7 +179,7 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
     """A table of all scenes, where there is anything to tell."""
     from dataclasses import replace
 
-    from kinelast.outputs.tables import summary_row, write_index, write_parquet, write_summary
+    from kinelast.outputs.batch import summary_row, write_batch
 
     if not (outcomes or out.is_dir()):
         return
@@ -185,10 +189,8 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
         rows[name] = summary_row(replace(outcome, line=_named_once(outcome.line, task)), name)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        whole = write_summary(out, {row[0]: row for row in rows.values()})
         seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
-        write_index(out, whole, seconds)
-        write_parquet(out, whole)
+        write_batch(out, {row[0]: row for row in rows.values()}, seconds)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,66 +95,9 @@ def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
     return (values[:, FIELDS.index(KINDS[limit.kind])][:, beams] <= limit.value).all(axis=1)
 
 
-def write_speeds(path: Path, scene: Scene, found: Speeds) -> None:
-    """A row a speed: largest values of every beam with and without vibration, growth over a cycle, the error."""
-    units = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
-    unit = _unit(scene)
-    names = [f"{label}.{field}{how} [{units[field]}]" for how in ("", " without vibration") for field in FIELDS
-             for label in scene.labels]  # fmt: skip
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow([f"speed [{unit}]", *names, "growth over a cycle [1]", "stable", "error [1]"])
-        map_ = found.found
-        for k, speed in enumerate(found.speed):
-            values = np.concatenate((map_.values[k].ravel(), map_.quasi_static[k].ravel()))
-            figures = ["" if math.isnan(value) else repr(float(value)) for value in values]
-            error = repr(float(map_.error[k])) if map_.stable[k] else ""
-            rows.writerow([repr(float(speed)), *figures, repr(float(map_.growth[k])), bool(map_.stable[k]), error])
-
-
-def _unit(scene: Scene) -> str:
+def speed_unit(scene: Scene) -> str:
+    """Unit of the speed of the drive."""
     return "rad/s" if scene.mechanism.drives[0].turns else "m/s"
-
-
-def _known(values: Any) -> list[float | None]:
-    return [float(value) if math.isfinite(value) else None for value in values]
-
-
-def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
-    """Largest chord deflection and stress against speed, with critical speeds and instability, as SVG."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    mpl.rcParams["svg.hashsalt"] = "kinelast"
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
-    map_ = found.found
-    shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
-    for axes, field, scale, words in shown:
-        with_, without = (scale * values[:, FIELDS.index(field)] for values in (map_.values, map_.quasi_static))
-        for beam, label in enumerate(scene.labels):
-            (line,) = axes.plot(found.speed, with_[:, beam], label=label)
-            axes.plot(found.speed, without[:, beam], ":", color=line.get_color(), lw=1)
-        for harmonic, (low, high) in found.critical.items():
-            axes.axvspan(low, high, color="0.5", alpha=0.12, lw=0)
-            axes.text(
-                max(low, found.speed[0]),
-                0.98,
-                f" {harmonic}x",
-                transform=axes.get_xaxis_transform(),
-                va="top",
-                fontsize=8,
-            )
-        for speed in found.speed[~map_.stable]:
-            axes.axvline(speed, color="crimson", lw=0.8)
-        axes.set_ylabel(f"largest {words}")
-        axes.set_ylim(bottom=0)
-        axes.set_xlim(found.speed[0], found.speed[-1])
-    if found.highest:
-        below.axvline(found.highest, color="black", ls="--", lw=1, label="limits hold up to here")
-    below.set_xlabel("speed of the drive [rad/s]; grey: a multiple of it in the range of the lowest natural frequency")
-    above.legend(title="dotted: without vibration", fontsize=8)
-    figure.savefig(path, metadata={"Date": None})
 
 
 def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
@@ -164,21 +105,21 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
     ways = {"values": found.found.values, "without_vibration": found.found.quasi_static}
     curves = {
         way: {
-            field: {label: _known(values[:, k, beam]) for beam, label in enumerate(scene.labels)}
+            field: {label: values[:, k, beam].tolist() for beam, label in enumerate(scene.labels)}
             for k, field in enumerate(FIELDS)
         }
         for way, values in ways.items()
     }
     return {
         "words": list(_words(found, scene)),
-        "unit": _unit(scene),
+        "unit": speed_unit(scene),
         "speed": found.speed.tolist(),
         **curves,
         "from": float(found.speed[0]),
         "to": float(found.speed[-1]),
         "count": len(found.speed),
         "highest_within_limits": found.highest,
-        "error": _known(found.found.error),
+        "error": np.asarray(found.found.error, float).tolist(),
         "unstable": [float(speed) for speed in found.speed[~found.found.stable]],
         "critical": {str(harmonic): list(span) for harmonic, span in found.critical.items()},
     }
@@ -186,7 +127,7 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
 
 def _words(found: Speeds, scene: Scene) -> Iterator[str]:
     """What the speeds come to."""
-    unit, unstable = _unit(scene), found.speed[~found.found.stable]
+    unit, unstable = speed_unit(scene), found.speed[~found.found.stable]
     if found.highest is not None:
         kept = "all limits of links hold up to" if found.highest else "limits do not hold at the lowest speed,"
         yield f"{kept} {quantity(found.highest or found.speed[0], unit)}"

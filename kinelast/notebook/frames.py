@@ -9,7 +9,7 @@ import numpy as np
 from elastic import FIELDS, sample
 from kinelast.figures.results import Results, drive_words
 from kinelast.notebook.named import PointMotion, SceneDeflection, SceneMotion
-from kinelast.outputs.tables import position_columns
+from kinelast.outputs.positions import position_table
 
 STATIONS = 21
 POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
@@ -28,7 +28,8 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     """
     pandas = _module("pandas")
     if isinstance(result, SceneDeflection):
-        columns = dict(position_columns(Results(result.scene, result)))
+        table = position_table(Results(result.scene, result))
+        columns = {column.heading: column.values for column in table.columns}
     else:
         columns = {"time [s]": result.time, **_drives(result), **_points(result), **_links(result)}
     time = columns.pop("time [s]")

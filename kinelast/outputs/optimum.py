@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +9,7 @@ import numpy as np
 from kinelast.designs.certificate import ACTIVE, RADII
 from kinelast.designs.optimum import Solved
 from kinelast.numbers import number, percent, quantity
+from kinelast.outputs.table import Table
 
 HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
 
@@ -25,12 +23,12 @@ def optimum_figures(solved: Solved) -> dict[str, Any]:
         "goal": "maximize" if sought.largest else "minimize",
         "figure": name,
         "unit": solved.units[name],
-        "before": _known(solved.before[name]),
-        "value": _known(solved.after[name]),
+        "before": float(solved.before[name]),
+        "value": float(solved.after[name]),
         "feasible": found.feasible,
         "variables": _variables(solved),
         "limits": _limits(solved),
-        "residual": _known(held.residual),
+        "residual": float(held.residual),
         "kinked": held.kinked,
         "neighbours": [
             {"within": radius, "tried": tried, "feasible": feasible, "better": better}
@@ -39,7 +37,7 @@ def optimum_figures(solved: Solved) -> dict[str, Any]:
             )
         ],
         "searches": [
-            {"value": _known(sign * each.cost), "violation": _known(each.violation), "feasible": each.violation == 0}
+            {"value": float(sign * each.cost), "violation": float(each.violation), "feasible": each.violation == 0}
             for each in found.searches
         ],
         "designs": found.designs,
@@ -77,18 +75,14 @@ def _limits(solved: Solved) -> list[dict[str, Any]]:
             "unit": solved.units[limit.figure],
             "bound": limit.bound,
             "kind": "least" if limit.least else "most",
-            "before": _known(solved.before[limit.figure]),
-            "value": _known(solved.after[limit.figure]),
-            "margin": _known(margin),
+            "before": float(solved.before[limit.figure]),
+            "value": float(solved.after[limit.figure]),
+            "margin": float(margin),
             "active": bool(abs(margin) < ACTIVE),
             "multiplier": float(multiplier),
         }
         for limit, margin, multiplier in zip(solved.sought.limits, held.margin, held.multiplier, strict=True)
     ]
-
-
-def _known(value: Any) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def words(solved: Solved) -> list[str]:
@@ -115,22 +109,16 @@ def words(solved: Solved) -> list[str]:
     return said
 
 
-def write_optimum(path: Path, solved: Solved) -> None:
+def optimum_table(solved: Solved) -> Table:
     """A row for the goal, every variable and every limit."""
     figures = optimum_figures(solved)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(HEAD)
-        goal = [figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"]]
-        rows.writerow(_cells([*goal, None, None, None, None]))
-        for each in figures["variables"]:
-            keys = ("path", "unit", "before", "value", "low", "high")
-            rows.writerow(_cells(["variable", *(each[key] for key in keys), None, each["multiplier"]]))
-        for each in figures["limits"]:
-            bounds = [each["bound"], None] if each["kind"] == "least" else [None, each["bound"]]
-            own = [each[key] for key in ("figure", "unit", "before", "value")]
-            rows.writerow(_cells(["limit", *own, *bounds, each["margin"], each["multiplier"]]))
-
-
-def _cells(values: list[Any]) -> list[str]:
-    return ["" if value is None else repr(value) if isinstance(value, float) else str(value) for value in values]
+    goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])
+    rows: list[tuple[Any, ...]] = [(*goal, None, None, None, None)]
+    for each in figures["variables"]:
+        keys = ("path", "unit", "before", "value", "low", "high")
+        rows.append(("variable", *(each[key] for key in keys), None, each["multiplier"]))
+    for each in figures["limits"]:
+        bounds = (each["bound"], None) if each["kind"] == "least" else (None, each["bound"])
+        first = (each[key] for key in ("figure", "unit", "before", "value"))
+        rows.append(("limit", *first, *bounds, each["margin"], each["multiplier"]))
+    return Table.of_rows(HEAD, rows)

@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import cache
@@ -20,10 +20,13 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from kinelast.outputs.table import FORMATS
 from kinelast.request import Request, RequestError, written
 from kinelast.scene.error import plain
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
+UNFINISHED = ".part"  # files
+SUMMARY = "summary.json"
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
 
@@ -66,6 +69,47 @@ def complete(folder: Path) -> Iterator[Path]:
             _clean(folder, hidden)
 
 
+def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
+    """Make a file of this program anew, of what is there where need be, while other runs wait.
+
+    Raises
+    ------
+    RequestError
+        The file that is there is of somebody else; another run does not let go of it.
+    """
+    with held(path) as hidden:
+        if path.exists() and not ours():
+            raise RequestError(f'"{plain(str(path), LINE)}" was not written by this program: it is left as it is')
+        put(path, content(), unfinished=f"{hidden}.part")
+
+
+def put(path: Path, content: bytes, *more: Path, unfinished: str = "") -> None:
+    """Write a file that appears in its place as a whole: content, and that of `more` files behind it.
+
+    It is on the disk before its name is. Whether the name is, is left to the system: where the machine fails right
+    after, the file may be missing.
+    """
+    part = path.with_name(unfinished or f".{path.name}{UNFINISHED}")
+    try:
+        with part.open("wb") as file:
+            file.write(content)
+            for source in more:
+                with source.open("rb") as other:
+                    shutil.copyfileobj(other, file, 1 << 20)
+            file.flush()
+            sync(file.fileno())
+        part.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            part.unlink()
+        raise
+
+
+def sync(file: int) -> None:
+    """Wait until the disk has a file, which is when it finds that it is full."""
+    os.fsync(file)
+
+
 def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -> None:
     """Put texts by their file names into a folder, beside what this program has written there before.
 
@@ -81,19 +125,22 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
     """
     _require_place(folder)
     with held(folder) as hidden:
-        _refuse_to_replace(folder, {*texts, "summary.json"})
+        _refuse_to_replace(folder, {*texts, SUMMARY})
         folder.mkdir(exist_ok=True)
         known = _summary_in(folder) or {}
-        whole = {
-            **(known or summary),
-            "files": {**_files(known), **{name: _bytes(text) for name, text in texts.items()}},
-        }
         part = folder.with_name(f"{hidden}.part")
         part.mkdir()
         for name, text in texts.items():
             (part / name).write_text(text, encoding="utf-8", newline="")
-        write_json(part / "summary.json", whole)
-        for entry in sorted(part.iterdir(), key=lambda each: each.name == "summary.json"):
+        whole = {**(known or summary), "files": {**_files(known), **sizes(part)}}
+        digests = known.get("sha256")
+        whole["sha256"] = {
+            **(digests if isinstance(digests, dict) else {}),
+            **_digests(part),
+            SUMMARY: _own_digest(whole),
+        }
+        write_json(part / SUMMARY, whole)
+        for entry in sorted(part.iterdir(), key=lambda each: each.name == SUMMARY):
             entry.replace(folder / entry.name)
         part.rmdir()
 
@@ -114,6 +161,13 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
     return msgspec.json.format(text, indent=indent) if indent else text
 
 
+def seal(folder: Path, summary: Mapping[str, Any]) -> None:
+    """Write the summary of a folder last: with the size of every file, and what they and itself are known by."""
+    whole = {**summary, "files": sizes(folder)}
+    whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
+    write_json(folder / SUMMARY, whole)
+
+
 def sizes(folder: Path) -> dict[str, int]:
     """Bytes of every file in a folder, and of what is in every folder in it, by name."""
     return {
@@ -122,24 +176,52 @@ def sizes(folder: Path) -> dict[str, int]:
     }
 
 
-def finished(folder: Path, made: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The summary of a folder that was made from just this by this version and is whole; None of any other."""
+def _digests(folder: Path) -> dict[str, str]:
+    """What every file in a folder, and every folder in it, is known by; but its summary."""
+    return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
+
+
+def _digest(path: Path) -> str:
+    if path.is_dir():
+        inner = {file.relative_to(path).as_posix(): _digest(file) for file in sorted(path.rglob("*")) if file.is_file()}
+        return hashlib.sha256(json.dumps(inner).encode()).hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _own_digest(summary: Mapping[str, Any]) -> str:
+    """What a summary is known by: all that it says but digests."""
+    said = {key: value for key, value in summary.items() if key != "sha256"}
+    return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
+
+
+def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """The summary of a folder that was made from just this by this version and is whole; None of any other.
+
+    With it the reason why a folder that was made from just this does not do: what in it is not as it was written.
+    """
     before = _summary_in(folder)
-    if not before or before.get("made_from") != made or before.get("kinelast") != version():
-        return None
+    if before is None:
+        return None, "its summary.json cannot be read"
+    if before.get("made_from") != made or before.get("kinelast") != version():
+        return None, ""
+    if before.get("failed") or not before.get("files"):
+        return None, ""
+    known = before.get("sha256")
+    if not isinstance(known, dict) or known.get(SUMMARY) != _own_digest(before):
+        return None, "its summary.json is not as it was written"
     try:
-        found = sizes(folder)
-    except OSError:
-        return None
-    whole = all(found.get(name) == size for name, size in _files(before).items())
-    return before if whole and _files(before) and not before.get("failed") else None
+        wrong = [name for name, digest in known.items() if name != SUMMARY and _digest(folder / name) != digest]
+    except OSError as error:
+        return None, f"{Path(error.filename or '').name or 'a file'} is not there"
+    return (None, f"{', '.join(wrong[:3])} is not as it was written") if wrong else (before, "")
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
     """Names of what somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        return sorted(names - ({*_files(summary), "summary.json"} if summary else _ours(folder))) if names else []
+        return sorted(names - ({*_files(summary), SUMMARY} if summary else _ours(folder))) if names else []
     return []
 
 
@@ -255,20 +337,29 @@ def _ours(folder: Path) -> set[str]:
     """
     known = _summary_in(folder)
     if known is None:
-        found = written() & {entry.name for entry in folder.iterdir()}
-        return {*found, "summary.json"} if found else set()
-    return {*_files(known), "summary.json"} if known else set()
+        found = _written() & {entry.name for entry in folder.iterdir()}
+        return {*found, SUMMARY} if found else set()
+    return {*_files(known), SUMMARY} if known else set()
+
+
+def _written() -> set[str]:
+    """Names that this program gives to files, tables in every format."""
+    names = written()
+    tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
+    return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
 
 
 def _files(summary: Mapping[str, Any]) -> dict[str, Any]:
-    found = summary.get("files")
-    return found if isinstance(found, dict) else dict.fromkeys(found) if isinstance(found, list) else {}
+    """The files that a summary tells of; what is none was put there by hand."""
+    files = summary.get("files")
+    names = files if isinstance(files, (dict, list)) else ()
+    return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
 
 
 def _summary_in(folder: Path) -> dict[str, Any] | None:
     """The summary that this program has put into a folder; empty where there is none, None of an unreadable one."""
     try:
-        found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:
         return {}
     except (ValueError, RecursionError):
@@ -284,7 +375,3 @@ def _refuse_to_replace(folder: Path, names: set[str]) -> None:
         raise RequestError(
             f'"{shown}" holds what this program did not write ({", ".join(clash[:3])}): move it, or choose another -o'
         )
-
-
-def _bytes(text: str) -> int:
-    return len(text.encode("utf-8"))

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +10,7 @@ import numpy as np
 from kinelast.designs.sensitivities import Sensitivities
 from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.outputs.table import Table
 from kinelast.scene.variables import Variable
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
@@ -33,7 +31,7 @@ def sensitivity_figures(
         "figures": [
             {
                 "name": name,
-                "value": _known(found.figure[row]),
+                "value": float(found.figure[row]),
                 "unit": units[name],
                 "slopes": [_slope(found, row, column) for column in range(len(variables))],
                 "words": [words for _, words in _ranked(found, variables, row)[:MOST_BARS]],
@@ -46,17 +44,13 @@ def sensitivity_figures(
 def _slope(found: Sensitivities, row: int, column: int) -> dict[str, Any]:
     kinked = bool(found.kink[row, column])
     return {
-        "slope": _known(found.slope[row, column]),
-        "error": _known(found.error[row, column]),
-        "percent": _known(found.logarithmic[row, column]),
+        "slope": float(found.slope[row, column]),
+        "error": float(found.error[row, column]),
+        "percent": float(found.logarithmic[row, column]),
         "kink": kinked,
-        "stays_by": _known(found.still[row, column]),
-        **({"below": _known(found.below[row, column]), "above": _known(found.above[row, column])} if kinked else {}),
+        "stays_by": float(found.still[row, column]),
+        **({"below": float(found.below[row, column]), "above": float(found.above[row, column])} if kinked else {}),
     }
-
-
-def _known(value: Any) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _ranked(found: Sensitivities, variables: Sequence[Variable], row: int) -> list[tuple[int, str]]:
@@ -75,21 +69,25 @@ def told(path: str, percent: float, figure: str) -> str:
     return f"1 % more {path}: {'+' if percent > 0 else ''}{number(percent, 3)} % {figure}"
 
 
-def write_sensitivities(
-    path: Path, found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
-) -> None:
+def sensitivity_table(found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> Table:
     """A row a figure and number: derivative, estimate of its error, logarithmic derivative, kinks."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(HEAD)
-        for row, name in enumerate(found.figures):
-            for column, one in enumerate(variables):
-                values = (found.slope, found.error, found.logarithmic)
-                own = [repr(float(each[row, column])) for each in values]
-                sides = [repr(float(each[row, column])) for each in (found.below, found.above, found.still)]
-                kink = bool(found.kink[row, column])
-                head = [name, repr(float(found.figure[row])), units[name], one.path, repr(one.base), one.unit]
-                rows.writerow([*head, *own, kink, *sides])
+    sides = (found.slope, found.error, found.logarithmic, found.kink, found.below, found.above, found.still)
+    return Table.of_rows(
+        HEAD,
+        [
+            (
+                name,
+                found.figure[row],
+                units[name],
+                one.path,
+                one.base,
+                one.unit,
+                *(each[row, column].item() for each in sides),
+            )
+            for row, name in enumerate(found.figures)
+            for column, one in enumerate(variables)
+        ],
+    )
 
 
 def sensitivity_bars(found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> str:

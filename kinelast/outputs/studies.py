@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
-from kinelast.outputs.optimum import optimum_figures, write_optimum
-from kinelast.outputs.sensitivities import sensitivity_bars, sensitivity_figures, write_sensitivities
-from kinelast.outputs.tolerances import tolerance_bars, tolerance_figures, write_tolerances
+from kinelast.outputs.optimum import optimum_figures, optimum_table
+from kinelast.outputs.sensitivities import sensitivity_bars, sensitivity_figures, sensitivity_table
+from kinelast.outputs.table import write_table
+from kinelast.outputs.tolerances import tolerance_bars, tolerance_figures, tolerance_table
 from kinelast.progress import Progress
+from kinelast.request import Request
 from kinelast.scene.document import Document
 from kinelast.scene.text import of_file
 
-FILES = ("sensitivities.csv", "sensitivities.svg", "tolerances.csv", "tolerances.svg", "optimum.csv", "optimum.toml")
 
-
-@dataclass(frozen=True)
-class Studies:
-    """What is asked of a scene's designs: sensitivities, tolerances with so many samples, the best one."""
-
-    sensitivities: bool = False
-    tolerances: bool = False
-    optimize: bool = False
-    samples: int | None = None
-
-
-def write_studies(part: Path, document: Document, asked: Studies, progress: Progress) -> dict[str, Any]:
+def write_studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
     """Files of what is asked for, and the figures of it by what they are of.
 
     Parameters
@@ -37,6 +26,8 @@ def write_studies(part: Path, document: Document, asked: Studies, progress: Prog
         Where to.
     document
         Of the scene.
+    request
+        Which studies, of how many samples, and in which formats.
 
     Raises
     ------
@@ -45,17 +36,17 @@ def write_studies(part: Path, document: Document, asked: Studies, progress: Prog
     """
     figures = {}
     with of_file(document.path):
-        if asked.sensitivities:
+        if request.sensitivities:
             found = sensitivity_study(document, progress=progress)
-            write_sensitivities(part / "sensitivities.csv", *found)
+            write_table(part / "sensitivities.csv", sensitivity_table(*found), request.tables)
             (part / "sensitivities.svg").write_text(sensitivity_bars(*found), encoding="utf-8")
             figures["sensitivities"] = sensitivity_figures(*found)
-        if asked.tolerances:
-            ranges = tolerance_study(document, asked.samples or DESIGNS, progress)
-            write_tolerances(part / "tolerances.csv", ranges)
+        if request.tolerances:
+            ranges = tolerance_study(document, request.samples or DESIGNS, progress)
+            write_table(part / "tolerances.csv", tolerance_table(ranges), request.tables)
             (part / "tolerances.svg").write_text(tolerance_bars(ranges), encoding="utf-8")
             figures["tolerances"] = tolerance_figures(ranges)
-        if asked.optimize:
+        if request.optimize:
             best = optimum_study(document, progress)
             paths = (number.path for number in best.sought.variables)
             values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
@@ -63,6 +54,6 @@ def write_studies(part: Path, document: Document, asked: Studies, progress: Prog
             head = f"The best design by [optimize] of the scene {document.name}, quasi-statically: {kept}."
             new = document.with_values(values).text(head)
             (part / "optimum.toml").write_text(new, encoding="utf-8")
-            write_optimum(part / "optimum.csv", best)
+            write_table(part / "optimum.csv", optimum_table(best), request.tables)
             figures["optimum"] = optimum_figures(best)
     return figures

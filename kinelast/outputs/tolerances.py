@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +10,7 @@ from kinelast.designs.accuracy import GEOMETRIC, WHOLE
 from kinelast.designs.tolerances import Scatter, Toleranced
 from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.outputs.table import Table
 
 TOLD = 2  # figures of which the closing words tell, where there are no errors of the output
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
@@ -48,43 +45,34 @@ def _figure(found: Toleranced, row: int, name: str) -> dict[str, Any]:
     return {
         "name": name,
         "unit": found.units[name],
-        "value": _known(found.nominal.figure[row]),
-        "first_order": {"deviation": _known(found.first.deviation[row]), "worst": _known(found.first.worst[row])},
-        "sampled": {key: _known(getattr(sampled, key)) for key in SAMPLED},
-        "errors": dict(zip(SAMPLED[:5], map(_known, sampled.error), strict=True)),
+        "value": float(found.nominal.figure[row]),
+        "first_order": {"deviation": float(found.first.deviation[row]), "worst": float(found.first.worst[row])},
+        "sampled": {key: float(getattr(sampled, key)) for key in SAMPLED},
+        "errors": dict(zip(SAMPLED[:5], map(float, sampled.error), strict=True)),
         "shares": [
             {
                 "path": one.path,
-                "first_order": _known(found.first.share[row, column]),
-                "alone": _known(alone[column]),
-                "together": _known(together[column]),
+                "first_order": float(found.first.share[row, column]),
+                "alone": float(alone[column]),
+                "together": float(together[column]),
             }
             for column, one in enumerate(found.variables)
         ],
     }
 
 
-def _known(value: Any) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def write_tolerances(path: Path, found: Toleranced) -> None:
+def tolerance_table(found: Toleranced) -> Table:
     """A row a figure: its value, its range to first order and by samples, and the share of each number in it."""
     names = [one.path for one in found.variables]
     head = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED,
             *(f"share of {name}" for name in names), *(f"share of {name} with others" for name in names)]  # fmt: skip
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(head)
-        for row, name in enumerate(found.nominal.figures):
-            sampled, (alone, together) = found.sampled[name], found.shares[name]
-            own = [found.nominal.figure[row], found.first.deviation[row], found.first.worst[row]]
-            own += [getattr(sampled, key) for key in SAMPLED]
-            rows.writerow([name, found.units[name], *(_cell(value) for value in (*own, *alone, *together))])
-
-
-def _cell(value: Any) -> str:
-    return repr(float(value)) if math.isfinite(value) else ""
+    rows = []
+    for row, name in enumerate(found.nominal.figures):
+        sampled, (alone, together) = found.sampled[name], found.shares[name]
+        first = found.nominal.figure[row], found.first.deviation[row], found.first.worst[row]
+        cells = (*first, *(getattr(sampled, key) for key in SAMPLED), *alone, *together)
+        rows.append((name, found.units[name], *map(float, cells)))
+    return Table.of_rows(head, rows)
 
 
 def tolerance_bars(found: Toleranced) -> str:
@@ -101,17 +89,3 @@ def tolerance_bars(found: Toleranced) -> str:
             value, low, high = (quantity(each, unit) for each in (found.nominal.figure[row], sampled.low, sampled.high))
             charts.append(Bars(f"{name}, {value}: 95 % of all from {low} to {high}; why", bars))
     return bars_svg(charts)
-
-
-def shares_told(figures: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A sentence a figure: its range, and what it comes from most."""
-    said = []
-    for each in figures:
-        sampled, unit = each["sampled"], each["unit"]
-        if sampled["low"] is None or each["value"] is None:
-            continue
-        most = max(each["shares"], key=lambda share: share["together"] or share["first_order"] or 0.0)
-        share = most["together"] or most["first_order"] or 0.0
-        low, high = quantity(sampled["low"], unit), quantity(sampled["high"], unit)
-        said.append(f"{each['name']}: 95 % from {low} to {high}; {number(100 * share, 3)} % of that by {most['path']}")
-    return said

@@ -14,7 +14,7 @@ from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.numbers import quantity
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, attempted
-from kinelast.outputs.outbox import json_bytes, version
+from kinelast.outputs.outbox import json_bytes, put, version
 from kinelast.processes import cores
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Batch, Request, RequestError
@@ -24,7 +24,7 @@ from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest
 from kinelast.sweep.pages import design_text, write_pages
 from kinelast.sweep.running import run_plan
-from kinelast.sweep.store import NUMBER, put, stored_chunks
+from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.sweep.tally import Aim, Tally, tallied
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes

@@ -11,7 +11,7 @@ import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
-from kinelast.outputs.outbox import complete, finished, sizes, version, write_json
+from kinelast.outputs.outbox import complete, finished, put, seal, version
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.progress import Progress
 from kinelast.request import Batch, Request, RequestError
@@ -20,7 +20,7 @@ from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
 from kinelast.scene.shipped import shipped_scenes
-from kinelast.sweep.store import NUMBER, put
+from kinelast.sweep.store import NUMBER
 from kinelast.sweep.tally import Tally
 
 FOLDER = "designs"  # in that of the scene
@@ -116,7 +116,7 @@ def _folders(
     request, target = Request(theory=QUASI_STATIC, positions=positions), task.folder / FOLDER
     hashes = {str(number): hashlib.sha256(each.encode()).hexdigest() for number, each in texts.items()}
     made = {"sha256": hashes, "positions": positions}
-    if resume and (before := finished(target, made)):
+    if resume and (before := finished(target, made)[0]):
         return before["pages"], FINE, ""
     pages: list[int] = []
     failed: list[str] = []
@@ -136,7 +136,7 @@ def _folders(
                     failed.append(outcome.line.replace(str(part), str(target)))
                     status = max(status, outcome.status if outcome.status == BUG else FINE)
             lasting = {"kinelast": version(), "made_from": made, "pages": pages, "failed": failed}
-            write_json(part / "summary.json", {**lasting, "files": sizes(part)})
+            seal(part, lasting)
     except (RequestError, OSError) as error:
         return [], FINE, plain(f"no pages of single designs: {error}", MESSAGE)
     return pages, status, "\n".join(failed)

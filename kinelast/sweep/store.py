@@ -9,7 +9,6 @@ bytes are the same however many processes computed the chunks, and in whatever o
 from __future__ import annotations
 
 import csv
-import io
 import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.outputs.outbox import UNFINISHED, put
+from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes
 from kinelast.request import RequestError
 from kinelast.sweep.manifest import NAME, Manifest, manifest_bytes
 
@@ -28,7 +29,6 @@ SMALL = 100_000  # designs
 BLOCK = 10_000  # rows that are read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
 NUMBER, REASON = "design", "reason"  # the columns that every store has
-UNFINISHED = ".part"
 
 Columns = Mapping[str, Any]
 
@@ -54,43 +54,14 @@ def encoded(store: str, first: int, columns: Columns, units: Mapping[str, str], 
     reasons
         Why a design has no figures, or fewer; empty where all is well.
     """
-    numbers = np.arange(first, first + len(reasons))
-    whole = {NUMBER: numbers, **{heading(name, units): np.asarray(each) for name, each in columns.items()}}
-    return _csv(whole, reasons) if store == CSV else _parquet(whole, reasons)
-
-
-def heading(name: str, units: Mapping[str, str]) -> str:
-    """A column's name as it stands in the store."""
-    return f"{name} [{units[name]}]" if units.get(name) else name
-
-
-def _csv(columns: Columns, reasons: Sequence[str]) -> bytes:
-    """Rows without a head: all digits; nothing for nan."""
-    import msgspec
-
-    rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
-    if any(np.isinf(values).any() for values in columns.values()):  # for which JSON has no word
-        lines = [",".join("" if one != one else repr(one) for one in row).encode() for row in rows]  # noqa: PLR0124
-    else:
-        lines = msgspec.json.encode(rows)[2:-2].replace(b"null", b"").split(b"],[")
-    return b"".join(b"%b,%b\n" % (line, _cell(reason)) for line, reason in zip(lines, reasons, strict=True))
-
-
-def _cell(text: str) -> bytes:
-    """A text as a cell of a table."""
-    quoted = '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
-    return quoted.encode()
-
-
-def _parquet(columns: Columns, reasons: Sequence[str]) -> bytes:
-    import pyarrow
-    import pyarrow.parquet
-
-    words = pyarrow.array(list(map(str, reasons)), pyarrow.string()).dictionary_encode()
-    table = pyarrow.table({**{name: pyarrow.array(values) for name, values in columns.items()}, REASON: words})
-    target = io.BytesIO()
-    pyarrow.parquet.write_table(table, target, compression="zstd", use_dictionary=[REASON])
-    return target.getvalue()
+    table = Table(
+        (
+            Column(NUMBER, np.arange(first, first + len(reasons))),
+            *(Column(name, np.asarray(values), units.get(name, "")) for name, values in columns.items()),
+            Column(REASON, [str(reason) for reason in reasons]),
+        )
+    )
+    return csv_bytes(table, head=False) if store == CSV else parquet_bytes(table)
 
 
 class Store:
@@ -147,11 +118,11 @@ class Store:
     def join(self, manifest: Manifest) -> None:
         """Make the one file of CSV of the chunks' in their order; a Parquet data set is whole as it is."""
         if self.name == CSV:
-            head = io.StringIO()
-            names = [heading(name, manifest.columns) for name in manifest.columns]
-            csv.writer(head, lineterminator="\n").writerow([NUMBER, *names, REASON])
+            none = np.zeros(0)
+            names = (Column(name, none, unit) for name, unit in manifest.columns.items())
+            head = csv_bytes(Table((Column(NUMBER, none), *names, Column(REASON, none))))
             parts = (self.parts / f"{number:010}.csv" for number in range(manifest.chunks))
-            put(self.folder / CSV, head.getvalue().encode(), *parts)
+            put(self.folder / CSV, head, *parts)
 
     def drop_parts(self) -> None:
         """Away with the chunks' files where they were joined."""
@@ -159,39 +130,12 @@ class Store:
             shutil.rmtree(self.parts, ignore_errors=True)
 
 
-def put(path: Path, content: bytes, *more: Path) -> None:
-    """Write a file that appears in its place as a whole.
-
-    Its content is on the disk before its name is. Whether the name is, is left to the system: where the machine fails
-    right after, a chunk may be missing and is computed again.
-    """
-    unfinished = path.with_name(f".{path.name}{UNFINISHED}")
-    try:
-        with unfinished.open("wb") as file:
-            file.write(content)
-            for source in more:
-                with source.open("rb") as part:
-                    shutil.copyfileobj(part, file, 1 << 20)
-            file.flush()
-            sync(file.fileno())
-        unfinished.replace(path)
-    except BaseException:
-        with suppress(OSError):
-            unfinished.unlink()
-        raise
-
-
-def sync(file: int) -> None:
-    """Wait until the disk has a file, which is when it finds that it is full."""
-    os.fsync(file)
-
-
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
     """The designs that are kept, some at a time in the order of their numbers, as columns by name and reasons.
 
     The column `NUMBER` tells which ones they are. Nothing is held but what is asked for next.
     """
-    names = {heading(name, manifest.columns): name for name in manifest.columns}
+    names = {Column(name, (), unit).heading: name for name, unit in manifest.columns.items()}
     if manifest.store == PARQUET:
         import pyarrow.parquet
 

@@ -214,10 +214,10 @@ def _beams(results: Results) -> list[dict[str, Any]]:
                 "start": beam.start,
                 "end": beam.end,
                 "length": float(np.ravel(results.deflection.length[number])[0]),
-                "area": _known(section.area),
-                "inertia": _known(section.inertia),
-                "fibre": _known(section.fibre),
-                "peak_shear": _known(section.peak_shear),
+                "area": _first(section.area),
+                "inertia": _first(section.inertia),
+                "fibre": _first(section.fibre),
+                "peak_shear": _first(section.peak_shear),
                 "taper": None
                 if taper is None
                 else {name: list(map(float, getattr(taper, name))) for name in ("EA", "EI", "fibre", "peak_shear")},
@@ -226,9 +226,9 @@ def _beams(results: Results) -> list[dict[str, Any]]:
     return rows
 
 
-def _known(value: Any) -> float | None:
-    size = float(np.ravel(value)[0])
-    return size if np.isfinite(size) else None
+def _first(value: Any) -> float:
+    """The one value of a number of a section; nan becomes null."""
+    return float(np.ravel(value)[0])
 
 
 def _pair(place: Any) -> tuple[float, float]:

@@ -1,0 +1,90 @@
+"""All scenes of a batch in one table: summary.csv, summary.parquet where pyarrow is installed, and index.html."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from kinelast.figures.trust import verdict
+from kinelast.outcome import Outcome
+from kinelast.outputs.outbox import rewritten
+from kinelast.outputs.page.index import MARK, index_page
+from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
+from kinelast.scene.error import plain
+
+HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("largest_deflection", "m"), ("beam", ""),
+        ("largest_chord", "m"), ("bent_beam", ""), ("largest_stress", "Pa"), ("stressed_beam", ""), ("safety", "1"),
+        ("output_error", "m"), ("output_error", "rad"), ("output", ""), ("condition", "1"), ("grade", ""),
+        ("check", ""), ("message", ""))  # fmt: skip
+ACCEPTED = {None: "", True: "yes", False: "no"}
+
+
+def summary_row(outcome: Outcome, name: str) -> list[Any]:
+    """A scene's row of summary.csv; None where there is no figure."""
+    figures: Mapping[str, Any] = outcome.figures
+    deflection, stress = figures.get("largest_deflection") or {}, figures.get("largest_stress") or {}
+    safety = figures["strength"][stress["label"]]["safety_factor"]["value"] if stress else None
+    condition = figures["run"]["largest_condition"]["value"] if figures else None
+    check = (figures.get("check") or {"passed": None})["passed"]
+    grade = verdict(figures["trust"])[0] if figures else ""
+    passed = "" if check is None else "agrees" if check else "differs"
+    chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
+    accepted = ACCEPTED[figures["acceptance"]["passed"]] if figures else ""
+    errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
+    cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
+             chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,
+             output.get("name"), condition, grade, passed, "" if figures else outcome.line]  # fmt: skip
+    return [plain(cell, 300) if isinstance(cell, str) else cell for cell in cells]
+
+
+def write_batch(out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float]) -> None:
+    """A row a scene, instead of older rows of these scenes, beside those of others whose folders are still there.
+
+    Parameters
+    ----------
+    rows, seconds
+        By the names of the scenes' folders in `out`: see `summary_row`, and how long each took.
+
+    Raises
+    ------
+    RequestError
+        A file of somebody else has the name of one of these.
+    OSError
+        It cannot be written.
+    """
+    path, head = out / "summary.csv", _table([]).headings
+
+    def merged() -> bytes:
+        before = csv_rows(path)[1:] if path.exists() else []
+        kept = {row[0]: _read(row) for row in before if len(row) == len(HEAD) and (out / row[0]).is_dir()}
+        return csv_bytes(_table([*{**kept, **rows}.values()]))
+
+    rewritten(path, lambda: (csv_rows(path) or [[]])[0] == head, merged)
+    whole = csv_rows(path)[1:]
+    index = out / "index.html"
+    rewritten(index, lambda: MARK in index.read_bytes(), lambda: index_page(out, head, whole, seconds))
+    if find_spec("pyarrow"):
+        parquet = out / "summary.parquet"
+        about = {"kinelast": "summary"}
+        rewritten(parquet, lambda: _marked(parquet), lambda: parquet_bytes(_table(list(map(_read, whole))), about))
+
+
+def _table(rows: Sequence[Sequence[Any]]) -> Table:
+    cells = list(zip(*rows, strict=True)) or [()] * len(HEAD)
+    return Table(tuple(Column(name, values, unit) for (name, unit), values in zip(HEAD, cells, strict=True)))
+
+
+def _read(row: Sequence[str]) -> list[Any]:
+    """A row of summary.csv as it was before it was written."""
+    return [
+        (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
+        for (name, unit), cell in zip(HEAD, row, strict=True)
+    ]
+
+
+def _marked(path: Path) -> bool:
+    from pyarrow import parquet
+
+    return b"kinelast" in (parquet.read_schema(path).metadata or {})

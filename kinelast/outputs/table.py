@@ -1,0 +1,237 @@
+"""A table: columns with names and units, and the formats that it can be written in.
+
+A new format is a function from a table to bytes and its line in `FORMATS`: the option `--tables` and its help, what
+belongs to a folder and what is written follow.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import zipfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinelast.numbers import REPORT_UNITS
+from kinelast.request import RequestError
+
+ROWS_OF_A_SHEET = 1_048_576
+FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # what a spreadsheet would take a text for
+INERT = re.compile(rf"'(?:{FORMULA.pattern})")  # the same behind the quote that hinders it
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column.
+
+    Attributes
+    ----------
+    name, unit
+        Its heading; no unit where it has none.
+    values
+        Numbers, shape (rows,), nan where one is not known; or a sequence of texts, truths, numbers and None.
+    """
+
+    name: str
+    values: Any
+    unit: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Its name with its unit."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether it is an array of numbers."""
+        return isinstance(self.values, np.ndarray) and self.values.dtype.kind in "fiu"
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of as many rows each."""
+
+    columns: tuple[Column, ...]
+
+    @classmethod
+    def of_rows(cls, headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
+        """A table of rows."""
+        columns = list(zip(*rows, strict=True)) or [()] * len(headings)
+        return cls(tuple(Column(name, values) for name, values in zip(headings, columns, strict=True)))
+
+    @property
+    def headings(self) -> list[str]:
+        """Names of the columns with their units."""
+        return [column.heading for column in self.columns]
+
+    def in_units(self, system: str) -> Table:
+        """The table in the units of a report, "SI", "mm" or "in"."""
+        factors = REPORT_UNITS.get(system, {})
+
+        def converted(column: Column) -> Column:
+            factor, unit = factors.get(column.unit, (1.0, column.unit))
+            return replace(column, unit=unit, values=column.values * factor if factor != 1.0 else column.values)
+
+        return Table(tuple(map(converted, self.columns)))
+
+    def rows(self) -> list[tuple[Any, ...]]:
+        """Its rows; None where there is no number."""
+        columns = (column.values.tolist() if column.is_numeric else column.values for column in self.columns)
+        return list(zip(*([None if value != value else value for value in each] for each in columns), strict=True))  # noqa: PLR0124
+
+
+def csv_bytes(table: Table, head: bool = True) -> bytes:
+    """A table as CSV: shortest digits that give a number back, nothing where there is none.
+
+    A text that a spreadsheet would take for a formula has a quote before it.
+    """
+    lines = [",".join(map(_quoted, table.headings)).encode()] if head else []
+    lines += map(b",".join, zip(*map(_cells, table.columns), strict=True))
+    return b"\n".join([*lines, b""])
+
+
+def _cells(column: Column) -> list[bytes]:
+    """The cells of a column of CSV."""
+    if not column.is_numeric:
+        return [_cell(value) for value in column.values]
+    if not len(column.values):
+        return []
+    if column.values.dtype.kind == "f" and np.isinf(column.values).any():  # for which JSON has no word
+        return [_cell(value) for value in column.values.tolist()]
+    import msgspec
+
+    return msgspec.json.encode(column.values.tolist())[1:-1].replace(b"null", b"").split(b",")
+
+
+def _cell(value: Any) -> bytes:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return b""
+    if isinstance(value, float) and math.isfinite(value):
+        import msgspec
+
+        return msgspec.json.encode(float(value))
+    if isinstance(value, str):
+        return _quoted(f"'{value}" if FORMULA.match(value) else value).encode()
+    return str(value).encode()
+
+
+def _quoted(text: str) -> str:
+    return '"{}"'.format(text.replace('"', '""')) if any(letter in text for letter in ',"\n\r') else text
+
+
+def csv_rows(path: Path) -> list[list[str]]:
+    """The rows of a file of CSV, its headings first; texts as they were before they were written."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return [[cell[INERT.match(cell) is not None :] for cell in row] for row in csv.reader(file)]
+
+
+def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:
+    """A table as Parquet, what is said `about` it in its schema; needs pyarrow."""
+    import pyarrow
+    import pyarrow.parquet
+
+    def array(column: Column) -> Any:
+        if column.is_numeric or column.unit:
+            return pyarrow.array(column.values, None if column.is_numeric else pyarrow.float64())
+        values = list(column.values)
+        return pyarrow.array(values, pyarrow.string() if all(value is None for value in values) else None)
+
+    whole = pyarrow.Table.from_arrays([array(column) for column in table.columns], table.headings)
+    whole = whole.replace_schema_metadata(dict(about) if about else None)
+    words = [column.heading for column in table.columns if not column.is_numeric]
+    target = io.BytesIO()
+    pyarrow.parquet.write_table(whole, target, compression="zstd", use_dictionary=words)
+    return target.getvalue()
+
+
+def html_bytes(table: Table) -> bytes:
+    """A table as a page of HTML without script or style of others."""
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in table.headings)
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{escape('' if cell is None else str(cell))}</td>" for cell in row) + "</tr>"
+        for row in table.rows()
+    )
+    style = "td{text-align:right;padding:0 .5em;font-variant-numeric:tabular-nums}"
+    return (
+        f'<!doctype html>\n<meta charset="utf-8">\n<style>{style}</style>\n<table>\n<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody>\n</table>\n"
+    ).encode()
+
+
+SHEET = {  # the five files of a workbook with one sheet: ECMA-376, part 1, annex L.2
+    "[Content_Types].xml": '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Override PartName="/xl/workbook.xml"'
+    ' ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml"/>'
+    '<Override PartName="/xl/worksheets/sheet1.xml"'
+    ' ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"/></Types>',
+    "_rels/.rels": '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Id="rId1" Target="xl/workbook.xml"'
+    ' Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/officeDocument"/></Relationships>',
+    "xl/_rels/workbook.xml.rels": '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Id="rId1" Target="worksheets/sheet1.xml"'
+    ' Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/worksheet"/></Relationships>',
+    "xl/workbook.xml": '<workbook xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+    ' xmlns:r="http://schemas.openxmlformats.org/officeDocument/2006/relationships">'
+    '<sheets><sheet name="table" sheetId="1" r:id="rId1"/></sheets></workbook>',
+    "xl/worksheets/sheet1.xml": '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+    "<sheetData>{rows}</sheetData></worksheet>",
+}
+
+
+def xlsx_bytes(table: Table) -> bytes:
+    """A table as a workbook of one sheet; the same bytes for the same table.
+
+    Raises
+    ------
+    RequestError
+        There are more rows than a sheet has.
+    """
+    rows = table.rows()
+    if len(rows) >= ROWS_OF_A_SHEET:
+        raise RequestError(f"{len(rows)} rows are more than a sheet of XLSX has: {ROWS_OF_A_SHEET - 1}")
+    body = "".join(f"<row>{''.join(map(_sheet_cell, row))}</row>" for row in (tuple(table.headings), *rows))
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in SHEET.items():
+            whole = f'<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n{text.replace("{rows}", body)}'
+            archive.writestr(zipfile.ZipInfo(name), whole, zipfile.ZIP_DEFLATED)
+    return target.getvalue()
+
+
+def _sheet_cell(value: Any) -> str:
+    if value is None:
+        return "<c/>"
+    if isinstance(value, bool):
+        return f'<c t="b"><v>{value:d}</v></c>'
+    if isinstance(value, (int, float)) and math.isfinite(value):
+        return f"<c><v>{value!r}</v></c>"
+    return f'<c t="inlineStr"><is><t xml:space="preserve">{escape(str(value), quote=False)}</t></is></c>'
+
+
+FORMATS: dict[str, Callable[[Table], bytes]] = {
+    "csv": csv_bytes,
+    "parquet": parquet_bytes,
+    "html": html_bytes,
+    "xlsx": xlsx_bytes,
+}
+
+
+def require_formats(names: Sequence[str]) -> None:
+    """Raise `RequestError` where there is no format of a name."""
+    for name in names:
+        if name not in FORMATS:
+            raise RequestError(f'--tables: there is no format "{name}"; all: {", ".join(FORMATS)}')
+
+
+def write_table(path: Path, table: Table, others: Sequence[str] = ()) -> None:
+    """Write a table as CSV, and beside it in `others` of the `FORMATS`."""
+    for kind in dict.fromkeys(("csv", *others)):
+        path.with_suffix(f".{kind}").write_bytes(FORMATS[kind](table))
