@@ -35,7 +35,7 @@ MotionNear = Callable[[Reals, Posture], Motion]
 
 @dataclass(frozen=True)
 class Balance:
-    """Residuals of the joints and of Newton's and Euler's laws, as shares of what is largest over the positions.
+    """Residuals of the joints and of Newton's and Euler's laws, as shares of their largest part over the positions.
 
     Attributes
     ----------
