@@ -20,6 +20,7 @@ from elastic.arrays import Coefficients
 from elastic.beams.polynomials import at_marks, greatest_at, turning_points
 from elastic.derived import coefficients, sum_of_squares
 from elastic.fields import field_named
+from elastic.largest import Largest
 from elastic.solution import Deflection
 from rigid import Reals
 from rigid.arrays import Flags, Integers
@@ -28,17 +29,9 @@ COARSE, FINE = 4, 16  # steps from station to station along a piece
 SLACK = 1.0 + 1e-9  # of the bound, for its own round-off
 
 
-@dataclass(frozen=True, eq=False)
-class Maximum:
-    """Greatest magnitude of a field on every beam, and the number of its position, shape (beams, ...)."""
-
-    value: Reals
-    position: Integers
-
-
 def cycle_maxima(
     deflection: Deflection, fields: Sequence[str], counted: Flags | None = None, period: Reals | None = None
-) -> dict[str, Maximum]:
+) -> dict[str, Largest]:
     """Greatest magnitudes over beams and positions; nan, and position -1, where none is known.
 
     The same as the greatest of `extremes` over the positions, to round-off, at a fraction of its cost.
@@ -66,12 +59,12 @@ def cycle_maxima(
     >>> turning = Mechanism((Link("ground", {"O": 0}), rod), (PinDrive("rod", "O"),), {"O": 0, "A": 1})
     >>> bent = deflection(motion(turning, [0.0, 0.1], [[1.0, 2.0]]), [Section(1.0, 1.0)])
     >>> cycle_maxima(bent, ["N"])["N"]
-    Maximum(value=array([2.]), position=array([1]))
+    Largest(value=array([2.]), position=array([1]), xi=nan, row=0)
     """
     return {key: _maximum(deflection, key, counted, period) for key in fields}
 
 
-def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Reals | None) -> Maximum:
+def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Reals | None) -> Largest:
     beams, columns, owner = len(deflection.sections), deflection.motion.columns, deflection.division.beam
     parts: list[_Part] = []
     floor = np.full((beams, *columns[:-1]), -1.0)
@@ -105,7 +98,7 @@ def _maximum(deflection: Deflection, key: str, counted: Flags | None, period: Re
     if period is not None:
         neighbours = _neighbours(parts, owner, place, source)
         best = _top(best, neighbours, deflection.motion.time, place, np.asarray(period))
-    return Maximum(best, place)
+    return Largest(best, place)
 
 
 def _neighbours(parts: Sequence[_Part], owner: Integers, place: Integers, source: Integers) -> Coefficients:

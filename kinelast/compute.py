@@ -48,9 +48,7 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
-    if plain.whole is not None:
-        return replace(plain, answer=answer(scene, plain.shown.deflection, theory, plain.period, only_told=True))
-    found = answer(scene, plain.deflection, theory, plain.period)
+    found = answer(scene, plain.deflection, theory, plain.period, only_told=plain.run is not None)
     return replace(plain, deflection=found.deflection, answer=found)
 
 

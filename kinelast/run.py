@@ -15,7 +15,6 @@ import numpy as np
 
 from kinelast.compute import by_theory, checked, computed, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results
-from kinelast.figures.peaks import Peak, peaks
 from kinelast.figures.results import Results
 from kinelast.line import gist, questions
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, attempted, missing_package
@@ -119,7 +118,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
     results = by_theory(long_results(scene, instants, on_chunk, require_chunk), request, progress)
     if fields:
         fields.close()
-    comparison = checked(scene, results.shown.deflection, request, progress)
+    comparison = checked(scene, results.deflection, request, progress)
     return replace(results, comparison=comparison, left_out=count - len(instants))
 
 
@@ -134,13 +133,12 @@ def _finish(
     part: Path, document: Document, results: Results, made: dict[str, Any], request: Request, progress: Progress
 ) -> dict[str, Any]:
     """The figures of a scene whose tables are written, and all other files."""
-    from kinelast.figures.refinement import refined_peaks
+    from kinelast.figures.refinement import refined
     from kinelast.figures.summary import summary
 
-    found = peaks(results)
     if request.refine and not results.vibrates:
-        found = refined_peaks(results, found)
-    figures = {"kinelast": version(), **summary(results, found), "made_from": made}
+        results = refined(results)
+    figures = {"kinelast": version(), **summary(results), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})
@@ -151,7 +149,7 @@ def _finish(
 
         figures.update(write_studies(part, document, request, progress.within(document.name)))
     failed = figures["failed"] = {}
-    for name, draw in _drawings(part, results.shown, found, figures, request, progress):
+    for name, draw in _drawings(part, results, figures, request, progress):
         with _kept_apart(name, failed):
             draw()
     seal(part, figures)
@@ -205,7 +203,6 @@ def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
 def _drawings(
     part: Path,
     results: Results,
-    found: dict[str, list[Peak]],
     figures: dict[str, Any],
     request: Request,
     progress: Progress,
@@ -216,13 +213,13 @@ def _drawings(
     def report() -> None:
         from kinelast.outputs.page.report import report_page
 
-        (part / "report.html").write_bytes(report_page(results, found, figures, gist(figures)))
+        (part / "report.html").write_bytes(report_page(results, figures, gist(figures)))
 
     def stills() -> None:
         from kinelast.outputs.stills.write import write_stills
 
         progress(f"{name}: stills", 0, 1)
-        write_stills(part / "stills", results, found)
+        write_stills(part / "stills", results)
 
     def meshes() -> None:
         from fem_check import write_vtu_series

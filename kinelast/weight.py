@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 from elastic import FIELDS, PRIMARY
-from kinelast.figures.results import EXTREME_FIELDS
+from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
 from rigid import structure

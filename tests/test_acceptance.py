@@ -11,10 +11,10 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.compute import computed
-from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.peaks import peaks
+from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
+from kinelast.figures.summary import angle_figures, output_figure, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.request import Request
@@ -94,7 +94,7 @@ def test_the_output_is_what_the_scene_says(words, kind, name):
     scene = scene_from_text(with_output(words))
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
     points, angles = point_figures(results), angle_figures(results)
-    found = output_figure(results, points, angles)
+    found = output_figure(results)
     assert (found["kind"], found["name"], found["guessed"]) == (kind, name, False)
     expected = points["A"]["displacement"] if kind == "point" else angles["coupler"]
     assert found["value"] == expected["value"]
@@ -124,7 +124,7 @@ def test_mistakes_in_them_are_told(words, limits, told):
 def check_shares(results, course):
     """Shares against all other links rigid: the forces of statics alone do not ask how stiff the links are."""
     scene, bent = results.scene, results.deflection
-    output = output_figure(results, point_figures(results), angle_figures(results))
+    output = output_figure(results)
     shares = {row["link"]: row["value"] for row in output_shares(results, output)}
     assert sum(shares.values()) == pytest.approx(output["value"], rel=1e-9)
     at = int(np.argmin(np.abs(course.time - output["time"]["value"])))
@@ -165,7 +165,7 @@ def test_shares_of_links_that_vibrate(name):
 def test_shares_of_a_frame_with_rings_add_up():
     scene = scene_from_text(shipped_scenes()["flap_plates"].read_text())
     results = Results(scene, deflection(scene_motion(scene, 24), scene.sections))
-    output = output_figure(results, point_figures(results), angle_figures(results))
+    output = output_figure(results)
     shares = output_shares(results, output)
     assert "others" not in {row["link"] for row in shares}
     assert sum(row["value"] for row in shares) == pytest.approx(output["value"], rel=1e-9)
@@ -179,7 +179,7 @@ def test_strain_goes_to_the_others():
     assert text.count("temperature") == 1
     scene = scene_from_text(text)
     results = Results(scene, deflection(scene_motion(scene, 36), scene.sections))
-    output = output_figure(results, point_figures(results), angle_figures(results))
+    output = output_figure(results)
     shares = {row["link"]: row["value"] for row in output_shares(results, output)}
     cold = Results(scene, deflection(results.motion, [replace(section, strain=0.0) for section in scene.sections]))
     at = int(np.argmin(np.abs(results.motion.time - output["time"]["value"])))
@@ -190,12 +190,11 @@ def test_strain_goes_to_the_others():
 def test_a_long_run_is_thinned_out_but_keeps_its_peaks():
     scene = scene_from_text(STEEL)
     results = Results(scene, deflection(scene_motion(scene, 9000), scene.sections))
-    found = peaks(results)
-    kept = kept_positions(results, found)
+    kept = kept_positions(results)
     assert len(kept) < 9000
     assert len(numbers_of(results, kept).bytes()) < 1.05 * BUDGET
     times = set(results.motion.time[kept].tolist())
-    assert all(peak.time in times for rows in found.values() for peak in rows)
+    assert all(peak.time in times for key in EXTREME_FIELDS for peak in results.figures.of_field(key))
 
 
 def test_lines_of_a_table_give_their_numbers_back():

@@ -12,7 +12,6 @@ from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
-from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
 from kinelast.request import Request
 from kinelast.scene.document import document_from_dict
@@ -66,7 +65,7 @@ def paths_of(name):
 def single(tables):
     """Figures of one scene by the way of the report, which knows nothing of designs."""
     results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
-    found = summary(results, peaks(results))
+    found = summary(results)
     largest = {"deflection": "largest_deflection", "chord": "largest_chord", "stress": "largest_stress"}
     row = {name: found[key]["value"] for name, key in largest.items() if found[key]}
     safety = [each["safety_factor"]["value"] for each in found["strength"].values()]
@@ -270,7 +269,7 @@ def test_limits_and_the_output_are_judged_design_by_design():
         results = computed(
             scene_from_dict(with_value(tables, "sections.bar.depth", depth)), Request(theory="quasi-static")
         )
-        figures = summary(results, peaks(results))
+        figures = summary(results)
         assert bool(found.columns["acceptable"][row]) == figures["acceptance"]["passed"]
         assert found.columns["output_error"][row] == pytest.approx(figures["output"]["value"], rel=1e-12)
         masses = [link["mass"]["value"] for link in figures["links"]]
@@ -282,7 +281,7 @@ def test_limits_and_the_output_are_judged_design_by_design():
 def test_an_output_that_the_scene_does_not_name_is_that_of_its_report(name):
     tables, _ = MECHANISMS[name]
     results = computed(scene_from_dict(tables), Request(theory="quasi-static"))
-    output = summary(results, peaks(results))["output"]
+    output = summary(results)["output"]
     assert output["guessed"]
     path = paths_of(name)[0]
     found = evaluate(tables, [path], [[variable(tables, path).base]], ["output_error"])

@@ -6,7 +6,8 @@ from figure_table import Table
 from scipy.optimize import brentq
 
 from kinelast.designs.optimum import optimum
-from kinelast.designs.problem import Limit, Problem, linearized
+from kinelast.designs.problem import Problem, linearized
+from kinelast.scene.limits import Limit
 
 
 def problem(columns, low, high, figure="cost", **more):

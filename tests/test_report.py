@@ -17,8 +17,8 @@ from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
 
 from elastic import deflection
 from kinelast.cli.command import main
-from kinelast.figures.peaks import peaks
-from kinelast.figures.refinement import refined_peaks
+from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.refinement import refined
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
@@ -460,22 +460,21 @@ def parallelogram(count, start=0.1):
 def test_round_off_near_a_change_point_is_no_largest_value(start):
     """The coupler carries its own weight on pins at its ends: 5 m' g l^4/(384 EI), wherever the crank is."""
     results = results_of(**parallelogram(24, start))
-    found = peaks(results)
-    figures = summary(results, found)
+    figures = summary(results)
     assert figures["run"]["singular"] + figures["run"]["ill_conditioned"] == 2
     told = " ".join(finding["text"] for finding in figures["trust"])
     assert ("2 positions are left out of the largest values as ill-conditioned" in told) == (start > 0)
     beam = results.scene.labels.index("coupler")
-    for chord in (found["chord"][beam], refined_peaks(results, found)["chord"][beam]):
+    for chord in (one.figures.peaks["chord"][beam] for one in (results, refined(results))):
         sag = 5 * 7850 * 6e-5 * 9.81 * 0.3**4 / (384 * 210e9 * 0.01 * 0.006**3 / 12)
         assert abs(chord.value) == pytest.approx(sag, rel=1e-4)
 
 
 def test_refining_keeps_away_from_singular_positions():
     results = results_of(**parallelogram(24, 0.0))
-    found = peaks(results)
-    for field, rows in refined_peaks(results, found).items():
-        for before, after in zip(found[field], rows, strict=True):
+    further = refined(results).figures
+    for field in EXTREME_FIELDS:
+        for before, after in zip(results.figures.of_field(field), further.of_field(field), strict=True):
             assert abs(after.value) <= 2 * abs(before.value) + 1e-9
             assert min(abs(math.remainder(after.drive[0], math.pi)), 1.0) > 0.2
 
@@ -548,11 +547,11 @@ def test_the_drawing_has_room_for_the_deformed_shape():
 def test_round_off_is_shown_as_nothing():
     """Gravity along an upright arm does not bend it."""
     results = results_of(points={"O": [0, 0], "A": [1.2e-17, 0.2]})
-    arm = summary(results, peaks(results))["peaks"]["arm"]
+    arm = summary(results)["peaks"]["arm"]
     assert arm["M"]["value"] == arm["w"]["value"] == 0.0
     assert arm["N"]["value"] == pytest.approx(-7850 * 6e-5 * 9.81 * 0.2)
-    assert results.rounded(np.array([1e-9, -8e-10]), "N").tolist() == [1e-9, -8e-10]
-    assert results.rounded(np.array([1e-14, np.nan]), "N")[0] == 0.0
+    assert results.figures.rounded(np.array([1e-9, -8e-10]), "N").tolist() == [1e-9, -8e-10]
+    assert results.figures.rounded(np.array([1e-14, np.nan]), "N")[0] == 0.0
 
 
 def test_far_is_told_in_kilometres():

@@ -252,6 +252,11 @@ output = 2
 """
 
 
+def deflections(scene):
+    """The figures of deflection of its beams."""
+    return [f"deflection.{label}" for label in scene.labels]
+
+
 class TestBareLengths:
     """Numbers without a unit are in the file's own, wherever they stand."""
 
@@ -279,19 +284,21 @@ class TestBareLengths:
         assert sorted(values[:, 0] / metres) == pytest.approx([15, 15, 18, 18, 21, 21, 24, 24])
         assert set(values[:, 1]) == {6.0, 7.0}
         assert scattered(document).tolerances[0].half == pytest.approx(0.1 * metres)
-        units = {"mass": "kg", "chord": "m", "deflection": "m", "output_error": "m"}
+        scene = scene_from_text(text)
+        units = {"mass": "kg", "chord": "m", "output_error": "m", **dict.fromkeys(deflections(scene), "m")}
         asked = sought(document, units)
         assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
         bounds = {limit.figure: limit.bound for limit in asked.limits}
-        assert bounds == pytest.approx({"deflection": 3 * metres, "output_error": 2 * metres, "chord": 4 * metres})
-        limits = {limit.kind: (limit.value, limit.unit) for limit in scene_from_text(text).limits}
+        own = dict.fromkeys(deflections(scene), 3 * metres)
+        assert bounds == pytest.approx({**own, "output_error": 2 * metres, "chord": 4 * metres})
+        limits = {limit.kind: (limit.bound, limit.unit) for limit in scene_from_text(text).limits}
         assert limits == {"deflection": (pytest.approx(3 * metres), "m"), "output": (pytest.approx(2 * metres), "m")}
 
     def test_a_limit_of_a_guessed_output_says_its_unit(self):
         text = BARE.format(units="mm", quoted="332.6 mm").replace('output = "T"', "")
         with pytest.raises(SceneError, match=r"limits\] output: expected a length or an angle with its unit"):
             scene_from_text(text)
-        assert scene_from_text(text.replace("output = 2", 'output = "2 mm"')).limits[-1].value == pytest.approx(2e-3)
+        assert scene_from_text(text.replace("output = 2", 'output = "2 mm"')).limits[-1].bound == pytest.approx(2e-3)
 
 
 class TestTogether:

@@ -15,7 +15,6 @@ from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.designs import evaluate, with_value
 from kinelast.designs.plan import plan_of
-from kinelast.figures.peaks import peaks
 from kinelast.request import Request
 from kinelast.scene.text import file_text, toml_tables
 
@@ -146,7 +145,7 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--design", best[0]) == 0
     one = toml_tables(file_text(tmp_path / "out" / "bars_design_10.toml"), "")
     results = computed(scene_from_dict(one), Request(theory="quasi-static"))
-    assert abs(peaks(results)["w"][2].value) == pytest.approx(float(best[4]), rel=1e-11)
+    assert abs(results.figures.of_field("w")[2].value) == pytest.approx(float(best[4]), rel=1e-11)
     assert swept(tmp_path, SWEEP, "--design", "12") == 2
     assert "there is no design 12, the last one of the sweep is 11" in capsys.readouterr().err
 
@@ -199,7 +198,7 @@ def test_the_python_of_the_page_on_designs_finds_what_single_runs_find(capsys):
     for row in known["stiff"] + np.array([-1, 0]):
         tables = with_value(STEEL, DEPTH, float(known["depth"][row]))
         alone = computed(scene_from_dict(tables), Request(theory="quasi-static"))
-        value = abs(peaks(alone)["w"][1].value)
+        value = abs(alone.figures.of_field("w")[1].value)
         assert value == pytest.approx(known["deflection"][row], rel=1e-12)
         assert (value < 0.2e-3) == (row == known["stiff"])
 

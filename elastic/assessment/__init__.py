@@ -2,10 +2,10 @@
 
 from elastic.assessment.beam_theory import introduction_share, sections_with_shear, shear_share
 from elastic.assessment.buckling import euler_loads, euler_ratio, least_axial_force, slenderness
-from elastic.assessment.cycle import CyclePeak, over_cycle, period_of, rms
+from elastic.assessment.cycle import over_cycle, period_of, rms
 from elastic.assessment.output_error import PathDeviation, angle_error, path_deviation, point_displacements
 from elastic.assessment.spectrum import Harmonics, harmonics
-from elastic.assessment.strength import safety_factor, stress_range
+from elastic.assessment.strength import safety_factor, stress_ends, stress_range
 from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, exceedances
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "sections_with_shear",
     "shear_share",
     "slenderness",
+    "stress_ends",
     "stress_range",
 ]
 

@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from elastic.extreme_values import Extreme
+from elastic.largest import Largest, largest
 from rigid import Motion, Reals
-from rigid.arrays import Integers
 
 EVEN = 1e-9  # of themselves that equal steps, and a constant speed, may differ by
 
 
-@dataclass(frozen=True, eq=False)
-class CyclePeak:
-    """The values of largest magnitude over the positions.
-
-    Attributes
-    ----------
-    value
-        With their signs, shape (...); nan where no position has one.
-    position
-        Number of the position.
-    xi
-        Where along the beam; nan of values that belong to no place.
-    """
-
-    value: Reals
-    position: Integers
-    xi: Reals
-
-
-def over_cycle(values: Extreme | ArrayLike) -> CyclePeak:
+def over_cycle(values: Extreme | ArrayLike) -> Largest:
     """Largest magnitude over the positions, the last axis; singular positions do not count.
 
     Parameters
@@ -46,15 +25,7 @@ def over_cycle(values: Extreme | ArrayLike) -> CyclePeak:
     >>> float(over_cycle([1.0, -3.0, 2.0]).value)
     -3.0
     """
-    plain = np.asarray(values.value if isinstance(values, Extreme) else values)
-    size = np.where(np.isnan(plain), -1.0, np.abs(plain))
-    position = size.argmax(axis=-1)
-
-    def taken(array: Reals) -> Reals:
-        return np.take_along_axis(array, position[..., None], -1)[..., 0]
-
-    xi = taken(values.xi) if isinstance(values, Extreme) else np.full(position.shape, np.nan)
-    return CyclePeak(taken(plain), position, xi)
+    return largest(values.value, xi=values.xi) if isinstance(values, Extreme) else largest(values)
 
 
 def rms(values: ArrayLike) -> Reals:

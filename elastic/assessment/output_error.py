@@ -42,7 +42,7 @@ def path_deviation(deflection: Deflection, link: str, point: str) -> PathDeviati
     moved = displacement_of(deflection, link, point)
     velocity = velocity_of(deflection.motion, link, point)
     speed = np.abs(velocity)
-    fastest = np.nanmax(speed, initial=0.0)
+    fastest = np.nanmax(speed, axis=-1, keepdims=True, initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         seen = moved * np.conj(np.where(speed > AT_REST * fastest, velocity / speed, np.nan))
     return PathDeviation(seen.real, seen.imag, moved)

@@ -21,17 +21,28 @@ def stress_range(deflection: Deflection, stations: int | ArrayLike) -> Reals:
     -------
     Shape (2, beams, ..., stations): of the left and the right fibre. Singular positions do not count.
     """
-    return np.array([_swing(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of])
+    least, most = stress_ends(deflection, stations)
+    return np.where(least <= most, most - least, np.nan)
 
 
-def _swing(values: AtStations) -> Reals:
-    swing: Reals = values.max(axis=-2) - values.min(axis=-2)
-    if np.isfinite(swing).all():
-        return swing
+def stress_ends(deflection: Deflection, stations: ArrayLike) -> tuple[AtStations, AtStations]:
+    """Least and largest normal stress over the positions [Pa], infinite, and the wrong way round, where none is known.
+
+    Returns
+    -------
+    Each of shape (2, beams, ..., stations): of the left and the right fibre. Singular positions do not count.
+    """
+    sides = [_ends(sample(deflection, side, stations)) for side in FIELDS["normal"].greatest_of]
+    least, most = zip(*sides, strict=True)
+    return np.array(least), np.array(most)
+
+
+def _ends(values: AtStations) -> tuple[AtStations, AtStations]:
+    least, most = values.min(axis=-2), values.max(axis=-2)
+    if np.isfinite(most - least).all():
+        return least, most
     known = np.isfinite(values)
-    high = np.where(known, values, -np.inf).max(axis=-2)
-    low = np.where(known, values, np.inf).min(axis=-2)
-    return np.where(known.any(axis=-2), high - low, np.nan)
+    return np.where(known, values, np.inf).min(axis=-2), np.where(known, values, -np.inf).max(axis=-2)
 
 
 def safety_factor(deflection: Deflection, mises: Extreme | None = None) -> Reals:

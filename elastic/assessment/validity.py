@@ -13,8 +13,9 @@ import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
 from elastic.assessment.buckling import euler_ratio
-from elastic.assessment.cycle import CyclePeak, over_cycle
+from elastic.assessment.cycle import over_cycle
 from elastic.extreme_values import Extreme, extremes
+from elastic.largest import Largest
 from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
@@ -148,7 +149,7 @@ def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance
 
 
 def _per_beam(
-    kind: str, peak: CyclePeak, message: str, more: Callable[[float], str] = lambda _: ""
+    kind: str, peak: Largest, message: str, more: Callable[[float], str] = lambda _: ""
 ) -> Iterator[Exceedance]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
         words = message.format(figure=_share(float(value))) + more(float(value))

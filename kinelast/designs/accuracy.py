@@ -10,7 +10,8 @@ import numpy as np
 
 from elastic.assessment import angle_error
 from elastic.sampling import displacement_of
-from kinelast.designs.figures import Figure, Found, Values
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.registry import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output
 from rigid import Motion, position_of
 
@@ -31,31 +32,25 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
     if output.point:
         place = position_of(nominal, output.link, output.point)
 
-        def off(found: Found) -> Any:
-            return position_of(found.motion, output.link, output.point) - place
+        def off(cycle: Cycle) -> Any:
+            return position_of(cycle.motion, output.link, output.point) - place
 
-        def bent(found: Found) -> Values:
-            return found.largest(off(found) + displacement_of(found.bent, output.link, output.point))
-
-        unit = "m"
+        def bent(cycle: Cycle) -> Any:
+            return [off(cycle) + displacement_of(cycle.deflection, output.link, output.point)]
     else:
         way = nominal.direction[nominal.mechanism.index[output.link]]
 
-        def off(found: Found) -> Any:
-            mechanism = found.motion.mechanism
-            return np.angle(found.motion.direction[mechanism.index[output.link]] * np.conj(way))
+        def off(cycle: Cycle) -> Any:
+            mechanism = cycle.motion.mechanism
+            return np.angle(cycle.motion.direction[mechanism.index[output.link]] * np.conj(way))
 
-        def bent(found: Found) -> Values:
-            mechanism = found.scene.mechanism
+        def bent(cycle: Cycle) -> Any:
+            mechanism = cycle.scene.mechanism
             points = mechanism.links[mechanism.index[output.link]].points
-            turned = [found.largest(off(found) + angle_error(found.bent, output.link, point)) for point in points]
-            most = np.argmax([value for value, _ in turned], axis=0)[None]
-            picked = (np.take_along_axis(np.array(each), most, 0)[0] for each in zip(*turned, strict=True))
-            value, at = picked
-            return value, at + most[0] * found.columns[-1]
+            return [off(cycle) + angle_error(cycle.deflection, output.link, point) for point in points]
 
-        unit = "rad"
-    return [Figure(GEOMETRIC, unit, lambda found: found.largest(off(found))), Figure(WHOLE, unit, bent)]
+    geometric = Figure(GEOMETRIC, "error of the output by geometry", output.unit, SCENE, whole(off))
+    return [geometric, Figure(WHOLE, "error of the output altogether", output.unit, SCENE, largest_of(bent))]
 
 
 def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
@@ -65,17 +60,22 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     """
     wanted = np.array(places)
 
-    def off(found: Found) -> Any:
-        return np.broadcast_to(position_of(found.motion, output.link, output.point) - wanted, found.columns)
+    def off(cycle: Cycle) -> Any:
+        return np.broadcast_to(position_of(cycle.motion, output.link, output.point) - wanted, cycle.columns)
 
-    def part(found: Found, number: int, axis: str) -> Values:
-        way = off(found)[..., number]
-        return np.array(way.real if axis == "x" else way.imag), None
+    def part(cycle: Cycle, number: int, axis: str) -> Any:
+        way = off(cycle)[..., number]
+        return way.real if axis == "x" else way.imag
 
-    parts = [Figure(name, "m", partial(part, number=number, axis=axis)) for number, axis, name in _parts(len(places))]
+    def squares(cycle: Cycle) -> Any:
+        return (np.abs(off(cycle)) ** 2).sum(axis=-1)
+
+    words = "distance from a place of the path"
+    parts = [Figure(name, words, "m", SCENE, fixed(partial(part, number=number, axis=axis)), FIXED)
+             for number, axis, name in _parts(len(places))]  # fmt: skip
     return [
-        Figure(FARTHEST, "m", lambda found: found.largest(off(found))),
-        Figure(SQUARES, "m^2", lambda found: ((np.abs(off(found)) ** 2).sum(axis=-1), None)),
+        Figure(FARTHEST, "largest distance from the path", "m", SCENE, whole(off)),
+        Figure(SQUARES, "squares of the distances from the path", "m^2", SCENE, fixed(squares), FIXED),
         *parts,
     ]
 

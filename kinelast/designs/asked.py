@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinelast.designs.problem import Limit
 from kinelast.designs.tolerances import Tolerance
+from kinelast.figures.limits import bounded_beams
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.format_sizing import Amount, BoundTable
+from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from kinelast.scene.studies import bounds, tolerance
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Variable
@@ -94,20 +95,28 @@ def sought(document: Document, units: Mapping[str, str]) -> Sought:
 
 
 def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:
-    """The limits of a scene, for every beam apart: a limit of the largest of several would have more kinks."""
-    found = []
+    """The limits of a scene, for every beam apart: a limit of the largest of several would have more kinks.
+
+    Raises
+    ------
+    SceneError
+        There is no figure for one of them.
+    """
+    limits = []
     for limit in scene.limits:
-        if limit.kind != "output":
-            found += [Limit(name, limit.value, limit.kind == "safety") for name in _each(limit.kind, units, limit.link)]
-        elif "output_error" in units:
-            found.append(Limit("output_error", limit.value))
-    return found
+        labels = [scene.labels[beam] for beam in bounded_beams(scene, limit)]
+        names = [OUTPUT_ERROR] if limit.figure == OUTPUT_ERROR else [f"{limit.figure}.{label}" for label in labels]
+        for name in names or [limit.figure]:
+            if name not in units:
+                table = f"limits.links.{limit.link}" if limit.link else "limits"
+                raise fault(table, limit.kind, f'it cannot be judged: the figure "{name}" is not known')
+            limits.append(replace(limit, figure=name, unit=units[name]))
+    return limits
 
 
-def _each(kind: str, units: Mapping[str, str], link: str = "") -> list[str]:
-    """A figure of every beam, of one link or of all, where there are such figures; else the one of all."""
-    own = [name for name in units if name.startswith(f"{kind}.") and link in ("", name.split(".")[1])]
-    return own or [kind]
+def _each(kind: str, units: Mapping[str, str]) -> list[str]:
+    """The figure of every beam, where there are such figures; else the one of all."""
+    return [name for name in units if name.startswith(f"{kind}.")] or [kind]
 
 
 def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:

@@ -9,18 +9,15 @@ from typing import Any
 
 import msgspec
 
-from kinelast.designs.figures import Figure, chosen, figures_of
-from kinelast.designs.frequency_figures import frequency_figures
-from kinelast.designs.output_range import output_range_figures
-from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.results import Results
+from kinelast.figures.limits import acceptable
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import Figure, Measure, chosen, figures_of, measures_of
 from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
-from kinelast.scene.limits import Output
-from kinelast.scene.motion import scene_deflection, scene_motion
+from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.quantities import Direction
 from kinelast.scene.section_quantities import Sizes
 from kinelast.scene.units import Quantity
@@ -45,17 +42,14 @@ class Base:
         Of the numbers that differ.
     on_axis
         Whether each of them can be an array; designs that differ in another number are computed apart.
-    figures
-        That are asked for.
-    output
-        What the machine is there for, where it is known.
+    measures
+        The figures that are asked for.
     """
 
     document: Document
     places: tuple[Place, ...]
     on_axis: tuple[bool, ...]
-    figures: tuple[Figure, ...]
-    output: Output | None
+    measures: tuple[Measure, ...]
 
     @property
     def table(self) -> SceneTable:
@@ -70,31 +64,27 @@ class Base:
     @cached_property
     def fields(self) -> frozenset[str]:
         """Fields that the figures take."""
-        return frozenset(key for figure in self.figures for key in figure.fields)
+        return frozenset(key for measure in self.measures for key in measure.figure.fields)
 
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
     """A scene and its numbers and figures by name; raises as `evaluate`."""
     table, scene = document.table, document.scene
     places = tuple(place_of(table, path) for path in paths)
-    output = scene.output
-    if output is None and figures is not None and "output_error" in figures:
-        output = _guessed_output(scene)
-    further = [*output_range_figures(output), *frequency_figures(scene)]
-    known = {**figures_of(scene, output), **{figure.name: figure for figure in further}}
+    asked = any(str(name).startswith("output_") for name in figures or ()) or any(
+        limit.figure == OUTPUT_ERROR for limit in scene.limits
+    )
+    output = output_of(scene) if asked else scene.output
+    known = design_measures(scene, output)
     names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    return Base(document, places, on_axis, tuple(chosen(known, names)), output)
+    return Base(document, places, on_axis, tuple(chosen(known, names)))
 
 
-def _guessed_output(scene: Scene) -> Output | None:
-    """What the machine is there for as its report tells it from its form, where the scene does not say."""
-    results = Results(scene, scene_deflection(scene, scene_motion(scene, partial=True)))
-    found = output_figure(results, point_figures(results), angle_figures(results))
-    if found is None or found["kind"] == "angle":
-        return None if found is None else Output(found["name"])
-    owners = (link.name for link in scene.mechanism.links[1:] if found["name"] in link.points)
-    return Output(next(owners), found["name"])
+def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
+    """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
+    figures = figures_of(output)
+    return measures_of(scene, [*figures, acceptable(scene, figures)] if scene.limits else figures)
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:

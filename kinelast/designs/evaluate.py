@@ -10,7 +10,8 @@ import numpy as np
 
 from kinelast.designs.axis import Rows, numbers_at_fault, table_with
 from kinelast.designs.base import Base, base_of
-from kinelast.designs.figures import Figure, Found
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.registry import Figure
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
@@ -94,8 +95,8 @@ def evaluated(base: Base, values: Any) -> Designs:
     if values.ndim != 2 or values.shape[1] != len(paths):
         raise ValueError(f"values of shape {values.shape} for {len(paths)} paths, expected (designs, {len(paths)})")
     count = len(values)
-    columns = {figure.name: np.full(count, np.nan) for figure in base.figures}
-    places = {figure.name: np.full(count, -1) for figure in base.figures}
+    columns = {measure.name: np.full(count, np.nan) for measure in base.measures}
+    places = {measure.name: np.full(count, -1) for measure in base.measures}
     reason = np.full(count, "", object)
     with np.errstate(all="ignore"):
         for group in _groups(base, values):
@@ -103,13 +104,12 @@ def evaluated(base: Base, values: Any) -> Designs:
                 reason[part.rows] = part.reason
                 for name, (value, place) in part.found.items():
                     columns[name][part.rows] = value
-                    if place is not None:
-                        places[name][part.rows] = place
+                    places[name][part.rows] = place
     for name, value in columns.items():
         if name != "reach":
             value[reason != ""] = np.nan
     found_places = {name: place for name, place in places.items() if (place >= 0).any()}
-    return Designs(columns, {figure.name: figure.unit for figure in base.figures}, reason, found_places)
+    return Designs(columns, {measure.name: measure.unit for measure in base.measures}, reason, found_places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,27 +199,26 @@ def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Itera
 
 
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
-    """Figures of designs at all positions; a row 0 before them is left out."""
-    found = Found(scene, scene.course.at(scene.course.times()), base.output, base.fields, len(rows) + 1)
-    many = len(found.columns) > 1
-    own = slice(1, len(rows) + 1) if many else slice(None)
+    """Figures of the designs at all positions; a row 0 before them is left out."""
+    cycle = Cycle(scene, scene.course.at(scene.course.times()), wanted=base.fields, used=len(rows) + 1)
+    own = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
     figures = {}
-    for figure in base.figures:
-        value, place = figure.of(found)
-        figures[figure.name] = np.atleast_1d(value)[own], None if place is None else np.atleast_1d(place)[own]
-    reason = np.broadcast_to(np.atleast_1d(_reasons(found))[own], len(rows))
+    for measure in base.measures:
+        value, place = measure.of(cycle)
+        figures[measure.name] = np.atleast_1d(value)[own], np.atleast_1d(place)[own]
+    reason = np.broadcast_to(np.atleast_1d(_reasons(cycle))[own], len(rows))
     yield Part(rows, reason, figures)
 
 
-def _reasons(found: Found) -> Any:
+def _reasons(cycle: Cycle) -> Any:
     """Why designs have no figures, shape (designs,); empty where they have."""
-    motion, reached = found.motion, found.reached
-    known = found.columns[:-1]
+    motion, reached = cycle.motion, cycle.reached
+    known = cycle.columns[:-1]
     reason = np.full(known, "", object)
     whole = reached.all(axis=-1)
     if not whole.all():
         share = (~reached).mean(axis=-1)
-        joint = _opening_joint(found)
+        joint = _opening_joint(cycle)
         for at in np.ndindex(known):
             if share[at] == 1.0:
                 reason[at] = (
@@ -227,21 +226,21 @@ def _reasons(found: Found) -> Any:
                 )
             elif share[at]:
                 reason[at] = f'{share[at]:.0%} of the positions are out of reach: the joint "{joint[at]}" opens'
-    bent = found.__dict__.get("bent")  # where no figure asks for it, it does not matter
+    bent = cycle.__dict__.get("deflection")  # where no figure asks for it, it does not matter
     for block in () if bent is None else bent.blocks:
         off = (reached & np.isnan(block.xi)).any(axis=-1)
         number, beam = motion.mechanism.beams[block.beam]
         link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
-    lost = ~(found.condition <= SINGULAR) if bent is None else bent.lost
+    lost = ~(cycle.condition <= SINGULAR) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
 
 
-def _opening_joint(found: Found) -> Any:
+def _opening_joint(cycle: Cycle) -> Any:
     """Name of the inner joint of the first group that does not close somewhere, shape (designs,)."""
-    motion = found.motion
-    name = np.full(found.columns[:-1], "", object)
+    motion = cycle.motion
+    name = np.full(cycle.columns[:-1], "", object)
     for closed in motion.closures:
         links = list(closed.group.links)
         if closed.group.cut:

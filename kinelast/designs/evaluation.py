@@ -54,7 +54,7 @@ class Evaluation:
     def units(self) -> dict[str, str]:
         """Units of the columns."""
         numbers = {place.variable.path: place.variable.unit for place in self.base.places}
-        return {**numbers, **{figure.name: figure.unit for figure in self.base.figures}}
+        return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
 
     @property
     def chunk(self) -> int:

@@ -8,24 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
+from kinelast.scene.limits import Limit
 
 STEP = 2.0**-14  # of a variable's range, the largest of a gradient's differences
 FAR = 10.0  # ratio of bounds
 KEPT = 1e-7  # share of a limit that is left to it, so that whoever computes anew finds it kept
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A bound of a figure: `most` that it may be, or, where `least` is true, the least."""
-
-    figure: str
-    bound: float
-    least: bool = False
-
-    def margin(self, value: np.ndarray) -> np.ndarray:
-        """What is left to the limit, as a share of it; negative where it is not kept."""
-        left = (value - self.bound if self.least else self.bound - value) / (abs(self.bound) or 1.0)
-        return np.asarray(left)
 
 
 @dataclass(frozen=True, eq=False)

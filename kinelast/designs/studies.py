@@ -10,16 +10,14 @@ import numpy as np
 
 from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
 from kinelast.designs.asked import Sought, scattered, sought
-from kinelast.designs.base import base_of
+from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
-from kinelast.designs.figures import Figure
-from kinelast.designs.figures import figures_of as known_figures
-from kinelast.designs.frequency_figures import frequency_figures
 from kinelast.designs.optimum import Solved, optimum
-from kinelast.designs.output_range import output_range_figures
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import Figure
 from kinelast.progress import SILENT, Progress
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
@@ -156,7 +154,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         figures_of = _figures_of(document, paths, figures, progress, "designs within tolerances")
         sampled = scatter(figures_of, asked.tolerances, at, designs)
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
-    units = {**base.units, **{figure.name: figure.unit for figure in own if isinstance(figure, Figure)}}
+    units = {**base.units, **{figure.key: str(figure.unit) for figure in own if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
     return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
 
@@ -184,9 +182,9 @@ def problem_of(given: Document | Tables) -> Posed:
     table, scene = document.table, document.scene
     own = _path_figures(table, scene)
     base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, own))
-    known = {name: unit for name, unit in base.units.items() if base.reason[0] or np.isfinite(base.columns[name][0])}
+    known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
     asked = sought(document, known)
-    by_name = {figure.name: figure for figure in own}
+    by_name = {figure.key: figure for figure in own}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
     paths = [one.path for one in asked.variables]
@@ -215,11 +213,10 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Solv
 
 
 def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:
-    """All figures that a limit or a goal may name; those of vibration, which take long, where one does."""
+    """All figures that a limit or a goal may name; those that take long where one does."""
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
-    vibration = [each.name for each in frequency_figures(scene) if each.name in named]
-    swings = [each.name for each in output_range_figures(scene.output)]
-    return [*known_figures(scene, scene.output), *swings, *vibration, *own]
+    measures = design_measures(scene, output_of(scene)).values()
+    return [*(measure.name for measure in measures if measure.name in named or not measure.figure.asked), *own]
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:

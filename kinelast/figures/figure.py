@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
+from kinelast.figures.peaks import Peak
 from kinelast.figures.results import Results
 
 
@@ -27,12 +26,13 @@ def at_position(results: Results, position: int) -> dict[str, Any]:
     return {"time": figure(motion.time[position], "s"), "drive": coordinates(results, motion.drive[:, position])}
 
 
-def largest(results: Results, values: Any, unit: str, **more: Any) -> dict[str, Any]:
-    """The value of largest magnitude over the positions that count, with time and drive."""
-    if np.shape(values) != results.motion.columns:
-        values = np.broadcast_to(values, results.motion.columns)
-    size = np.where(np.isfinite(values) & results.counted, np.abs(values), -1.0)
-    at = int(size.argmax())
-    if size[at] < 0:
+def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
+    """Time and coordinates of the drives at a peak."""
+    return {"time": figure(peak.time, "s"), "drive": coordinates(results, peak.drive)}
+
+
+def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
+    """A peak with time and drive."""
+    if math.isnan(peak.value):
         return figure(math.nan, unit)
-    return figure(results.rounded(values[at], unit), unit, **more, **at_position(results, at))
+    return figure(results.figures.rounded(peak.value, unit), unit, **more, **at_peak(results, peak))

@@ -7,31 +7,27 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.figure import figure, largest
-from kinelast.figures.results import Results, joint_words
-from rigid.friction import friction_power, rubbing_joints, sliding_directions
+from kinelast.figures.results import Results
+from rigid.friction import rubbing_joints, sliding_directions
 
 
 def friction_figures(results: Results) -> dict[str, Any] | None:
     """Efforts and heat of friction in the joints; None where no joint has any."""
-    motion, forces = results.motion, results.deflection.forces
     rubbing = rubbing_joints(results.mechanism)
     if not rubbing:
         return None
-    words, places = joint_words(results), motion.places
-    feedback = np.where(forces.locked, -1.0, np.broadcast_to(forces.feedback, motion.columns))
+    peaks, words = results.figures.peaks, results.joint_words
+    places = results.motion.places
+    units = ["N m" if places[number].turns else "N" for number, _ in rubbing]
     return {
         "joints": [
-            {
-                "joint": words[number][0],
-                "on": words[number][1],
-                "effort": largest(results, forces.friction[number], "N m" if places[number].turns else "N"),
-            }
-            for number, _ in rubbing
+            {"joint": words[number][0], "on": words[number][1], "effort": largest(results, peak, unit)}
+            for (number, _), peak, unit in zip(rubbing, peaks["friction_effort"], units, strict=True)
         ],
-        "power": largest(results, friction_power(motion, forces), "W"),
-        "feedback": figure(feedback.max() if feedback.max() >= 0 else np.nan, "1"),
-        "locked": results.locked_count,
-        "resting": int(np.count_nonzero(resting(results.shown))),
+        "power": largest(results, peaks["friction_power"][0], "W"),
+        "feedback": figure(peaks["friction_feedback"][0].value, "1"),
+        "locked": results.figures.locked,
+        "resting": int(np.count_nonzero(resting(results))),
     }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.figure import figure
-from kinelast.figures.results import Results, drive_words
+from kinelast.figures.results import Results
 from rigid import LineLoad, PointLoad, Resistance, TorsionSpring
 
 STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
@@ -31,8 +31,8 @@ def input_figures(results: Results) -> dict[str, Any]:
         },
         "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
         "drives": {
-            name: _speed(rate, unit)
-            for (name, _, unit, _), rate in zip(drive_words(mechanism), results.motion.drive_rate, strict=True)
+            name: _speed(least, most, unit)
+            for (name, _, unit, _), least, most in zip(results.drive_words, *results.figures.rates, strict=True)
         },
         "point_masses": [
             {"link": link.name, "point": lump.point, "mass": figure(lump.mass, "kg")}
@@ -43,13 +43,10 @@ def input_figures(results: Results) -> dict[str, Any]:
     }
 
 
-def _speed(rate: Any, unit: str) -> dict[str, Any]:
+def _speed(least: float, most: float, unit: str) -> dict[str, Any]:
     """Greatest speed of a drive with its sign, and whether it is the same throughout."""
-    known = np.ravel(rate)[np.isfinite(np.ravel(rate))]
-    if not known.size:
-        return {"speed": figure(np.nan, f"{unit}/s"), "steady": False}
-    fastest = known[np.abs(known).argmax()]
-    return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(np.ptp(known) <= STEADY * abs(fastest))}
+    fastest = least if abs(least) > abs(most) else most
+    return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(most - least <= STEADY * abs(fastest))}
 
 
 def _load(load: Any) -> Iterator[tuple[str, Any]]:

@@ -1,22 +1,33 @@
-"""Where over the cycle, and where along its beam, a field is largest."""
+"""The figures of one run with their places, reduced over its positions chunk by chunk."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 
-from elastic import Extreme
-from kinelast.figures.results import Results
+from elastic import FIELDS, Deflection, Kind
+from elastic.assessment import least_axial_force, stress_ends
+from elastic.largest import Largest
+from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
+from kinelast.figures.registry import FIXED, LARGEST, LEAST, NAMES, Figure, figures_of
+from kinelast.scene.limits import Output
+from rigid import Mechanism, Motion
+
+NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
+STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest magnitude of a field of one beam over the cycle: value in the field's unit, and where it is.
+    """The largest magnitude of a figure of one item over the cycle: value in the figure's unit, and its place.
 
-    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions.
+    `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions; `row`: of
+    several values of the item, which it is.
     """
 
     value: float
@@ -24,26 +35,192 @@ class Peak:
     time: float
     drive: tuple[float, ...]
     refined: bool = False
+    row: int = 0
 
 
-def peak_positions(results: Results, values: Any) -> Any:
-    """Number of the counted position at which values of shape (..., positions) are largest, -1 where none is known."""
-    size = np.where(np.isfinite(values) & results.counted, np.abs(values), -1.0)
-    return np.where(size.max(axis=-1) >= 0.0, size.argmax(axis=-1), -1)
+@dataclass(frozen=True, eq=False)
+class RunFigures:
+    """The figures of a run.
+
+    Attributes
+    ----------
+    output
+        The output that the figures are of.
+    figures, peaks
+        The figures, and by their keys the peak of every item.
+    positions, singular, locked, ill
+        How many there are, have no figures, have none as friction may lock there, and are conditioned beyond `WELL`.
+    well
+        Whether a position is conditioned up to `WELL`: else all that could be computed count.
+    span
+        Time of the first position and of the last [s].
+    rates
+        Least and largest rate of every drive [rad/s or m/s], shape (2, drives).
+    stress
+        Least and largest normal stress [Pa], as of `elastic.assessment.stress_ends` at `STATIONS`.
+    pressed
+        By number of a link of several beams, where these are pressed most [N].
+    length
+        Of the longest beam [m].
+    """
+
+    output: Output | None
+    figures: tuple[Figure, ...]
+    peaks: Mapping[str, list[Peak]]
+    positions: int
+    singular: int
+    locked: int
+    ill: int
+    well: bool
+    span: tuple[float, float]
+    rates: Any
+    stress: Any
+    pressed: Mapping[int, Peak]
+    length: float
+
+    def of_field(self, key: str) -> list[Peak]:
+        """Peaks of a field on every beam."""
+        return self.peaks[NAMES.get(key, key)]
+
+    @cached_property
+    def swings(self) -> Any:
+        """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
+        least, most = self.stress
+        return np.where(least <= most, most - least, np.nan)
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """By unit, the greatest forces, moments of them, displacements and stresses over the counted positions."""
+
+        def greatest(keys: Iterable[str]) -> float:
+            sizes = (abs(peak.value) for key in keys for peak in self.peaks[key])
+            return max((size for size in sizes if math.isfinite(size)), default=0.0)
+
+        force = greatest(("joint_force", "shaking_force", "N", "V"))
+        stresses = (NAMES.get(key, key) for key in EXTREME_FIELDS if FIELDS[key].kind is Kind.STRESS)
+        return {
+            "N": force,
+            "N m": force * self.length,
+            "m": greatest(("u", "deflection", "displacement")),
+            "Pa": greatest(stresses),
+        }
+
+    def rounded(self, values: Any, unit: str) -> Any:
+        """Values with zero in place of what is round-off beside `scales`."""
+        return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
 
 
-def peaks(results: Results) -> dict[str, list[Peak]]:
-    """Per field, the peak of every beam at the positions of the run; nan where no position could be computed."""
-    extremes, motion = results.extremes, results.motion
-    positions = peak_positions(results, np.array([extreme.value for extreme in extremes.values()]))
+def run_figures(cycle: Cycle, output: Output | None, plain: Deflection | None = None) -> RunFigures:
+    """The figures of a run, or of a chunk of it.
 
-    def peak(extreme: Extreme, beam: int, at: int) -> Peak:
-        if at < 0:
-            return Peak(math.nan, math.nan, math.nan, (math.nan,) * len(motion.drive))
-        value, xi = float(extreme.value[beam, at]), float(extreme.xi[beam, at])
-        return Peak(value, xi, float(motion.time[at]), tuple(motion.drive[:, at].tolist()))
+    Parameters
+    ----------
+    output
+        The output of the scene. Figures that are only computed where they are asked for are left out.
+    plain
+        The deflection of links that do not vibrate, where that is another.
+    """
+    scene, motion, bent = cycle.scene, cycle.motion, cycle.deflection
+    chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
+    ill = ~cycle.singular & ~(cycle.condition <= WELL)
+    return RunFigures(
+        output,
+        chosen,
+        {figure.key: _peaks(cycle.of(figure), motion) for figure in chosen},
+        len(motion.time),
+        int(np.count_nonzero(cycle.singular)),
+        int(np.count_nonzero(np.broadcast_to(bent.forces.locked, cycle.columns))),
+        int(np.count_nonzero(ill)),
+        bool((cycle.counted & (cycle.condition <= WELL)).any()),
+        (float(motion.time[0]), float(motion.time[-1])),
+        _rates(motion),
+        np.array(stress_ends(cycle.well_conditioned, STATIONS)) if scene.labels else np.zeros((2, 2, 0, len(STATIONS))),
+        _pressed(cycle, bent if plain is None else plain),
+        float(np.max(bent.length, initial=0.0)),
+    )
 
-    return {
-        field: [peak(extreme, beam, at) for beam, at in enumerate(row)]
-        for (field, extreme), row in zip(extremes.items(), positions.tolist(), strict=True)
-    }
+
+def joined(one: RunFigures | None, other: RunFigures) -> RunFigures:
+    """The figures of a run of two parts, the second right behind the first."""
+    if one is None:
+        return other
+    peaks = {}
+    for figure in other.figures:
+        pairs = zip(one.peaks[figure.key], other.peaks[figure.key], strict=True)
+        both = one.well == other.well or figure.everywhere
+        peaks[figure.key] = [_further(first, second, figure.over) if both else first if one.well else second
+                             for first, second in pairs]  # fmt: skip
+    counted = [part for part in (one, other) if part.well == (one.well or other.well)]
+    return RunFigures(
+        other.output,
+        other.figures,
+        peaks,
+        one.positions + other.positions,
+        one.singular + other.singular,
+        one.locked + other.locked,
+        one.ill + other.ill,
+        one.well or other.well,
+        (one.span[0], other.span[1]),
+        np.array([np.fmin(one.rates[0], other.rates[0]), np.fmax(one.rates[1], other.rates[1])]),
+        np.array([reduce(np.minimum, (part.stress[0] for part in counted)),
+                  reduce(np.maximum, (part.stress[1] for part in counted))]),
+        {link: max((part.pressed[link] for part in counted if part.pressed), key=lambda peak: peak.value)
+         for link in other.pressed or one.pressed},
+        max(one.length, other.length),
+    )  # fmt: skip
+
+
+def _further(one: Peak, other: Peak, over: str) -> Peak:
+    """The one that is larger in magnitude, or less; of equal ones the first; of one that is not known the other."""
+    if over == FIXED or math.isnan(other.value):
+        return one
+    if math.isnan(one.value):
+        return other
+    if over == LEAST:
+        return other if other.value < one.value else one
+    larger = abs(other.value) > abs(one.value) if over == LARGEST else other.value > one.value
+    return other if larger else one
+
+
+def _peaks(found: Largest, motion: Motion) -> list[Peak]:
+    values, positions = np.asarray(found.value, float), np.asarray(found.position)
+    shape = values.shape
+    parts = (np.broadcast_to(part, shape).tolist() for part in (found.xi, found.row))
+    time, drive = motion.time[positions].tolist(), motion.drive[:, positions].T.tolist()
+    rows = zip(values.tolist(), positions.tolist(), time, drive, *parts, strict=True)
+    nowhere = (math.nan,) * len(motion.drive)
+    return [
+        Peak(value, xi, when, tuple(where), row=row) if at >= 0 else Peak(value, xi, math.nan, nowhere)
+        for value, at, when, where, xi, row in rows
+    ]
+
+
+def _rates(motion: Motion) -> Any:
+    """Least and largest rate of the drives where it is known, shape (2, drives); nan where nowhere."""
+    rate = np.broadcast_to(motion.drive_rate, motion.drive.shape)
+    return np.array([np.fmin.reduce(rate, axis=-1), np.fmax.reduce(rate, axis=-1)])
+
+
+def greatest(peaks: Sequence[Peak]) -> int | None:
+    """Number of the item whose peak is greatest in magnitude; None where none is known."""
+    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in peaks]
+    return sizes.index(max(sizes)) if sizes and max(sizes) >= 0 else None
+
+
+def divided(mechanism: Mechanism) -> list[int]:
+    """Numbers of the links of several beams."""
+    owners = np.array([at for at, _ in mechanism.beams], int)
+    return np.flatnonzero(np.bincount(owners, minlength=1) > 1).tolist()
+
+
+def _pressed(cycle: Cycle, plain: Deflection) -> dict[int, Peak]:
+    """Where the beams of a link are pressed most."""
+    links = divided(cycle.scene.mechanism)
+    if not links or not cycle.counted.any():
+        return {}
+    owners = np.array([at for at, _ in cycle.scene.mechanism.beams], int)
+    pressed = np.where(cycle.counted, -least_axial_force(plain), -np.inf)
+    rows = np.array([pressed[owners == at].max(axis=0) for at in links])
+    at = rows.argmax(axis=-1)
+    most = Largest(np.take_along_axis(rows, at[:, None], -1)[:, 0], at)
+    return dict(zip(links, _peaks(most, cycle.motion), strict=True))

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from kinelast.figures.peaks import Peak, peak_positions
-from kinelast.figures.results import WELL, Results, extremes_of
+from elastic import extremes
+from kinelast.figures.cycle import EXTREME_FIELDS, WELL
+from kinelast.figures.peaks import Peak
+from kinelast.figures.registry import NAMES, safety_factor
+from kinelast.figures.results import Results
 from kinelast.scene.motion import scene_deflection
 from rigid import Reals
 
@@ -16,19 +21,35 @@ POINTS = 9  # instants looked at in every bracket in a round
 ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
 
 
-def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, list[Peak]]:
-    """The peaks, each improved between the neighbours of the position where it was found.
+def refined(results: Results) -> Results:
+    """The same results, the peaks of fields each improved between the neighbours of the position where it was found.
 
     A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
     narrower peak elsewhere in the cycle that all positions miss is not found: that takes more positions. A peak is left
     as it is where the condition at its neighbours, or at any instant looked at between them, is beyond `WELL`.
     """
-    names = [(field, beam) for field, extreme in results.extremes.items()
-             for beam, at in enumerate(peak_positions(results, extreme.value)) if at >= 0]  # fmt: skip
+    run = results.figures
+    names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
+             if math.isfinite(peak.value)]  # fmt: skip
     if not names or len(results.motion.time) < 2:
-        return found
-    low, high = np.array([_bracket(results, found[field][beam].time) for field, beam in names]).T
-    best = [found[field][beam] for field, beam in names]
+        return results
+    better = dict(_peaks(results, _searched(results, names)))
+    peaks = {key: list(each) for key, each in run.peaks.items()}
+    for row, peak in better.items():
+        field, beam = names[row]
+        peaks[NAMES.get(field, field)][beam] = peak
+    stresses = np.array([peak.value for peak in peaks["stress"]])
+    factors = safety_factor(results.deflection.sections, stresses)
+    peaks["safety"] = [
+        replace(peak, value=float(factor)) for peak, factor in zip(peaks["stress"], factors, strict=True)
+    ]
+    return replace(results, run=replace(run, peaks=peaks))
+
+
+def _searched(results: Results, names: list[tuple[str, int]]) -> dict[int, tuple[float, float, float]]:
+    """By number of a name, value, place and time of what is larger between the positions."""
+    best = [results.figures.of_field(field)[beam] for field, beam in names]
+    low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
     spoiled: set[int] = set()
     for _ in range(ROUNDS):
@@ -41,11 +62,7 @@ def refined_peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, l
                 better[row] = (values[row, choice], xi[row, choice], grid[row, choice])
         rows = np.arange(len(names))
         low, high = grid[rows, np.maximum(at - 1, 0)], grid[rows, np.minimum(at + 1, POINTS - 1)]
-    improved = {field: list(peaks) for field, peaks in found.items()}
-    for row, peak in _peaks(results, {row: one for row, one in better.items() if row not in spoiled}):
-        field, beam = names[row]
-        improved[field][beam] = peak
-    return improved
+    return {row: each for row, each in better.items() if row not in spoiled}
 
 
 def _bracket(results: Results, time: float) -> tuple[float, float]:
@@ -66,7 +83,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
     order = np.argsort(grid, axis=None)
     moved = results.scene.course.at(grid.ravel()[order])
     bent = scene_deflection(results.scene, moved)
-    found = extremes_of(bent, tuple(dict.fromkeys(field for field, _ in names)))
+    found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
     back = np.argsort(order).reshape(grid.shape)
     rows = [
         (found[field].value[beam, back[row]], found[field].xi[beam, back[row]])

@@ -53,10 +53,11 @@ def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
     for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
         factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
         sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
-    at = int(np.argmin(np.abs(results.motion.time - time)))  # the way there is known
-    course = scene.course.near(np.array([time]), posture(results.motion, [at]))
+    at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
+    at_hand = results.motion.time[at] == time  # and so the branch is known
+    moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
     more = results.deflection.added
-    return deflection(course, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
+    return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
 
 
 def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:

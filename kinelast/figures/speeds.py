@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from elastic import Deflection
-from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.limits import judged, kept, magnitudes
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import Figure, Measure, figures_of, items_of, measures_of
 from kinelast.figures.theory import damping_of
 from kinelast.numbers import quantity
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.limits import Limit
 from kinelast.threads import one_thread
 from rigid import ConstantSpeed, MechanismError
 
-FIELDS = ("w", "chord", "mises")
-KINDS = {"deflection": "w", "chord": "chord"}  # limits, by what they are held against
+FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,8 @@ class Speeds:
         Of the drive [rad/s or m/s], shape (speeds,).
     found
         What the engine found: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
+    figures
+        The registered figures as measures, each with its values with vibration, shape (speeds,).
     highest
         Highest speed up to which every limit of the scene holds; None without limits, 0.0 where they fail at the first.
     critical
@@ -43,6 +47,7 @@ class Speeds:
 
     speed: Any
     found: SpeedMap
+    figures: Mapping[str, tuple[Measure, Any]]
     highest: float | None
     critical: Mapping[int, tuple[float, float]]
 
@@ -60,39 +65,45 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
     own = abs(float(scene.laws[0].speed))
     speed = np.linspace(*asked)
+    figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
+    measure = partial(_largest, scene, figures)
     try:
         ratios, period = (speed / own).tolist(), 2 * math.pi / own
-        found = speed_map(scene.course.at, period, ratios, scene.sections, _largest, scene.joints, damping_of(scene))
+        found = speed_map(scene.course.at, period, ratios, scene.sections, measure, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     spans = critical_speeds(found.omega).items()
     critical = {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]}
-    return Speeds(speed, found, _highest(scene, speed, found.values), critical)
+    values, plain = (_by_figure(scene, figures, each) for each in (found.values, found.quasi_static))
+    vibrating, still = (np.array([each[key] for key in FIELDS.values()]).transpose(2, 0, 1) for each in (values, plain))
+    measures = {name: (measure, measure.among(values[measure.figure.key]))
+               for name, measure in measures_of(scene, figures).items()}  # fmt: skip
+    return Speeds(
+        speed, replace(found, values=vibrating, quasi_static=still), measures, _highest(scene, speed, values), critical
+    )
 
 
-def _largest(bent: Deflection) -> Any:
-    """Largest magnitudes of `FIELDS` over the cycle, shape (fields, beams)."""
-    found = cycle_maxima(bent, FIELDS, period=bent.motion.time[:, -1])
-    return np.array([found[field].value for field in FIELDS])
+def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Any:
+    """Magnitudes of the items of figures one behind the other, shape (rows, speeds); fields between positions too."""
+    fields = frozenset(field for figure in figures for field in figure.fields)
+    cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
+    return np.concatenate(list(magnitudes(cycle, figures).values()))
 
 
-def _highest(scene: Scene, speed: Any, values: Any) -> float | None:
-    limits = [limit for limit in scene.limits if limit.kind in (*KINDS, "safety")]
-    if not limits:
+def _by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, Any]:
+    """By key the values of a figure's items, shape (items, speeds), from rows of shape (speeds, rows)."""
+    counts = [len(items_of(scene, figure.of)) for figure in figures]
+    parts = np.split(rows.T, np.cumsum(counts)[:-1])
+    return {figure.key: part for figure, part in zip(figures, parts, strict=True)}
+
+
+def _highest(scene: Scene, speed: Any, values: Mapping[str, Any]) -> float | None:
+    """The highest speed up to which all limits are kept; there is no figure where there is no steady state."""
+    if not scene.limits:
         return None
-    holds = np.all([_kept(scene, limit, values) for limit in limits], axis=0)
+    holds = kept(judged(scene, values))
     count = len(speed) if holds.all() else int(holds.argmin())
     return float(speed[count - 1]) if count else 0.0
-
-
-def _kept(scene: Scene, limit: Limit, values: Any) -> Any:
-    """Whether a limit holds, per speed; not where there is no steady state."""
-    owners = [scene.mechanism.links[at].name for at, _ in scene.mechanism.beams]
-    beams = [number for number, owner in enumerate(owners) if limit.link in ("", owner)]
-    if limit.kind == "safety":
-        bound = np.array([float(np.ravel(scene.sections[number].yield_stress)[0]) for number in beams]) / limit.value
-        return (values[:, FIELDS.index("mises"), beams] <= bound).all(axis=1)
-    return (values[:, FIELDS.index(KINDS[limit.kind])][:, beams] <= limit.value).all(axis=1)
 
 
 def speed_unit(scene: Scene) -> str:
@@ -115,6 +126,11 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
         "unit": speed_unit(scene),
         "speed": found.speed.tolist(),
         **curves,
+        "figures": {
+            name: {"unit": measure.unit, "values": values.tolist()}
+            for name, (measure, values) in found.figures.items()
+            if measure.items is None
+        },
         "from": float(found.speed[0]),
         "to": float(found.speed[-1]),
         "count": len(found.speed),
@@ -129,7 +145,7 @@ def _words(found: Speeds, scene: Scene) -> Iterator[str]:
     """What the speeds come to."""
     unit, unstable = speed_unit(scene), found.speed[~found.found.stable]
     if found.highest is not None:
-        kept = "all limits of links hold up to" if found.highest else "limits do not hold at the lowest speed,"
+        kept = "all limits hold up to" if found.highest else "limits do not hold at the lowest speed,"
         yield f"{kept} {quantity(found.highest or found.speed[0], unit)}"
     if len(unstable):
         yield f"no steady state at {len(unstable)} of {len(found.speed)} speeds, from {quantity(unstable[0], unit)}"

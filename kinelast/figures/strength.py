@@ -9,29 +9,23 @@ import numpy as np
 
 from elastic.assessment import harmonics
 from kinelast.figures.figure import at_position, figure, largest
-from kinelast.figures.peaks import Peak
-from kinelast.figures.results import STATIONS, Results
+from kinelast.figures.peaks import STATIONS
+from kinelast.figures.results import Results
 
 
-def strength_figures(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
-    """Per beam: swing of the normal stress, yield over the largest stress, compression over Euler's load, slenderness.
-
-    Parameters
-    ----------
-    found
-        The peaks per field, see `kinelast.figures.results.peaks`.
-    """
-    rows = {}
-    for beam, label in enumerate(results.scene.labels):
-        limit, peak = float(results.deflection.sections[beam].yield_stress), found["mises"][beam].value
-        rows[label] = {
-            "stress_range": _swing(results.swings[:, beam], float(results.deflection.length[beam, 0])),
-            "yield_stress": figure(limit, "Pa"),
-            "safety_factor": figure(limit / peak if peak else math.inf, "1"),
-            "euler_ratio": largest(results, results.euler_ratio[beam], "1"),
+def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
+    """Per beam: swing of the normal stress, safety, compression over Euler's load, slenderness."""
+    run = results.figures
+    return {
+        label: {
+            "stress_range": _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
+            "yield_stress": figure(float(results.deflection.sections[beam].yield_stress), "Pa"),
+            "safety_factor": figure(run.peaks["safety"][beam].value, "1"),
+            "euler_ratio": largest(results, run.peaks["buckling"][beam], "1"),
             "slenderness": figure(results.slenderness[beam], "1"),
         }
-    return rows
+        for beam, label in enumerate(results.scene.labels)
+    }
 
 
 def _swing(swings: Any, length: float) -> dict[str, Any]:
@@ -46,7 +40,6 @@ def _swing(swings: Any, length: float) -> dict[str, Any]:
 
 def vibration_figures(results: Results) -> dict[str, Any] | None:
     """Natural frequencies over the cycle, and what excites them; None where no link has beams."""
-    results = results.shown
     frequencies = results.frequencies
     if frequencies is None:
         return None
@@ -86,5 +79,6 @@ def _load(results: Results, lowest: float) -> dict[str, Any] | None:
 
 def fastest_drive(results: Results) -> float:
     """Greatest speed of any drive that turns [rad/s]; 0 where none does."""
-    rates = zip(results.mechanism.drives, results.motion.drive_rate, strict=True)
-    return float(max((np.nanmax(np.abs(rate)) for drive, rate in rates if drive.turns), default=0.0))
+    rates = np.abs(results.figures.rates).max(axis=0)
+    turning = (rate for drive, rate in zip(results.mechanism.drives, rates.tolist(), strict=True) if drive.turns)
+    return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))

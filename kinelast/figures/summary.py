@@ -12,34 +12,30 @@ from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from kinelast.figures.acceptance import acceptance
 from kinelast.figures.comparisons import nonlinear_figures, solid_figures
-from kinelast.figures.figure import at_position, coordinates, figure, largest
+from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.figure import coordinates, figure, largest
 from kinelast.figures.friction import friction_figures
 from kinelast.figures.inputs import input_figures
-from kinelast.figures.output_error import angle_figures, output_figure, point_figures
-from kinelast.figures.peaks import Peak
-from kinelast.figures.results import Results, joint_words
+from kinelast.figures.output import slid
+from kinelast.figures.peaks import Peak, greatest
+from kinelast.figures.registry import POINT, items_of
+from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.numbers import quantity
 from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.limits import OUTPUT_ERROR
 from rigid import Beam
 
 if TYPE_CHECKING:
     from elastic.elastodynamics import Elastodynamic
 
 
-def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
-    """The figures of a scene as plain data that JSON can hold.
-
-    Parameters
-    ----------
-    found
-        The peaks per field, see `kinelast.figures.results.peaks`.
-    """
-    points, angles = point_figures(results), angle_figures(results)
-    scene, motion, forces = results.scene, results.motion, results.deflection.forces
-    output = output_figure(results, points, angles)
+def summary(results: Results) -> dict[str, Any]:
+    """The figures of a scene as plain data that JSON can hold."""
+    points, angles, output = point_figures(results), angle_figures(results), output_figure(results)
+    scene, peaks = results.scene, results.figures.peaks
     if output is not None:
         output["shares"] = output_shares(results, output)
     trust = [asdict(finding) for finding in findings(results)]
@@ -48,36 +44,36 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "scene": {"name": scene.name, "title": scene.title, "source": scene.source},
         "run": {
             **dict(zip(("positions", "singular", "ill_conditioned"), results.counts, strict=True)),
-            "locked": results.locked_count,
+            "locked": results.figures.locked,
             "left_out": results.left_out,
             "interrupted": None if scene.course.interrupted is None else figure(scene.course.interrupted, "s"),
-            "start": figure(motion.time[0], "s"),
-            "end": figure(motion.time[-1], "s"),
-            "largest_condition": _worst_condition(results),
+            "start": figure(results.figures.span[0], "s"),
+            "end": figure(results.figures.span[1], "s"),
+            "largest_condition": largest(results, peaks["condition"][0], "1"),
         },
         "inputs": input_figures(results),
         "links": _links(results),
         "rigid_links": [link.name for link in scene.mechanism.links[1:] if not link.beams],
-        "peaks": _peaks(results, found),
-        "largest_deflection": _greatest(results, found, "w"),
-        "largest_chord": _greatest(results, found, "chord"),
-        "largest_stress": _greatest(results, found, "mises"),
-        "strength": strength_figures(results, found),
+        "peaks": _peaks(results),
+        "largest_deflection": _greatest(results, "w"),
+        "largest_chord": _greatest(results, "chord"),
+        "largest_stress": _greatest(results, "mises"),
+        "strength": strength_figures(results),
         "points": points,
         "angle_errors": angles,
         "output": output,
         "joints": [
-            {"joint": joint, "on": link, "force": largest(results, np.abs(force), "N")}
-            for (joint, link), force in zip(joint_words(results), forces.force, strict=True)
+            {"joint": joint, "on": link, "force": largest(results, peak, "N")}
+            for (joint, link), peak in zip(results.joint_words, peaks["joint_force"], strict=True)
         ],
         "drives": {
-            name: {"coordinate": coordinate, "effort": largest(results, effort, unit)}
-            for (name, coordinate, _, unit), effort in zip(results.drive_words, results.efforts, strict=True)
+            name: {"coordinate": coordinate, "effort": largest(results, peak, unit)}
+            for (name, coordinate, _, unit), peak in zip(results.drive_words, peaks["drive_effort"], strict=True)
         },
         "friction": friction_figures(results),
         "shaking": {
-            "force": largest(results, np.abs(forces.ground_force), "N"),
-            "moment": largest(results, forces.ground_moment, "N m"),
+            "force": largest(results, peaks["shaking_force"][0], "N"),
+            "moment": largest(results, peaks["shaking_moment"][0], "N m"),
         },
         "vibration": vibration_figures(results),
         "check": check_summary(results),
@@ -88,7 +84,7 @@ def summary(results: Results, found: dict[str, list[Peak]]) -> dict[str, Any]:
         "limits": {kind: {"watch": limit.watch, "beyond": limit.beyond} for kind, limit in LIMITS.items()},
         "trust": trust,
         "verdict": {"level": level, "reasons": reasons},
-        "stressed": any(math.isfinite(peak.value) for peak in found["mises"]),
+        "stressed": any(math.isfinite(peak.value) for peak in peaks["stress"]),
         "not_computed": left_out(results),
     }
     return {**figures, "acceptance": acceptance(results, figures)}
@@ -119,15 +115,6 @@ def _vibrating(found: Elastodynamic) -> dict[str, Any]:
         "growth": found.growth,
         "stable": found.stable,
     }
-
-
-def _worst_condition(results: Results) -> dict[str, Any]:
-    """Of all positions that could be computed, also those that do not count."""
-    condition = np.where(results.singular, -1.0, results.motion.condition)
-    at = int(condition.argmax())
-    if condition[at] < 0:
-        return figure(math.nan, "1")
-    return figure(condition[at], "1", **at_position(results, at))
 
 
 def _links(results: Results) -> list[dict[str, Any]]:
@@ -173,9 +160,10 @@ def _beam_mass(beam: Beam, length: float) -> float:
     return float(beam.mass_per_length) * length * sum(part / (k + 1) for k, part in enumerate(beam.mass_taper))
 
 
-def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str, Any]]:
+def _peaks(results: Results) -> dict[str, dict[str, Any]]:
+    rows = {field: results.figures.of_field(field) for field in EXTREME_FIELDS}
     return {
-        label: {field: _peak(results, field, rows[beam], beam) for field, rows in found.items()}
+        label: {field: _peak(results, field, peaks[beam], beam) for field, peaks in rows.items()}
         for beam, label in enumerate(results.scene.labels)
     }
 
@@ -183,7 +171,7 @@ def _peaks(results: Results, found: dict[str, list[Peak]]) -> dict[str, dict[str
 def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]:
     length = results.deflection.length[beam].item()
     return figure(
-        results.rounded(peak.value, FIELDS[field].unit),
+        results.figures.rounded(peak.value, FIELDS[field].unit),
         FIELDS[field].unit,
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],
@@ -193,20 +181,48 @@ def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]
     )
 
 
-def _greatest(results: Results, found: dict[str, list[Peak]], field: str) -> dict[str, Any] | None:
+def _greatest(results: Results, field: str) -> dict[str, Any] | None:
     """The greatest magnitude of a field on all beams; none where no link has beams or nothing is known."""
-    beam = greatest_beam(found, field)
+    peaks = results.figures.of_field(field)
+    beam = greatest(peaks)
     if beam is None:
         return None
-    return {"label": results.scene.labels[beam], **_peak(results, field, found[field][beam], beam)}
+    return {"label": results.scene.labels[beam], **_peak(results, field, peaks[beam], beam)}
 
 
-def greatest_beam(found: dict[str, list[Peak]], field: str) -> int | None:
-    """Number of the beam on which a field is greatest."""
-    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in found[field]]
-    if not sizes or max(sizes) < 0:
+def point_figures(results: Results) -> dict[str, dict[str, Any]]:
+    """Per point that moves its largest displacement, and how much of it is along the point's path and off it."""
+    keys = "displacement", "along_path", "off_path"
+    rows = zip(*(results.figures.peaks[key] for key in keys), strict=True)
+    return {
+        point: {key: largest(results, peak, "m") for key, peak in zip(keys, peaks, strict=True)}
+        for point, peaks in zip(items_of(results.scene, POINT), rows, strict=True)
+    }
+
+
+def angle_figures(results: Results) -> dict[str, dict[str, Any]]:
+    """Per moving link the largest error of its angle, at that of its points where it is largest."""
+    pairs = zip(results.mechanism.links[1:], results.figures.peaks["angle_error"], strict=True)
+    return {link.name: _angle(results, link.name, peak) for link, peak in pairs}
+
+
+def _angle(results: Results, link: str, peak: Peak) -> dict[str, Any]:
+    points = [*results.mechanism.links[results.mechanism.index[link]].points]
+    return largest(results, peak, "rad", point=points[peak.row])
+
+
+def output_figure(results: Results) -> dict[str, Any] | None:
+    """Error of the output with its place; None where there is no output."""
+    output = results.figures.output
+    if output is None:
         return None
-    return sizes.index(max(sizes))
+    peak = results.figures.peaks[OUTPUT_ERROR][0]
+    if not output.point:
+        head = {"kind": "angle", "name": output.link, "guessed": output.guessed}
+        return {**head, **_angle(results, output.link, peak)}
+    slides = output.guessed and output.point in slid(results.scene)
+    head = {"kind": "slide" if slides else "point", "name": output.point, "guessed": output.guessed}
+    return {**head, **largest(results, peak, "m")}
 
 
 def check_summary(results: Results) -> dict[str, Any] | None:

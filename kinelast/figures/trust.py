@@ -14,9 +14,11 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from elastic.beams.cross_sections import POISSON
-from kinelast.figures.figure import at_position
+from kinelast.figures.cycle import WELL
+from kinelast.figures.figure import at_peak
 from kinelast.figures.friction import friction_figures
-from kinelast.figures.results import NOISE, WELL, Results
+from kinelast.figures.peaks import NOISE
+from kinelast.figures.results import Results
 from kinelast.figures.strength import fastest_drive
 from kinelast.numbers import number, percent, quantity
 from rigid import Friction
@@ -89,13 +91,12 @@ def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
 
 
 def _positions(results: Results) -> Finding:
-    condition = results.motion.condition
     count, singular, ill = results.counts
     heading = "Conditioning of the positions"
-    if singular + results.locked_count == count:
-        why = "singular, out of reach, or locked by friction" if results.locked_count else "singular or out of reach"
+    if singular + results.figures.locked == count:
+        why = "singular, out of reach, or locked by friction" if results.figures.locked else "singular or out of reach"
         return Finding(POOR, heading, f"No position could be computed: all are {why}.")
-    worst = float(condition[~results.singular].max())
+    worst = results.figures.peaks["condition"][0].value
     digits = max(0, int(15 - math.log10(max(worst, 1.0))))
     text = f"Worst condition number {number(worst, 3)}: about {digits} digits survive there."
     if singular:
@@ -120,7 +121,7 @@ def _friction(results: Results) -> Iterator[Finding]:
     found = friction_figures(results)
     if found is None:
         return
-    heading, locked, count = "Friction", results.locked_count, len(found["joints"])
+    heading, locked, count = "Friction", results.figures.locked, len(found["joints"])
     text = f"Friction in {counted(count, 'joint')} takes up to {_told(found['power'])}."
     if found["feedback"]["value"] is not None:
         text += f" At most it adds {percent(found['feedback']['value'])} to itself; at 100 % it may lock the mechanism."
@@ -145,7 +146,7 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
     forces, number = results.deflection.forces, [joint.name for joint in results.motion.structure.joints].index(name)
     if results.motion.places[number].turns:
         return False
-    scale = results.scales["N m"]
+    scale = results.figures.scales["N m"]
     return bool(np.any(np.abs(forces.moment[number]) > NOISE * scale))
 
 
@@ -256,7 +257,7 @@ def _check(results: Results) -> list[Finding]:
 def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [one for one in results.exceedances if one.kind == kind and not math.isnan(one.figure)]
+        own = [one for one, _ in results.exceedances if one.kind == kind and not math.isnan(one.figure)]
         if not own:
             continue
         worst = max(own, key=lambda one: one.figure)
@@ -292,10 +293,10 @@ def _sentence(words: str) -> str:
 
 def _within(results: Results) -> Iterator[Finding]:
     """What was looked at and found within its limits, and what could not be looked at."""
-    if not results.mechanism.beams or results.singular.all():
+    if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
-    passed = {caution.kind for caution in results.exceedances}
+    passed = {caution.kind for caution, _ in results.exceedances}
     limits = {kind: LIMITS[kind].watch * 100 for kind in WITHIN}
     fine = [words.format(limits[kind]) for kind, words in WITHIN.items() if kind in judged - passed]
     if fine:
@@ -303,7 +304,7 @@ def _within(results: Results) -> Iterator[Finding]:
     told = {"vibration"} if results.answer else set()
     unknown = [words for kind, words in UNKNOWN.items() if kind not in judged | passed | told]
     unknown = [words.format(_lacking(results)) for words in unknown]
-    unknown += [one.message for one in results.exceedances if math.isnan(one.figure)]
+    unknown += [one.message for one, _ in results.exceedances if math.isnan(one.figure)]
     if unknown:
         yield Finding(OPEN, "Not judged", _sentence("; ".join(unknown)) + ".")
 
@@ -312,7 +313,7 @@ def _lacking(results: Results) -> str:
     """What no beam has that a safety factor asks for, and a verb."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
-    stressed = np.isfinite(results.extremes["mises"].value).any()
+    stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])
     if yields and stressed:
         return f"{stress} and {depth} of the same beam are"
     if yields:
@@ -323,8 +324,7 @@ def _lacking(results: Results) -> str:
 def _judged(results: Results) -> set[str]:
     """Kinds of caution that there are figures for."""
     sections = results.deflection.sections
-    mises = results.extremes["mises"].value
-    stressed = [np.isfinite(section.yield_stress) and np.isfinite(mises[k]).any() for k, section in enumerate(sections)]
+    stressed = [not math.isnan(peak.value) for peak in results.figures.peaks["safety"]]
     slender = [np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections]
     bends = [np.isfinite(section.EI) for section in sections]
     kinds = {
@@ -345,9 +345,9 @@ def exceedance_figures(results: Results) -> list[dict[str, Any]]:
             "figure": exceedance.figure if math.isfinite(exceedance.figure) else None,
             "limit": exceedance.limit,
             "severe": exceedance.severe,
-            **({} if exceedance.position is None else at_position(results, exceedance.position)),
+            **({} if peak is None else at_peak(results, peak)),
         }
-        for exceedance in results.exceedances
+        for exceedance, peak in results.exceedances
     ]
 
 

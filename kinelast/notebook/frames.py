@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import Results, drive_words
+from kinelast.figures.cycle import drive_words
+from kinelast.figures.results import Results
 from kinelast.notebook.named import PointMotion, SceneDeflection, SceneMotion
 from kinelast.outputs.positions import position_table
 

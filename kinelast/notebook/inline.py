@@ -11,7 +11,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from kinelast.compute import computed
-from kinelast.figures.peaks import peaks
 from kinelast.figures.summary import summary
 from kinelast.line import gist
 from kinelast.notebook.named import SceneDeflection
@@ -93,11 +92,10 @@ def report(
     """
     request = Request(positions=positions, checks=() if check is None else (check,), accuracy=accuracy)
     results = computed(scene, request)
-    found = peaks(results)
     made = made_from(scene.text.encode(), request)
-    figures = {"kinelast": version(), **summary(results, found), "made_from": made}
+    figures = {"kinelast": version(), **summary(results), "made_from": made}
     headline = gist(figures)
-    return Report(scene.name, headline, figures, report_page(results, found, figures, headline))
+    return Report(scene.name, headline, figures, report_page(results, figures, headline))
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:

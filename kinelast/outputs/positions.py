@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import Results, joint_words
+from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes, write_table
 
 
@@ -29,7 +29,7 @@ def position_table(results: Results) -> Table:
         columns |= _vector(f"{point}.d{{}}", moved, "m")
         columns[f"{point}.off_path"] = results.deviations[point].normal, "m"
     forces = deflection.forces
-    for (joint, link), force, moment in zip(joint_words(results), forces.force, forces.moment, strict=True):
+    for (joint, link), force, moment in zip(results.joint_words, forces.force, forces.moment, strict=True):
         columns |= _vector(f"{joint}.F{{}}_on_{link}", force, "N")
         if np.ndim(moment):
             columns[f"{joint}.M_on_{link}"] = moment, "N m"

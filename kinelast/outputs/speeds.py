@@ -14,7 +14,7 @@ UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
 
 def speed_table(scene: Scene, found: Speeds) -> Table:
-    """A row a speed: largest values of every beam with and without vibration, growth over a cycle, the error."""
+    """A row a speed: largest values of every beam with and without vibration, growth, the error, other figures."""
     answer = found.found
     ways = (("", answer.values), (" without vibration", answer.quasi_static))
     return Table(
@@ -29,6 +29,11 @@ def speed_table(scene: Scene, found: Speeds) -> Table:
             Column("growth over a cycle", answer.growth, "1"),
             Column("stable", answer.stable.tolist()),
             Column("error", np.where(answer.stable, answer.error, np.nan), "1"),
+            *(
+                Column(name, values, measure.unit)
+                for name, (measure, values) in found.figures.items()
+                if measure.figure.key not in FIELDS.values()
+            ),
         )
     )
 
@@ -44,7 +49,7 @@ def draw_speeds(path: Path, scene: Scene, found: Speeds) -> None:
     map_ = found.found
     shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
     for axes, field, scale, words in shown:
-        with_, without = (scale * values[:, FIELDS.index(field)] for values in (map_.values, map_.quasi_static))
+        with_, without = (scale * values[:, [*FIELDS].index(field)] for values in (map_.values, map_.quasi_static))
         for beam, label in enumerate(scene.labels):
             (line,) = axes.plot(found.speed, with_[:, beam], label=label)
             axes.plot(found.speed, without[:, beam], ":", color=line.get_color(), lw=1)

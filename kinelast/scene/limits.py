@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
@@ -11,31 +14,63 @@ from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
 from kinelast.scene.many import real
 from rigid import Mechanism
 
+OUTPUT_ERROR = "output_error"
+
 
 @dataclass(frozen=True)
 class Limit:
-    """A bound that the answer is held against.
+    """A bound of a figure.
 
     Attributes
     ----------
-    kind
-        "deflection" or "chord" [m] or "output" [m or rad], which may not be more, or "safety", which may not be less.
+    figure
+        Key of the figure, see `kinelast.figures.limits`.
+    bound
+        In the figure's SI unit; of many designs an array.
+    least
+        Whether the figure may not be less, instead of not more.
     link
-        Whose; empty for all links.
+        Name of the link that it holds for; empty for all.
+    unit
+        Of the bound: m, rad or 1; empty where it is that of an output whose kind the scene leaves open.
     """
 
-    kind: str
-    link: str
-    value: float
-    unit: str
+    figure: str
+    bound: Any
+    least: bool = False
+    link: str = ""
+    unit: str = ""
+
+    @property
+    def kind(self) -> str:
+        """The key under [limits]."""
+        return "output" if self.figure == OUTPUT_ERROR else self.figure
+
+    def kept(self, value: Any) -> Any:
+        """Whether values keep it, bool; one that is not known does not."""
+        return value >= self.bound if self.least else value <= self.bound
+
+    def margin(self, value: Any) -> Any:
+        """Distance from the bound as a share of it, negative where it is not kept; of an infinite figure 1."""
+        left = (value - self.bound if self.least else self.bound - value) / (abs(self.bound) or 1.0)
+        return np.where(np.isposinf(left), 1.0, left)
 
 
 @dataclass(frozen=True)
 class Output:
-    """What the machine is there for: the place of a point, or the angle of a link where `point` is empty."""
+    """The place of a point, or the angle of a link where `point` is empty, that the machine is there for.
+
+    `guessed` where the scene does not name it.
+    """
 
     link: str
     point: str = ""
+    guessed: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Of its error."""
+        return "m" if self.point else "rad"
 
 
 def build_limits(table: SceneTable, mechanism: Mechanism) -> tuple[Limit, ...]:
@@ -59,7 +94,7 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         if not meant and table.units != "m":
             expected = 'a length or an angle with its unit, as in "0.1 mm"'
             raise fault("limits", "output", f"expected {expected}, as no output is named under [run]")
-        yield Limit("output", "", limits.output.within(meant), meant)
+        yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant)
 
 
 def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit]:
@@ -69,7 +104,7 @@ def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit
         ("safety", table.safety, "1"),
     ):
         if value is not None:
-            yield Limit(kind, link, real(value), unit)
+            yield Limit(kind, real(value), kind == "safety", link, unit)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

@@ -120,7 +120,7 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
         raise fault("sweep", "largest", "the best design is either the smallest or the largest of one figure")
     try:
         base = base_of(document, plan.paths, None)
-        known = [figure.name for figure in base.figures]
+        known = [measure.name for measure in base.measures]
         names = list(sweep.figures or known)
         aim = Aim(sweep.smallest or sweep.largest or names[0], sweep.largest is not None)
         limits = ["acceptable"] if base.scene.limits else []

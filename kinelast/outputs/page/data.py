@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, coefficients
-from kinelast.figures.peaks import Peak
-from kinelast.figures.results import Results, drive_words, joint_words
+from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
+from kinelast.figures.results import Results
 from kinelast.numbers import REPORT_UNITS
 from kinelast.outputs.page.arrays import Numbers
 from rigid import Spring, TorsionSpring
@@ -63,7 +63,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
     return {field: coefficients(bent, field) for field in (*STORED, *others)}
 
 
-def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
+def kept_positions(results: Results) -> Any:
     """Numbers of the positions that the page holds: all, or every so many and those of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)
@@ -72,7 +72,8 @@ def kept_positions(results: Results, found: dict[str, list[Peak]]) -> Any:
     step = -(-count * each // BUDGET)
     if step <= 1:
         return np.arange(count)
-    times = [peak.time for peaks in found.values() for peak in peaks if peak.time == peak.time and not peak.refined]
+    peaks = (peak for key in EXTREME_FIELDS for peak in results.figures.of_field(key))
+    times = [peak.time for peak in peaks if peak.time == peak.time and not peak.refined]
     at = np.searchsorted(results.motion.time, times)
     return np.array(sorted({*range(0, count, step), *np.clip(at, 0, count - 1).tolist()}))
 
@@ -156,7 +157,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
         ],
         "joints": [
             {"name": name, "on": link, "link": owner, "point": point}
-            for (name, link), (owner, point) in zip(joint_words(results), _joint_points(results), strict=True)
+            for (name, link), (owner, point) in zip(results.joint_words, _joint_points(results), strict=True)
         ],
     }
 

@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from kinelast.figures.peaks import Peak
 from kinelast.figures.results import Results
 from kinelast.outputs.outbox import json_bytes
 from kinelast.outputs.page.data import kept_positions, model_of, numbers_of
@@ -21,20 +20,17 @@ SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "in
            "charts", "curves", "speeds", "sizing", "maps", "answer", "figures", "main")  # fmt: skip
 
 
-def report_page(results: Results, found: dict[str, list[Peak]], figures: dict[str, Any], gist: str = "") -> bytes:
+def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> bytes:
     """The page of a scene, UTF-8: it needs nothing but itself and asks for nothing.
 
     Parameters
     ----------
-    found
-        The peaks per field, see `kinelast.figures.peaks.peaks`.
     figures
         The summary, see `kinelast.figures.summary.summary`: the page prints no other figures than these.
     gist
         The answer in one line, for readers without a script.
     """
-    results = results.shown
-    kept = kept_positions(results, found)
+    kept = kept_positions(results)
     store = numbers_of(results, kept)
     numbers, packed = store.bytes()
     model = {**model_of(results, kept, store), "packed": packed}

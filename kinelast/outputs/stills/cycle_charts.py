@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, Field, Kind, sample
-from kinelast.figures.results import Results, drive_words, joint_words
+from kinelast.figures.cycle import drive_words
+from kinelast.figures.results import Results
 from kinelast.numbers import quantity, scale_of, ticks
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.outputs.stills.charts import DASHES, Axis, Chart, Curve, field_maps
@@ -72,7 +73,7 @@ def cycle_charts(results: Results) -> list[Chart]:
     for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.efforts, strict=True):
         efforts.setdefault(unit, []).append(Curve(name, effort, len(efforts.get(unit, []))))
     charts += [Chart("Drive moment" if unit == "N m" else "Drive force", unit, own) for unit, own in efforts.items()]
-    joints = zip(joint_words(results), forces.force, strict=True)
+    joints = zip(results.joint_words, forces.force, strict=True)
     charts.append(Chart("Joint forces", "N", _curves({f"{at} on {on}": np.abs(force) for (at, on), force in joints})))
     shaking = forces.ground_force
     sides = {"size": np.abs(shaking), "x": np.real(shaking), "y": np.imag(shaking)}
@@ -86,7 +87,8 @@ def cycle_charts(results: Results) -> list[Chart]:
 
 def _broken(results: Results, chart: Chart) -> Chart:
     curves = [
-        replace(curve, values=_with_gaps(results, results.rounded(curve.values, chart.unit))) for curve in chart.curves
+        replace(curve, values=_with_gaps(results, results.figures.rounded(curve.values, chart.unit)))
+        for curve in chart.curves
     ]
     return Chart(chart.heading, chart.unit, curves)
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import sample
-from kinelast.figures.results import Results, points_of
+from kinelast.figures.cycle import points_of
+from kinelast.figures.results import Results
 from kinelast.numbers import quantity, round_down
 from kinelast.outputs.sheet import Sheet
 from kinelast.outputs.stills.charts import INK, SOFT, STYLE, svg_of

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from kinelast.figures.peaks import Peak, peak_positions
+import numpy as np
+
 from kinelast.figures.results import Results
-from kinelast.figures.summary import greatest_beam
 from kinelast.outputs.stills.charts import line_charts
 from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
 from kinelast.outputs.stills.drawing import mechanism_drawing
@@ -15,11 +15,12 @@ from kinelast.outputs.stills.drawing import mechanism_drawing
 HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 
-def write_stills(folder: Path, results: Results, found: dict[str, list[Peak]]) -> None:
+def write_stills(folder: Path, results: Results) -> None:
     """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
     folder.mkdir()
-    beam = greatest_beam(found, "w")
-    position = 0 if beam is None else int(peak_positions(results, results.extremes["w"].value)[beam])
+    largest = results.cycle.along("w")
+    known = len(results.scene.labels) and np.isfinite(largest.value).any()
+    position = int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
     pictures = {"mechanism": mechanism_drawing(results, position)[0]}
     over, charts = axis(results), cycle_charts(results)
     for chart, svg in zip(charts, line_charts(over, charts), strict=True):

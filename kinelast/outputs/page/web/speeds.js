@@ -13,10 +13,8 @@ function speedsSection() {
     chart(grid, `Largest ${name} against the speed${shown.length < curves.length ? ` (${shown.length / 2} of ${curves.length / 2} links)` : ""}`, unit, shown, { xs, xLabel: `speed of the drive [${unitWords(speeds.unit)}]` });
   }
   const told = [];
-  const beside = limits.some((each) => each.kind === "output") ? " of the links" : "";
-  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits${beside} hold up to ${words(speeds.highest_within_limits)}.` : "The limits do not hold at the lowest speed.");
+  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}.` : "The limits do not hold at the lowest speed.");
   else if (!limits.length) told.push("No limits are set, so no highest speed can be told.");
-  if (beside) told.push("The limit of the output is not looked at here: run at the speed in question.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) => `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`);
   if (critical.length) told.push(`The lowest natural frequency is met by ${lists(critical)}: it changes over the cycle.`);
   told.push(speeds.unstable.length ? `No steady state at ${speeds.unstable.length} of ${xs.length} speeds, from ${words(speeds.unstable[0])}.` : "A steady state comes about at every speed.");

@@ -1,0 +1,205 @@
+"""A scene in motion, of which figures are made: one run, or many designs or speeds side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
+from elastic.assessment import PathDeviation, euler_ratio, path_deviation
+from elastic.beams.compliance import designs_of
+from elastic.cycle_maxima import cycle_maxima
+from elastic.largest import Largest, largest
+from kinelast.scene.data import Scene
+from kinelast.scene.motion import scene_deflection
+from kinelast.threads import one_thread
+from rigid import Mechanism, Motion, Reals, drive_efforts, structure
+from rigid.analysis import reachable
+
+EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
+WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
+SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
+
+
+class Finding(Protocol):
+    """What finds the largest values of a cycle: a figure."""
+
+    @property
+    def find(self) -> Callable[[Cycle], Largest]:
+        """From a cycle to the largest values of the figure's items."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A scene and its motion, columns (positions,), (designs, positions) or (speeds, positions).
+
+    Attributes
+    ----------
+    given
+        Its deflection, where it is known; else computed where a figure asks for it.
+    tabled
+        Whether fields are wanted at every position, not their largest values alone.
+    wanted
+        Fields that figures take, so that they are searched together.
+    used
+        How many designs count: those that follow only fill the arrays.
+    period
+        Duration of the cycle [s], shape (...), where fields count between the positions too.
+    """
+
+    scene: Scene
+    motion: Motion
+    given: Deflection | None = None
+    tabled: bool = False
+    wanted: frozenset[str] = field(default_factory=frozenset)
+    used: int | None = None
+    period: Any = None
+    _known: dict[Any, Largest] = field(default_factory=dict, repr=False)
+
+    def of(self, figure: Finding) -> Largest:
+        """The largest values of a figure's items, found once."""
+        if figure not in self._known:
+            self._known[figure] = figure.find(self)
+        return self._known[figure]
+
+    @cached_property
+    def deflection(self) -> Deflection:
+        """Its deflection."""
+        return self.given or scene_deflection(self.scene, self.motion)
+
+    @cached_property
+    def columns(self) -> tuple[int, ...]:
+        """Shape of the columns, also where the designs differ in what does not move them."""
+        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
+
+    @cached_property
+    def reached(self) -> Any:
+        """Whether the mechanism closes, shape (..., positions)."""
+        return np.broadcast_to(reachable(self.motion), self.columns)
+
+    @cached_property
+    def condition(self) -> Any:
+        """Of the motion, shape (..., positions)."""
+        return np.broadcast_to(self.motion.condition, self.columns)
+
+    @cached_property
+    def singular(self) -> Any:
+        """Whether a position has no figures: nearly singular, or friction may lock there, shape (..., positions)."""
+        return np.broadcast_to(self.deflection.lost, self.columns)
+
+    @cached_property
+    def counted(self) -> Any:
+        """Whether a position counts in the largest values, shape (..., positions): conditioned up to `WELL`.
+
+        Where no position is so well conditioned, all that could be computed count.
+        """
+        well = self.condition <= WELL
+        if self.scene.mechanism.friction:
+            well = well & ~self.singular
+        return well if well.all() else np.where(well.any(axis=-1, keepdims=True), well, ~self.singular)
+
+    @cached_property
+    def _counted(self) -> Any:
+        return None if self.counted.all() else self.counted
+
+    @cached_property
+    def well_conditioned(self) -> Deflection:
+        """The deflection with nan at the positions that do not count."""
+        left_out = ~self.singular & ~self.counted
+        return marked(self.deflection, left_out) if left_out.any() else self.deflection
+
+    def largest(self, values: Any) -> Largest:
+        """Largest magnitude over the positions that count, of values of shape (..., positions)."""
+        if np.shape(values)[-len(self.columns) :] != self.columns:
+            values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
+        return largest(values, self._counted)
+
+    def rows(self, values: Any) -> Any:
+        """Values of several items with all columns, shape (items, ..., positions)."""
+        wide = [np.broadcast_to(each, self.columns) for each in values]
+        return np.array(wide) if wide else np.zeros((0, *self.columns))
+
+    def along(self, key: str) -> Largest:
+        """Largest magnitude of a field along every beam over the positions that count, shape (beams, ...)."""
+        if self.tabled:
+            extreme = self.extremes[key]
+            return largest(extreme.value, self._counted, extreme.xi)
+        if key not in self.maxima:
+            return cycle_maxima(self.deflection, [key], self._counted, self.period)[key]
+        return self.maxima[key]
+
+    @cached_property
+    def maxima(self) -> dict[str, Largest]:
+        """Greatest magnitudes of the fields that are wanted."""
+        return cycle_maxima(self.deflection, sorted(self.wanted), self._counted, self.period)
+
+    @cached_property
+    def extremes(self) -> dict[str, Extreme]:
+        """Value of largest magnitude along every beam, per field and stress, shape (beams, ..., positions)."""
+        if not self.deflection.sections:
+            none = np.zeros((0, *self.columns))
+            return {key: Extreme(none, none) for key in EXTREME_FIELDS}
+        return extremes(self.deflection, EXTREME_FIELDS)
+
+    @cached_property
+    def euler_ratio(self) -> Reals:
+        """Compression over Euler's load, shape (beams, ..., positions)."""
+        return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
+
+    @cached_property
+    def efforts(self) -> Reals:
+        """Moment [N m] or force [N] of every drive, shape (drives, ..., positions)."""
+        return drive_efforts(self.deflection.motion, self.deflection.forces)
+
+    @cached_property
+    def deviations(self) -> dict[str, PathDeviation]:
+        """Of every named point that moves, shape (..., positions)."""
+        links = self.scene.mechanism.links
+        return {name: self._deviation(links[link].name, name) for name, link in points_of(self.scene.mechanism)}
+
+    def _deviation(self, link: str, point: str) -> PathDeviation:
+        part = path_deviation(self.deflection, link, point)
+        along, normal, displacement = (np.broadcast_to(each, self.columns) for each in vars(part).values())
+        return PathDeviation(along, normal, displacement)
+
+    @cached_property
+    @one_thread()
+    def lowest_frequency(self) -> Any:
+        """Lowest natural frequency at some positions [rad/s], shape (..., positions)."""
+        from elastic.vibration import natural_frequencies
+
+        solved = natural_frequencies(
+            self.motion, self.scene.sections, 1, joints=self.scene.joints, settled=SETTLED, designs=self.used
+        ).omega[0]
+        lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
+        lowest[: len(solved)] = solved
+        return lowest
+
+
+def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
+    """Every named point that moves, once, with the number of a link it belongs to."""
+    seen = set(mechanism.links[0].points)
+    for number, link in enumerate(mechanism.links[1:], 1):
+        for point in link.points:
+            if point not in seen:
+                seen.add(point)
+                yield point, number
+
+
+def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
+    """Per drive: its name, what its coordinate is called, and the units of coordinate and effort."""
+    kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
+    words = [(drive.name, *kinds[drive.turns]) for drive in mechanism.drives]
+    names = [name for name, *_ in words]
+    if len(set(names)) < len(names):
+        words = [(f"{word[0]}.{number}", *word[1:]) for number, word in enumerate(words, 1)]
+    return words
+
+
+def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Per joint of the solution: its name and that of the link whose load is given, the parent feels the opposite."""
+    return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]

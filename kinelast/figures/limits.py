@@ -1,0 +1,91 @@
+"""The judge of limits: of a run, of every design and of every speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.registry import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.scene.data import Scene
+from kinelast.scene.limits import OUTPUT_ERROR, Limit
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """A limit beside the figure that it bounds.
+
+    Attributes
+    ----------
+    limit
+        The limit.
+    value
+        The figure of those items for which it holds that is nearest to the bound, or farthest past it, shape (...); nan
+        where that of one of them is not known.
+    item
+        Number of the beam whose figure that is, shape (...); 0 of a figure of the whole machine.
+    kept
+        Whether the limit is kept, bool, shape (...): not where the figure is not known.
+    """
+
+    limit: Limit
+    value: Any
+    item: Any
+    kept: Any
+
+
+def judged(scene: Scene, figures: Mapping[str, Any]) -> list[Verdict]:
+    """Every limit of a scene beside its figure.
+
+    Parameters
+    ----------
+    figures
+        By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): of every beam in the order
+        of the scene's labels, or of the one machine; a limit is not kept where its figure is left out.
+    """
+    return [_verdict(scene, limit, figures.get(limit.figure)) for limit in scene.limits]
+
+
+def kept(verdicts: Iterable[Verdict]) -> Any:
+    """Whether all limits are kept, bool, shape (...)."""
+    return reduce(np.logical_and, (verdict.kept for verdict in verdicts), True)
+
+
+def _verdict(scene: Scene, limit: Limit, values: Any) -> Verdict:
+    if values is None:
+        return Verdict(limit, np.nan, 0, False)
+    items = np.array([0] if limit.figure == OUTPUT_ERROR else bounded_beams(scene, limit), int)
+    if not len(items):
+        return Verdict(limit, np.full(values.shape[1:], np.nan), np.zeros(values.shape[1:], int), False)
+    values = values[items]
+    row = values.argmin(axis=0) if limit.least else values.argmax(axis=0)  # one that is not known before all others
+    value = np.take_along_axis(values, row[None], 0)[0]
+    bound = np.ravel(limit.bound) if np.ndim(limit.bound) else limit.bound
+    return Verdict(limit, value, items[row], replace(limit, bound=bound).kept(value))
+
+
+def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
+    """Whether all limits of a scene are kept, 1 or 0, as a figure."""
+    bounded = [figure for figure in figures if figure.key in {limit.figure for limit in scene.limits}]
+
+    def find(cycle: Cycle) -> Any:
+        return np.where(kept(judged(cycle.scene, magnitudes(cycle, bounded))), 1.0, 0.0)
+
+    fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
+    return Figure("acceptable", "all limits are kept", "1", SCENE, fixed(find), FIXED, fields)
+
+
+def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
+    """By key what `judged` takes of figures."""
+    values = {figure: cycle.of(figure).value for figure in figures}
+    return {figure.key: np.abs(each) if figure.over == LARGEST else each for figure, each in values.items()}
+
+
+def bounded_beams(scene: Scene, limit: Limit) -> list[int]:
+    """Numbers of the beams that a limit holds for."""
+    owners = [scene.mechanism.links[at].name for at, _ in scene.mechanism.beams]
+    return [number for number, owner in enumerate(owners) if limit.link in ("", owner)]
