@@ -12,7 +12,7 @@ from rigid.analysis import (
     Distance,
     LinkAngle,
     Offset,
-    Path,
+    PathLength,
     PointCoordinate,
     Slide,
     dead_points,
@@ -218,7 +218,9 @@ class TestVelocityRatio:
 
     def test_of_a_path_is_the_radius_of_a_crank(self):
         course = bare_four_bar(0.11, 0.31, 0.24, 0.33)
-        np.testing.assert_allclose(velocity_ratio(course, Path("crank", "A"), LinkAngle("crank")), 0.11, rtol=1e-14)
+        np.testing.assert_allclose(
+            velocity_ratio(course, PathLength("crank", "A"), LinkAngle("crank")), 0.11, rtol=1e-14
+        )
 
     @pytest.mark.parametrize("name", ALL)
     def test_of_every_kind_of_coordinate_is_the_derivative_of_its_value(self, name):

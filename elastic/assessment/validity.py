@@ -87,24 +87,24 @@ class Exceedance:
 def exceedances(
     deflection: Deflection,
     kinds: Sequence[str] = KINDS,
-    found: Mapping[str, Any] | None = None,
+    known: Mapping[str, Any] | None = None,
 ) -> list[Exceedance]:
     """Figures of one design that are past their limits, the worst of every beam; nothing where all is well.
 
     Parameters
     ----------
     kinds
-        What to look at.
-    found
-        From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are known already.
+        Those of `KINDS` to judge.
+    known
+        From `extremes`, of "w" and "mises", and "euler_ratio" of that name, where they are computed already.
     """
     if len(deflection.motion.columns) != 1:
         raise ValueError(f"columns of shape {deflection.motion.columns}: expected one design")
     if not deflection.sections:
         return []
-    known = found or {}
-    own = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
-    return [one for kind in kinds for one in _LOOK[kind](deflection, own.get(kind))]
+    known = known or {}
+    given = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
+    return [exceeded for kind in kinds for exceeded in _LOOK[kind](deflection, given.get(kind))]
 
 
 def _judged(kind: str, beam: int | None, position: int | None, figure: float, message: str) -> Iterator[Exceedance]:

@@ -152,11 +152,11 @@ class _Soft:
         sense = 1.0 if self._joint(name, parent, child).child == child else -1.0
         changed = []
         for row in rows:
-            way = row.parts[0][1]
+            along = row.parts[0][1]
             soft, wanted = (
                 (compliance.rotation, compliance.turn)
                 if row.turns
-                else (compliance.translation, np.real(np.conj(way) * compliance.gap))
+                else (compliance.translation, np.real(np.conj(along) * compliance.gap))
             )
             changed.append(Row(row.parts, row.turns, soft, sense * wanted))
         return tuple(changed)

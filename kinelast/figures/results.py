@@ -154,7 +154,7 @@ class Results:
         peaks = self.figures.peaks
         sizes = {name: np.array([[peak.value] for peak in peaks[name]]) for name in WORST.values()}
         fields = {key: Extreme(sizes[name], sizes[name]) for key, name in (("w", "deflection"), ("mises", "stress"))}
-        past = exceedances(self.cycle.well_conditioned, found={**fields, "euler_ratio": sizes["buckling"]})
+        past = exceedances(self.cycle.well_conditioned, known={**fields, "euler_ratio": sizes["buckling"]})
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
         return [*placed, *divided_links(self.scene, self.figures.pressed)]
 

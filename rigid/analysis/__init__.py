@@ -1,6 +1,15 @@
 """Analysis of a motion: limits, reach, transmission, inverse kinematics."""
 
-from rigid.analysis.coordinates import Coordinate, Distance, LinkAngle, Offset, Path, PointCoordinate, Rated, Slide
+from rigid.analysis.coordinates import (
+    Coordinate,
+    Distance,
+    LinkAngle,
+    Offset,
+    PathLength,
+    PointCoordinate,
+    Rated,
+    Slide,
+)
 from rigid.analysis.inverse import drive_values
 from rigid.analysis.reach import ReachError, reachable, require_reach, stops
 from rigid.analysis.turning_points import (

@@ -174,7 +174,7 @@ class Distance(_Plain):
 
 
 @dataclass(frozen=True)
-class Path:
+class PathLength:
     """Length of the path of a point [m]: it has a rate, the point's speed [m/s], and no value of its own."""
 
     link: str
