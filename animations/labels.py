@@ -34,7 +34,7 @@ def name_labels(
     Parameters
     ----------
     ink
-        What is drawn, at some positions.
+        Everything drawn, at some positions.
     moved
         The exaggeration of the places.
     """

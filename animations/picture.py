@@ -50,9 +50,9 @@ class Picture:
     scales, view
         Chosen for all positions.
     shapes, meshes
-        What is drawn flat, and the mesh that draws each of them; the same mesh for all positions.
+        Flat shapes, and the mesh that draws each of them; the same mesh for all positions.
     bodies, solids
-        What is drawn solid, and its meshes.
+        Solid shapes, and their meshes.
     """
 
     def __init__(self, deflection: Deflection, name: str, style: Style) -> None:

@@ -26,7 +26,7 @@ class Style:
         "plain": diagrams across links drawn as lines; "solid": links as shaded bodies, deformed and coloured by the
         field.
     show
-        What is added, of `SHOWN`: names of the points, names of the links, the value at the peak of every position,
+        Additions, of `SHOWN`: names of the points, names of the links, the value at the peak of every position,
         arrows of the drives, the paths of the points, the deformed shape over a diagram.
     background
         A colour's name or "#rrggbb"; on a dark one lines are light.

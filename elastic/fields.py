@@ -33,11 +33,11 @@ class Field:
     symbol, name, unit
         As they are written beside its values.
     kind
-        What it measures.
+        Quantity that it is.
     integral_of
         The field whose integral along the beam it is, but for a factor and a constant: N of q_x, M of V, w of phi.
     greatest_of
-        Of which fields it is the one of greatest magnitude.
+        Keys of the fields of which it is the one of greatest magnitude.
     root_of
         Weights and keys of the fields of whose squares' sum it is the root.
     signed

@@ -55,13 +55,13 @@ class Deflection:
     u, w, phi
         Longitudinal and transverse displacement [m] and rotation of the section [rad] from the rigid position.
     motion, sections, joints
-        What was asked; one section per beam, and the joints that give way.
+        Of the problem: one section per beam, and the joints that give way.
     forces
         Joint forces.
     q
         Distributed load q_x + i q_y in powers of xi [N/m], complex, shape (coefficients, beams, ..., positions).
     amplitudes
-        What the fields are made of.
+        Coefficients of the fields.
     shift, angle
         Displacement of the origin [m], complex, and rotation [rad] of every link's axes, shape (links, ..., positions):
         where the link would be were it only carried, not bent.

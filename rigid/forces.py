@@ -32,7 +32,7 @@ class JointForces:
         About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is what
         the gear passes on: its teeth push with it, not the joint's other link (`rigid.gears.gear_loads`).
     ground_load
-        What acts on the ground besides the joints, springs and gears: force [N], complex, and moment about the origin
+        Load on the ground besides those of joints, springs and gears: force [N], complex, and moment about the origin
         of coordinates [N m].
     flank
         By the number of a joint that follows a gear with teeth: which flank is loaded, the sign of the effort.

@@ -129,7 +129,7 @@ class _Contacts:
     pins
         Whether a joint is a pin, shape (joints,).
     base, influence
-        What presses without friction, shape (joints, 2, ..., positions), and for a unit of every effort, shape
+        Pressing forces without friction, shape (joints, 2, ..., positions), and for a unit of every effort, shape
         (joints, joints, 2, ..., positions): x and y of a pin's force; of a slider's N and 2 M / length.
     """
 

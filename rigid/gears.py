@@ -45,9 +45,9 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
     place
         The follower.
     moved
-        How.
+        Displacements of the links at their joints.
     flank
-        That is loaded, +1 or -1, so that the teeth stay together along their line of action however the wheels are
+        The loaded one, +1 or -1, so that the teeth stay together along their line of action however the wheels are
         displaced. None for a motion without gaps in the joints: the ratio tells all.
     """
     joint, teeth = place.joint, place.teeth
@@ -81,7 +81,7 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
     force, moment
         On its child, complex [N] and [N m]; along its coordinate they are the effort of the gear.
     flank
-        That is loaded, +1 or -1.
+        The loaded one, +1 or -1.
     """
     joint, teeth = place.joint, place.teeth
     assert joint.gear is not None

@@ -67,7 +67,7 @@ class Exceedance:
     position
         Number of the position; None where it is not one position's.
     figure, limit
-        What it is and the limit that it is past: share of the largest deflection that beam theory leaves out;
+        The figure and the limit that it is past: share of the largest deflection that beam theory leaves out;
         deflection over length; compression over Euler's load; von Mises stress over yield stress.
     severe
         Whether it is past the limit beyond which the answer is not to be relied on.

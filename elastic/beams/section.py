@@ -37,7 +37,7 @@ class Section:
     kGA
         Shear rigidity of Timoshenko's beam [N]; infinite without shear deformation.
     strain
-        What the beam is longer by than its length when nothing pulls, per length: thermal, or an error.
+        Free strain: elongation per length when nothing pulls, thermal or an error of the length.
     taper
         How the rigidities change along the beam; None where they do not.
     area, inertia, fibre, peak_shear

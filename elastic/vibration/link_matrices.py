@@ -63,7 +63,7 @@ class LinkCoordinates:
     beams
         Per beam its own coordinates per coordinate of the link, shape (n of the beam, n).
     free
-        What rigid beams leave free of them, orthonormal columns, shape (n, n free).
+        Basis of the motions that rigid beams leave free, orthonormal columns, shape (n, n free).
     """
 
     names: list[str]

@@ -47,7 +47,7 @@ class Solution:
     Attributes
     ----------
     motion, sections, elements
-        What was asked; `elements` to every beam.
+        Of the problem; `elements` to every beam.
     xi
         Nodes of every beam, x'/l, shape (elements + 1,).
     N, V, M

@@ -41,7 +41,7 @@ class UnitBeam:
     u, N
         Under a longitudinal load likewise, then under a force at the end, shape (stations + 1, nodes).
     slide
-        What shear adds to w under a transverse load, then under a force at the end, shape (stations + 1, nodes).
+        Part of shear in w under a transverse load, then under a force at the end, shape (stations + 1, nodes).
     bending, stretching, sliding
         The elements.
     """

@@ -32,7 +32,7 @@ class SolidSolution:
     Attributes
     ----------
     motion, across
-        What was asked; `across` elements over the depth of every beam.
+        Of the problem; `across` elements over the depth of every beam.
     bodies, loads
         By number of the link: its unit responses, and its loads in their order, shape (loads, positions).
     left_out

@@ -47,7 +47,7 @@ class ConstraintTable:
     moved
         Numbers of the joints whose turning or sliding of the block on the owner enters `shares`.
     shares
-        What every one of them adds to the coordinate of every drive, and then to every gear's difference of its
+        Share of each of them in the coordinate of every drive, and then in every gear's difference of its
         follower from its driver times the ratio; shape (drives + gears, moved).
     """
 
@@ -116,7 +116,7 @@ class Constraints:
     Attributes
     ----------
     toward
-        What multiplies a vector to give its components along and across a slider's line, those in x and y at a pin;
+        Factor from a vector to its components along and across a slider's line, those in x and y at a pin;
         complex, shape (joints, ..., positions).
     vector
         From the owner's origin to the block's point [m], complex.

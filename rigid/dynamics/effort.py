@@ -39,7 +39,7 @@ class EquationOfMotion:
     inertia
         Reduced inertia [kg m^2, kg m or kg], symmetric, shape (drives, drives, ..., positions).
     bias
-        What centripetal and Coriolis' accelerations take [N m or N], shape (drives, ..., positions).
+        Efforts that centripetal and Coriolis' accelerations take [N m or N], shape (drives, ..., positions).
     force
         Reduced weights and loads, friction of the joints left out [N m or N], shape (drives, ..., positions).
     """

@@ -29,7 +29,7 @@ class Lead:
     Attributes
     ----------
     mechanism
-        What is asked about.
+        The mechanism in question.
     variant
         The same, led by the joints that its drives name; where these are others than the mechanism's, without loads.
     own
@@ -123,7 +123,7 @@ class Stretch:
     Attributes
     ----------
     lead
-        What leads it.
+        The mechanism with its leading joints.
     time
         The integrator's steps and its start [s], shape (steps,).
     origin, direction

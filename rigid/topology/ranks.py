@@ -38,7 +38,7 @@ class Chain:
     center
         Point about which twists and wrenches are taken [m], shape (2,) or (3,).
     length
-        What lengths are measured by [m], so that no rank depends on units.
+        Unit of lengths [m], so that no rank depends on units.
     """
 
     graph: Graph
