@@ -13,7 +13,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
 from rigid import Mechanism, motion_in_chunks
 from rigid.chunks import columns_of, design_chunks
-from rigid.positions import of_designs
+from rigid.positions import select_designs
 
 
 def deflection_in_chunks(
@@ -59,7 +59,7 @@ def deflection_in_chunks(
     columns = columns_of(mechanism, count) if columns is None else columns
     designs = np.broadcast_shapes(mechanism.designs, designs_of(tuple(sections)))
     for rows in design_chunks(designs, count, columns):
-        block = of_designs(mechanism, rows, designs)
-        beams = of_designs(tuple(sections), rows, designs)
+        block = select_designs(mechanism, rows, designs)
+        beams = select_designs(tuple(sections), rows, designs)
         courses = motion_in_chunks(block, drive, drive_rate, drive_acceleration, time, columns)
         yield from map(partial(deflection, sections=beams, joints=joints), courses)

@@ -15,7 +15,7 @@ from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Link
 from rigid.positions.drive_path import drawn_drives
-from rigid.positions.rows import of_designs
+from rigid.positions.rows import select_designs
 
 CELLS = 24576  # links times columns that stay in the cache
 COLUMNS = 1024  # below which what calls cost alone counts for more than that
@@ -61,7 +61,7 @@ def motion_in_chunks(
     if columns <= SEAM:
         raise ValueError(f"chunks of {columns} columns, expected more than {SEAM}")
     for rows in design_chunks(mechanism.designs, len(given[-1]), columns):
-        yield from _along(of_designs(mechanism, rows, mechanism.designs), given, columns)
+        yield from _along(select_designs(mechanism, rows, mechanism.designs), given, columns)
 
 
 def columns_of(mechanism: Mechanism, positions: int) -> int:

@@ -19,7 +19,7 @@ from kinelast.scene.error import SceneError
 from rigid import SINGULAR, MechanismError, Reals
 from rigid.chunks import columns_of
 from rigid.dynamics import TableError
-from rigid.positions import of_designs
+from rigid.positions import select_designs
 
 BLOCK = 4096  # designs that are built at once
 KNOTS = 64  # at which a turn is looked at at least where its positions are far apart
@@ -189,7 +189,7 @@ def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Itera
     rows = np.zeros(step + 1, int)
     rows[1 : len(which) + 1] = which + 1
     try:
-        yield from _answered(base, of_designs(scene, rows, (len(group.rows) + 1, 1)), group.rows[which])
+        yield from _answered(base, select_designs(scene, rows, (len(group.rows) + 1, 1)), group.rows[which])
     except (SceneError, MechanismError, TableError) as error:
         if len(which) == 1:
             yield Part(group.rows[which], str(error), {})

@@ -166,7 +166,7 @@ def _stepped(
         except BudgetExceededError:
             why = f"it has taken {system.most} evaluations: allow more, a greater tolerance or a shorter duration"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
-        reached = tracker.go(system.laws(solver.t, solver.y)[0])
+        reached = tracker.step_to(system.laws(solver.t, solver.y)[0])
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
             other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
@@ -193,7 +193,7 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
         return None
     tracker, lead = system.tracker, system.lead
     drive, rate, _ = system.laws(time, piece(time))
-    if not tracker.go(drive):
+    if not tracker.step_to(drive):
         return None
     twists = tracker.unit_twists
     other = better_leading_joints(lead, tracker, twists, system.free, tracker.size)

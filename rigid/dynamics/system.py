@@ -79,12 +79,12 @@ class RightHandSide:
         self.evaluations += 1
         if self.evaluations > self.most:
             raise BudgetExceededError
-        reached = self.tracker.go(drive)
+        reached = self.tracker.step_to(drive)
         if reached and not self.tracker.narrow:
             inertia, balance, coasting = self.tracker.equation(time, rate)
             balance += self.effort(coasting)
         else:
-            beside = self.tracker.equation_beside(time, rate, drive, self.effort)
+            beside = self.tracker.equation_at_change_point(time, rate, drive, self.effort)
             if beside is not None:
                 inertia, balance = beside
             elif reached:

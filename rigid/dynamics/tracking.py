@@ -123,7 +123,7 @@ class Tracker:
         self._sign = self._factor(self._here)
         self.mark()
 
-    def go(self, drive: Reals) -> bool:
+    def step_to(self, drive: Reals) -> bool:
         """Go to other coordinates of the drives, near enough; False, and back to the mark, where it does not close."""
         if self._advance(drive):
             return True
@@ -170,7 +170,7 @@ class Tracker:
             self._sign = sign
             return smooth and sign != 0.0
 
-    def equation_beside(
+    def equation_at_change_point(
         self, time: float, rate: Reals, drive: Reals, effort: Callable[[Motion], Reals]
     ) -> tuple[Reals, Reals] | None:
         """`equation` at a change point, from both sides of it; None where there is none.
@@ -184,7 +184,7 @@ class Tracker:
         equations, narrow = [], self._narrow
         firm = []
         for ahead in BESIDE:
-            if not self.go(drive + ahead * along):
+            if not self.step_to(drive + ahead * along):
                 self._state = here
                 return None
             inertia, balance, coasting = self.equation(time, rate)

@@ -24,9 +24,9 @@ from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
 from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
-from rigid.positions.newton import hung, newton, sine_of
+from rigid.positions.newton import newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
-from rigid.positions.rows import of_designs
+from rigid.positions.rows import select_designs
 
 NARROW = 64  # times the finest step that a change point may be wide
 BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
@@ -91,7 +91,7 @@ class Branch:
         """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots)."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
-        group = of_designs(self.structure.groups[number], table["row"], self.designs)
+        group = select_designs(self.structure.groups[number], table["row"], self.designs)
         drive = self.path.drives(table["place"]).reshape(-1, *shape)
         origin, direction = ([column.reshape(shape) for column in table[name].T] for name in ("origin", "direction"))
         sine = [table["sine"][:, k].reshape(shape) for k in range(number)]
@@ -106,7 +106,7 @@ class Branch:
             found = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
         else:
             start = guess.reshape(len(group.free), *shape)
-            found = sine_of(hung(placed, group, newton(placed, group, start)))
+            found = sine_of(tree_closure(placed, group, newton(placed, group, start)))
         self._note(table, number, placed, group, found)
 
     def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Any) -> None:
@@ -220,7 +220,7 @@ class Branch:
             )
         self.table = merged(kept)
 
-    def doubtful(self, number: int) -> list[tuple[int, int]]:
+    def uncertain_steps(self, number: int) -> list[tuple[int, int]]:
         """First and last knot of every run of steps that are not certain."""
         at = steps(self.table)
         open_ = at[~self.table[f"sure{number}"][at]]
@@ -238,7 +238,7 @@ class Branch:
 
     # Dyads
 
-    def fold(self, number: int) -> None:
+    def follow_dyad(self, number: int) -> None:
         """Follow a dyad: its sign changes where it passes a change point."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))

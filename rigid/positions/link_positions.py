@@ -15,7 +15,7 @@ from rigid.positions.branch import Branch
 from rigid.positions.drive_path import FINEST, STILL, Path, path_through
 from rigid.positions.dyad_places import place_dyad, place_dyad_with_slack
 from rigid.positions.knots import located
-from rigid.positions.newton import correct, hung, newton, require_closed, sine_of
+from rigid.positions.newton import correct, newton, require_closed, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.reached import branch_through
 from rigid.postures import Posture
@@ -90,7 +90,7 @@ def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> Partial
         else:
             shape = np.broadcast_shapes(placed.drive.shape[1:], placed.mechanism.designs)
             start = [np.full(shape, drawing.coordinate(group.tree[at])) for at in group.free]
-            placed.sine.append(sine_of(hung(placed, group, newton(placed, group, np.stack(start)))))
+            placed.sine.append(sine_of(tree_closure(placed, group, newton(placed, group, np.stack(start)))))
     return placed
 
 
@@ -210,4 +210,4 @@ def _between(placed: PartialPosture, branch: Branch, number: int, at: Any, part:
     with np.errstate(invalid="ignore"):
         astray = ~(np.abs(found - start) <= limit).all(axis=0)
     found = np.where(astray, np.nan, found)
-    return sine_of(hung(placed, group, found))
+    return sine_of(tree_closure(placed, group, found))

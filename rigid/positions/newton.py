@@ -35,7 +35,7 @@ def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
     free = [group.tree[number] for number in group.free]
     shape = _shape(placed)
     start = np.stack([np.broadcast_to(joint.coordinate(near), shape) for joint in free])
-    return sine_of(hung(placed, group, newton(placed, group, start)))
+    return sine_of(tree_closure(placed, group, newton(placed, group, start)))
 
 
 def require_closed(placed: PartialPosture, group: Group) -> None:
@@ -48,7 +48,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 
-def hung(placed: PartialPosture, group: Group, coordinates: Any) -> Closure:
+def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Closure:
     """The group with its links placed by the coordinates of the free joints."""
     free = iter(coordinates)
     for joint in group.tree:
@@ -75,7 +75,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
     before: Any = np.inf
     with np.errstate(all="ignore"):
         for _ in range(STEPS):
-            closed = hung(placed, group, coordinates)
+            closed = tree_closure(placed, group, coordinates)
             gaps = [place.joint.gap(placed) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])
             coordinates = coordinates + sense * step

@@ -29,7 +29,7 @@ def _followed(
             branch.set(branch.table, number)
             branch.table[f"sure{number}"][:] = True
         elif forms[number]:
-            branch.fold(number)
+            branch.follow_dyad(number)
         else:
             Trace(branch, number).run()
     return branch

@@ -12,7 +12,7 @@ import numpy as np
 PLAIN = (str, float, complex, int, type(None))
 
 
-def of_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
+def select_designs(value: Any, rows: Any, designs: tuple[int, ...]) -> Any:
     """The same mechanism, link, load or section for some of its designs: every array of their shape is cut.
 
     `rows` is a slice, or an array of numbers that may repeat.

@@ -118,7 +118,7 @@ class Trace:
         """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
-        for first, last in self.branch.doubtful(self.number)[::way]:
+        for first, last in self.branch.uncertain_steps(self.number)[::way]:
             inner, outer = (first, last) if way > 0 else (last, first)
             if table["row"][first] != row or (place[outer] - max(passed * way, start * way) * way) * way <= STILL:
                 continue
