@@ -15,8 +15,7 @@ from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import require_reached, require_tables, scene_deflection, scene_motion
-from rigid import Motion
-from rigid.analysis import reachable
+from rigid import Motion, reachable
 
 if TYPE_CHECKING:
     from fem_check import Comparison

@@ -19,7 +19,7 @@ from kinelast.figures.results import Results
 from kinelast.line import gist, questions
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, attempted, missing_package
 from kinelast.outputs import positions as tables
-from kinelast.outputs.outbox import complete, finished, foreign, made_from, seal, sizes, version, write_json
+from kinelast.outputs.outbox import complete, finished, foreign, made_from, seal, sizes, write_json
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep
@@ -27,6 +27,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
+from kinelast.version import VERSION
 from kinelast.weight import require_room
 
 
@@ -138,7 +139,7 @@ def _finish(
 
     if request.refine and not results.vibrates:
         results = refined(results)
-    figures = {"kinelast": version(), **summary(results), "made_from": made}
+    figures = {"kinelast": VERSION, **summary(results), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
         write_json(part / "check.json", {**checks.pop("check", {}), **checks})

@@ -11,7 +11,7 @@ from rigid.conditioning import SINGULAR
 from rigid.decomposition import assur_groups, structure
 from rigid.forces import JointForces
 from rigid.kinematics import Motion, motion, with_rates
-from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw
+from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw, TableError
 from rigid.mechanism import Mechanism
 from rigid.parts import (
     GROUND,
@@ -31,6 +31,7 @@ from rigid.parts import (
 )
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
+from rigid.reach import ReachError, reachable, require_reach
 from rigid.resistance import Resistance
 from rigid.springs import Spring, TorsionSpring
 from rigid.statics import drive_efforts, reactions
@@ -55,6 +56,7 @@ __all__ = [
     "PinDrive",
     "PointLoad",
     "Posture",
+    "ReachError",
     "Reals",
     "Resistance",
     "Segment",
@@ -62,6 +64,7 @@ __all__ = [
     "Slider",
     "SliderDrive",
     "Spring",
+    "TableError",
     "TorsionSpring",
     "acceleration_of",
     "assur_groups",
@@ -70,7 +73,9 @@ __all__ = [
     "motion_in_chunks",
     "position_of",
     "posture",
+    "reachable",
     "reactions",
+    "require_reach",
     "structure",
     "velocity_of",
     "with_rates",

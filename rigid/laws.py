@@ -33,6 +33,17 @@ class LawError(ValueError):
         self.problem = problem
 
 
+class TableError(ValueError):
+    """A table that cannot be, or that does not reach as far as it is asked.
+
+    `place` is where it was asked, `ends` where it begins and ends; None where it cannot be at all.
+    """
+
+    def __init__(self, message: str, place: float | None = None, ends: tuple[float, float] | None = None) -> None:
+        super().__init__(message)
+        self.place, self.ends = place, ends
+
+
 def _polynomial(*coefficients: float) -> Callable[[Reals], Triple]:
     powers = [np.array(coefficients, float)]
     powers += [polynomial.polyder(powers[0]), polynomial.polyder(powers[0], 2)]

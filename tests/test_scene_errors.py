@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
-from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
 from kinelast.scene.error import SceneError
+from kinelast.scene.integrated_course import IntegratedCourse
 from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
 from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 from kinelast.scene.section_quantities import BendingRigidity

@@ -19,6 +19,7 @@ from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missin
 from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.error import plain
 from kinelast.stopping import StoppedError, stoppable
+from kinelast.version import VERSION
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 
@@ -93,9 +94,7 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 
 def _version() -> int:
-    from importlib import metadata
-
-    print(f"kinelast {metadata.version('kinelast')}")
+    print(f"kinelast {VERSION}")
     return FINE
 
 

@@ -12,7 +12,7 @@ import msgspec
 from kinelast.figures.limits import acceptable
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import Figure, Measure, chosen, figures_of, measures_of
-from kinelast.scene.course import IntegratedCourse
+from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
@@ -94,7 +94,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     """
     top, *inner = place.keys
     plain = not isinstance(place.leaf, Quantity | Sizes | Direction)
-    if isinstance(scene.course, IntegratedCourse) or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
+    if not isinstance(scene.course, CourseByLaws) or scene.mechanism.friction or (plain and inner[-1] not in FLOATS):
         return False
     one_drive = len(table.drives) == 1
     if top == "points" or (top == "links" and inner[:2] == ["ground", "points"]):

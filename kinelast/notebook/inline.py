@@ -14,10 +14,11 @@ from kinelast.compute import computed
 from kinelast.figures.summary import summary
 from kinelast.line import gist
 from kinelast.notebook.named import SceneDeflection
-from kinelast.outputs.outbox import made_from, version
+from kinelast.outputs.outbox import made_from
 from kinelast.outputs.page.report import report_page
 from kinelast.request import Request
 from kinelast.scene.data import Scene
+from kinelast.version import VERSION
 
 SIZE = (960, 540)
 FRAME = "width:100%;height:48em;border:1px solid #ccd"
@@ -93,7 +94,7 @@ def report(
     request = Request(positions=positions, checks=() if check is None else (check,), accuracy=accuracy)
     results = computed(scene, request)
     made = made_from(scene.text.encode(), request)
-    figures = {"kinelast": version(), **summary(results), "made_from": made}
+    figures = {"kinelast": VERSION, **summary(results), "made_from": made}
     headline = gist(figures)
     return Report(scene.name, headline, figures, report_page(results, figures, headline))
 

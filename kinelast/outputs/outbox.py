@@ -15,26 +15,19 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from kinelast.outputs.table import FORMATS
 from kinelast.request import Request, RequestError, written
 from kinelast.scene.error import plain
+from kinelast.version import VERSION
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
 SUMMARY = "summary.json"
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
-
-
-@cache
-def version() -> str:
-    """Version of the program, looked up once: that takes a while."""
-    return metadata.version("kinelast")
 
 
 def made_from(content: bytes, request: Request) -> dict[str, Any]:
@@ -203,7 +196,7 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
     before = _summary_in(folder)
     if before is None:
         return None, "its summary.json cannot be read"
-    if before.get("made_from") != made or before.get("kinelast") != version():
+    if before.get("made_from") != made or before.get("kinelast") != VERSION:
         return None, ""
     if before.get("failed") or not before.get("files"):
         return None, ""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.course import Run, course_of
+from kinelast.scene.course import Course, CourseByLaws, Run
 from kinelast.scene.data import Making, Material, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import fault
@@ -21,7 +21,7 @@ from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.many import real, require, some
 from kinelast.scene.mechanism import SceneMechanism, build_mechanism
 from kinelast.scene.sections import making, poisson_of
-from rigid import ConstantSpeed, LineLoad, Load, SegmentedLaw
+from rigid import ConstantSpeed, LineLoad, Load, Mechanism, SegmentedLaw
 
 STILL = 1e-9
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
@@ -51,7 +51,7 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         name=name,
         title=table.title or name.replace("_", " "),
         source=table.source,
-        course=course_of(mechanism, parts.laws, run, path),
+        course=_course(mechanism, parts.laws, run, path),
         sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
         labels=tuple(_label(body, k) for body, k in beams),
         joints=build_joints(table, mechanism),
@@ -64,6 +64,16 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         report_units=table.run.report_units,
     )
     return scene
+
+
+def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:
+    """The course of a mechanism: integrated where a drive is an effort."""
+    known = tuple(law for law in laws if not isinstance(law, DriveEffort))
+    if len(known) == len(laws):
+        return CourseByLaws(mechanism, known, run, path)
+    from kinelast.scene.integrated_course import IntegratedCourse
+
+    return IntegratedCourse(mechanism, laws, run, path)
 
 
 def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:

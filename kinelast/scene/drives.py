@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.factor_tables import factor_law
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import DriveTable, JointNameTable
-from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
+from kinelast.scene.laws import APART, Lasting, TableLaw, repeated
 from kinelast.scene.many import phase, real
 from kinelast.scene.points import Points, drawn_direction
 from kinelast.scene.quantities import Coordinate
@@ -27,7 +28,9 @@ from rigid import (
     Slider,
     SliderDrive,
 )
-from rigid.dynamics import Effort
+
+if TYPE_CHECKING:
+    from rigid.dynamics import Effort
 
 DriveLaw = Callable[[Any], tuple[Reals, Reals, Reals]]
 Drive = PinDrive | SliderDrive
@@ -204,6 +207,8 @@ def _effort(
     links: Mapping[str, Link],
     sliders: Mapping[str, Slider],
 ) -> DriveEffort:
+    from rigid.dynamics import Effort
+
     assert table.effort is not None
     size, (own, expected) = float(table.effort), EFFORTS[unit]
     if table.effort.unit not in ("", own):

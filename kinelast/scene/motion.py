@@ -11,10 +11,7 @@ from kinelast.scene.course import table_of
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from rigid import SINGULAR, MechanismError, Motion, Reals, motion
-from rigid.analysis import ReachError, require_reach
-from rigid.dynamics import TableError
-from rigid.topology import assembled, flat_triangles
+from rigid import SINGULAR, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
 
 
 def scene_times(scene: Scene, positions: int | None = None) -> Reals:
@@ -91,6 +88,8 @@ def require_determined(scene: Scene) -> None:
 
 def _require_no_flat_triangle(scene: Scene) -> None:
     """Raise where three links pinned to one another lie in one line: no drawing and no drive can help that."""
+    from rigid.topology import assembled, flat_triangles
+
     try:
         flat = flat_triangles(assembled(scene.mechanism))
     except MechanismError:  # what does not close is told elsewhere

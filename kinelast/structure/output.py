@@ -6,9 +6,10 @@ from dataclasses import replace
 from functools import partial
 
 from kinelast.outcome import DONE, FINE, Outcome, Task, attempted
-from kinelast.outputs.outbox import add_to, version
+from kinelast.outputs.outbox import add_to
 from kinelast.progress import SILENT, Progress
 from kinelast.scene.structure_scene import StructureScene, read_structure
+from kinelast.version import VERSION
 from rigid import MechanismError
 
 
@@ -21,7 +22,7 @@ def _structure(task: Task) -> Outcome:
     scene = read_structure(task.path)
     text = scene_text(scene)
     files, drawn = _files(scene, text)
-    add_to(task.folder, files, {"kinelast": version()})
+    add_to(task.folder, files, {"kinelast": VERSION})
     return Outcome(FINE, f"{text}\n{task.name}: structure{drawn} -> {task.folder}", DONE)
 
 

@@ -12,9 +12,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from kinelast.outputs.outbox import json_bytes, version
+from kinelast.outputs.outbox import json_bytes
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
+from kinelast.version import VERSION
 
 NAME = "manifest.json"
 SHOWN = 60  # letters of a value in a message
@@ -68,7 +69,7 @@ class Manifest:
 @cache
 def versions() -> dict[str, str]:
     """What has a say in the last digits of a figure and in the bytes of a file."""
-    found = {"kinelast": version(), "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
+    found = {"kinelast": VERSION, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
     return found

@@ -14,7 +14,7 @@ from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import Plan, Rows, plan_of
 from kinelast.numbers import quantity
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, attempted
-from kinelast.outputs.outbox import json_bytes, put, version
+from kinelast.outputs.outbox import json_bytes, put
 from kinelast.processes import cores
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Batch, Request, RequestError
@@ -26,6 +26,7 @@ from kinelast.sweep.pages import design_text, write_pages
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
 from kinelast.sweep.tally import Aim, Tally, tallied
+from kinelast.version import VERSION
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known
@@ -175,7 +176,7 @@ def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifes
 
     best = found.best
     return {
-        "kinelast": version(),
+        "kinelast": VERSION,
         "scene": task.path.stem,
         "designs": found.designs,
         "numbers": {path: units[path] for path in evaluation.plan.paths},

@@ -11,7 +11,7 @@ import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
-from kinelast.outputs.outbox import complete, finished, put, seal, version
+from kinelast.outputs.outbox import complete, finished, put, seal
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.progress import Progress
 from kinelast.request import Batch, Request, RequestError
@@ -22,6 +22,7 @@ from kinelast.scene.error import plain
 from kinelast.scene.shipped import shipped_scenes
 from kinelast.sweep.store import NUMBER
 from kinelast.sweep.tally import Tally
+from kinelast.version import VERSION
 
 FOLDER = "designs"  # in that of the scene
 """Each of its folders bears the number of its design."""
@@ -135,7 +136,7 @@ def _folders(
                 if outcome.status >= BAD_INPUT:
                     failed.append(outcome.line.replace(str(part), str(target)))
                     status = max(status, outcome.status if outcome.status == BUG else FINE)
-            lasting = {"kinelast": version(), "made_from": made, "pages": pages, "failed": failed}
+            lasting = {"kinelast": VERSION, "made_from": made, "pages": pages, "failed": failed}
             seal(part, lasting)
     except (RequestError, OSError) as error:
         return [], FINE, plain(f"no pages of single designs: {error}", MESSAGE)

@@ -11,7 +11,6 @@ from rigid.analysis.coordinates import (
     Slide,
 )
 from rigid.analysis.inverse import drive_values
-from rigid.analysis.reach import ReachError, reachable, require_reach, stops
 from rigid.analysis.turning_points import (
     DeadPoint,
     LimitPosition,
@@ -23,3 +22,4 @@ from rigid.analysis.turning_points import (
     transmission_angles,
     velocity_ratio,
 )
+from rigid.reach import ReachError, reachable, require_reach, stops

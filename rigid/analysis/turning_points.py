@@ -9,7 +9,6 @@ import numpy as np
 
 from rigid.analysis.coordinates import Coordinate, Rated
 from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
-from rigid.analysis.reach import stops
 from rigid.arrays import Columns, Reals
 from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
@@ -17,6 +16,7 @@ from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
 from rigid.parts import MechanismError
 from rigid.plane import cross, dot
+from rigid.reach import stops
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # section
 NARROWINGS = 80  # by it: to round-off

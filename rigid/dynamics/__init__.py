@@ -9,7 +9,6 @@ from rigid.dynamics.effort import (
 )
 from rigid.dynamics.energy import dissipated_power, kinetic_energy, load_power, potential_energy
 from rigid.dynamics.force_laws import (
-    TableError,
     constant_law,
     law_of,
     law_of_rate,
@@ -19,3 +18,4 @@ from rigid.dynamics.force_laws import (
 )
 from rigid.dynamics.forward_dynamics import INTERRUPTED, forward
 from rigid.dynamics.integrated_motion import Effort, ForwardError, IntegratedMotion, MotionLaw, motion_during
+from rigid.laws import TableError

@@ -14,21 +14,11 @@ from numpy.typing import ArrayLike
 from rigid.analysis.coordinates import Coordinate
 from rigid.arrays import Reals
 from rigid.kinematics import Motion
+from rigid.laws import TableError
 from rigid.parts import Law
 
 Curve = Callable[[ArrayLike], Reals]
 OVER = 1e-12  # of a table's extent, by which it may be asked beyond its ends
-
-
-class TableError(ValueError):
-    """A table that cannot be, or that does not reach as far as it is asked.
-
-    `place` is where it was asked, `ends` where it begins and ends; None where it cannot be at all.
-    """
-
-    def __init__(self, message: str, place: float | None = None, ends: tuple[float, float] | None = None) -> None:
-        super().__init__(message)
-        self.place, self.ends = place, ends
 
 
 def constant_law(value: float) -> Law:
