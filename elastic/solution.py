@@ -235,7 +235,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
     """Joint forces, the response of the links to them and the loads, and the gaps that this leaves at the joints."""
     motion, added = problem.motion, problem.added
     more = [] if added is None else list(resultants(added, motion, problem.configuration))
-    surplus = any(closed.tensions for closed in motion.closures)
+    surplus = any(closed.redundancy for closed in motion.closures)
 
     def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Columns] | None) -> JointForces:
         if surplus:

@@ -28,6 +28,7 @@ from rigid.parts import (
     PointLoad,
     Slider,
     SliderDrive,
+    Weld,
 )
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
@@ -66,6 +67,7 @@ __all__ = [
     "Spring",
     "TableError",
     "TorsionSpring",
+    "Weld",
     "acceleration_of",
     "assur_groups",
     "drive_efforts",

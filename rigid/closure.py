@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.decomposition.groups import Group
+from rigid.decomposition.groups import RIGID, Group
 from rigid.joints import JointPlace
 from rigid.plane import ZERO
 
@@ -26,7 +26,7 @@ class Closure:
 
     Attributes
     ----------
-    tree, cut
+    tree, cut, rings
         The joints of the group, placed.
     duals
         Complex, shape (free, cuts, ..., positions): to open the cut joints by r_c, free tree joint k takes the
@@ -47,18 +47,30 @@ class Closure:
     tensions: tuple[tuple[Columns, ...], ...] = ()
     sine: Columns = 1.0
     whole: Closure | None = None
+    rings: tuple[JointPlace, ...] = ()
 
     @property
     def joints(self) -> tuple[JointPlace, ...]:
-        """Tree joints, then cut joints."""
-        return self.tree + self.cut
+        """Tree joints, cut joints, then the welds of rings."""
+        return self.tree + self.cut + self.rings
+
+    @property
+    def redundancy(self) -> int:
+        """Number of the self-stresses: of the `tensions`, then x, y and moment of the weld of every ring."""
+        return len(self.tensions) + RIGID * len(self.rings)
 
 
-def closure(group: Group, tree: tuple[JointPlace, ...], cut: tuple[JointPlace, ...], sine: Columns = 1.0) -> Closure:
+def closure(
+    group: Group,
+    tree: tuple[JointPlace, ...],
+    cut: tuple[JointPlace, ...],
+    sine: Columns = 1.0,
+    rings: tuple[JointPlace, ...] = (),
+) -> Closure:
     """Solve a placed group once for all right-hand sides."""
     effects = columns(group, tree, cut)
     duals, tensions = _surplus(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
-    return Closure(group, tree, cut, duals, tensions, sine)
+    return Closure(group, tree, cut, duals, tensions, sine, rings=rings)
 
 
 def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace]) -> list[list[Columns]]:

@@ -63,6 +63,7 @@ def displacements(
         for closing in closed.cut:
             lacking.append(_residual(closing, shift, turning, gaps[number], turns[number]))
             number += 1
+        number += len(closed.rings)
         openings.append(lacking)
         residuals = [closing.row(*opening) for closing, opening in zip(closed.cut, lacking, strict=True)]
         _release(closed, residuals, shift, turning)

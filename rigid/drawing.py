@@ -44,8 +44,10 @@ class Drawing:
         index = self.mechanism.index
         directions: dict[int, Any] = {0: 1.0 + 0j}
         directions |= {at: seen for at in range(1, len(index)) if (seen := self._seen(at)) is not None}
-        pairs: list[tuple[int, int, Any]] = [(index[s.on], index[s.link], s.turn) for s in self.mechanism.sliders]
-        pairs += [(link, on, turn.conjugate()) for on, link, turn in pairs]
+        pairs: list[tuple[int, int, Any]] = [
+            (index[each.on], index[each.link], each.turn) for each in self.mechanism.fixed_angles
+        ]
+        pairs += [(link, on, np.conj(turn)) for on, link, turn in pairs]
         while further := [pair for pair in pairs if pair[0] in directions and pair[1] not in directions]:
             one, other, turn = further[0]
             directions[other] = directions[one] * turn
@@ -70,8 +72,9 @@ class Drawing:
 
     def along(self, joint: Joint) -> Columns:
         """Unit vector of a slider's line as drawn."""
-        line = next(slider.direction for slider in self.mechanism.sliders if slider.name == joint.name)
-        return self.direction(joint.owner) * line  # of all designs, whichever the joint is of
+        slider = next(slider for slider in self.mechanism.sliders if slider.name == joint.name)
+        # Of all designs, whichever the joint is of.
+        return self.direction(self.mechanism.index[slider.on]) * slider.direction
 
     def side(self, distance: Columns, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""

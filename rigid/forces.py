@@ -10,6 +10,7 @@ import numpy as np
 
 from rigid.arrays import Columns, Flags
 from rigid.closure import Closure, reach_from
+from rigid.decomposition.groups import RIGID
 from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO, cross, dot, number
@@ -111,7 +112,7 @@ def joint_forces(
     force, moment
         Per link, complex [N] and real [N m], shape (..., positions).
     tension
-        Number of a group, and of one of its `Closure.tensions`, that is in force besides.
+        Number of a group, and of one of its self-stresses as counted by `Closure.redundancy`, that is in force besides.
     flank
         Of the gears' teeth, as in `JointForces`; those that the efforts load unless said.
     friction
@@ -128,6 +129,13 @@ def joint_forces(
     last = sum(len(closed.joints) for closed in closures)
     results: list[tuple[Columns, Columns]] = []
     for place, closed in reversed(list(enumerate(closures))):
+        stressed = tension[1] if tension is not None and tension[0] == place else None
+        rings = []
+        for number_of_ring, ring in enumerate(closed.rings):
+            pull, couple = _in_ring(stressed, len(closed.tensions) + RIGID * number_of_ring)
+            _push(ring.joint.child, ring.arm_child, pull, couple, force, moment)
+            _push(ring.joint.parent, ring.arm_parent, -pull, -couple, force, moment)
+            rings.append((pull, couple))
         held = [_held(closed, k, force, moment) for k in range(len(closed.group.free))]
         cuts = []
         for c, closing in enumerate(closed.cut):
@@ -135,8 +143,8 @@ def joint_forces(
             for k, load in enumerate(held):
                 needed = needed + load * closed.duals[k, c]
             multiplier = (1j * needed).conjugate()
-            if tension is not None and tension[0] == place:
-                multiplier = multiplier + closed.tensions[tension[1]][c]
+            if stressed is not None and stressed < len(closed.tensions):
+                multiplier = multiplier + closed.tensions[stressed][c]
             pull, couple = closing.force(multiplier)
             joint = closing.joint
             _push(joint.child, closing.arm_child, pull, couple, force, moment)
@@ -146,12 +154,19 @@ def joint_forces(
         trees = [
             _balance(hinge, last + k, force, moment, flanks) for k, hinge in reversed(list(enumerate(closed.tree)))
         ]
-        results += [*cuts[::-1], *trees]
+        results += [*rings[::-1], *cuts[::-1], *trees]
     results.reverse()
     for at, (pull, couple) in rubbed.items():
         results[at] = results[at][0] + pull, results[at][1] + couple
     pulls, couples = ([number(value) for value in part] for part in zip(*results, strict=True)) if results else ([], [])
     return JointForces(closures, pulls, couples, (number(force[0]), number(moment[0])), flanks, dict(friction or {}))
+
+
+def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
+    """Force and moment on the child of a weld that closes a ring: units in the self-stresses from `number` on."""
+    if stressed is None or not number <= stressed < number + RIGID:
+        return ZERO, ZERO
+    return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
 
 
 def _balance(
@@ -208,11 +223,11 @@ def self_stresses(closures: tuple[Closure, ...], flank: Mapping[int, Columns] | 
 
     `flank` of the gears' teeth, as in `JointForces`; those that each set loads by itself unless said.
     """
-    if not any(closed.tensions for closed in closures):
+    if not any(closed.redundancy for closed in closures):
         return []
     nothing = [ZERO] * (1 + max((link for closed in closures for link in closed.group.links), default=0))
     return [
         joint_forces(closures, nothing, nothing, (place, which), flank)
         for place, closed in enumerate(closures)
-        for which in range(len(closed.tensions))
+        for which in range(closed.redundancy)
     ]

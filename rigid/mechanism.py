@@ -23,6 +23,7 @@ from rigid.parts import (
     PinDrive,
     Slider,
     SliderDrive,
+    Weld,
 )
 
 
@@ -30,9 +31,10 @@ from rigid.parts import (
 class Mechanism:
     """A planar mechanism: links (one of them named "ground"), their joints, drives, gears, loads and friction.
 
-    Links that share a point's name are pinned there. `drawing` places the points [m] near a position of the mechanism
-    and so picks the branch it is assembled in; of designs whose drawings differ, it holds arrays of shape (designs, 1).
-    `gravity` [m/s^2]. `friction` by name of the pin (its point) or slider.
+    Links that share a point's name are pinned there, unless `welds` join them rigidly. `drawing` places the points
+    [m] near a position of the mechanism and so picks the branch it is assembled in; of designs whose drawings
+    differ, it holds arrays of shape (designs, 1). `gravity` [m/s^2]. `friction` by name of the pin (its point) or
+    slider.
     """
 
     links: tuple[Link, ...]
@@ -43,6 +45,7 @@ class Mechanism:
     loads: tuple[Load | LineLoad, ...] = ()
     gears: tuple[Gear, ...] = ()
     friction: Mapping[str, Friction] = field(default_factory=dict)
+    welds: tuple[Weld, ...] = ()
     index: Mapping[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -75,10 +78,16 @@ class Mechanism:
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
         for slider in self.sliders:
             values += [slider.origin, slider.direction, slider.turn]
+        values += [weld.turn for weld in self.welds]
         for load in self.loads:
             values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
         values += [value for friction in self.friction.values() for value in vars(friction).values()]
         return np.broadcast_shapes(*(np.shape(value) for value in values))
+
+    @property
+    def fixed_angles(self) -> tuple[Slider | Weld, ...]:
+        """Sliders and welds: the parts that hold the angle of one link on another."""
+        return *self.sliders, *self.welds
 
     def beam_number(self, link: str, number: int) -> int:
         """Place of a link's beam among all beams."""

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from rigid.parts import GROUND, Complex, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive
+from rigid.parts import GROUND, Complex, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
 
 UNIT = 1e-9  # how far the length of a unit vector may be from 1
 
@@ -30,6 +30,9 @@ class Named(Protocol):
 
     @property
     def gears(self) -> tuple[Gear, ...]: ...  # noqa: D102
+
+    @property
+    def welds(self) -> tuple[Weld, ...]: ...  # noqa: D102
 
     @property
     def friction(self) -> Mapping[str, Friction]: ...  # noqa: D102
@@ -61,15 +64,31 @@ def _wrong(mechanism: Named) -> Iterator[str | None]:
         what = f'slider "{slider.name}"'
         yield _no_unit(f"{what}: its direction", slider.direction) or _no_unit(f"{what}: its turn", slider.turn)
         yield _no_link(what, links, (slider.on, slider.link)) or _no_point(what, links[slider.link], (slider.point,))
+    for weld in mechanism.welds:
+        yield from _weld(weld, links)
+    welded = Counter((weld.point, frozenset((weld.link, weld.on))) for weld in mechanism.welds)
+    for (point, _), count in welded.items():
+        yield f'two links are welded {count} times at "{point}"' if count > 1 else None
     for load in mechanism.loads:
         yield from _load(load, links)
     shared = Counter(point for link in mechanism.links for point in link.points)
-    pins = Counter({point: count - 1 for point, count in shared.items()})
+    welds = Counter(weld.point for weld in mechanism.welds)
+    pins = Counter({point: count - 1 - welds[point] for point, count in shared.items()})
     sliders = Counter(slider.name for slider in mechanism.sliders)
     for called, friction in mechanism.friction.items():
         count = pins[called] + sliders[called]
         yield None if count == 1 else f'friction of "{called}": {count} joints are called so, expected one'
         yield from _friction(f'friction of "{called}"', friction, bool(sliders[called]))
+
+
+def _weld(weld: Weld, links: Mapping[str, Link]) -> Iterator[str | None]:
+    """Faults of a weld."""
+    called = f'the weld "{weld.point}"'
+    yield _no_link(called, links, (weld.on, weld.link))
+    yield f'{called}: "{weld.link}" cannot be welded to itself' if weld.link == weld.on else None
+    for name in (weld.on, weld.link):
+        yield _no_point(called, links[name], (weld.point,))
+    yield _no_unit(f"{called}: its turn", weld.turn)
 
 
 def _friction(what: str, friction: Friction, slides: bool) -> Iterator[str | None]:

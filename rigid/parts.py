@@ -113,6 +113,24 @@ class Slider:
     turn: Complex = 1.0
 
 
+@dataclass(frozen=True, eq=False)
+class Weld:
+    """Two links that share a point, joined there rigidly.
+
+    `turn` is the unit vector of the axes of `link` seen from those of `on`.
+    """
+
+    point: str
+    link: str
+    on: str
+    turn: Complex = 1.0
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its point, as a pin is."""
+        return self.point
+
+
 @dataclass(frozen=True)
 class PinDrive:
     """A motor at the pin `at` that turns `link` on the link `on`.

@@ -88,7 +88,7 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
 def _told_by_statics(deflection: Deflection) -> bool:
     """Whether statics alone tells the section forces, and they go on without a jump along every beam."""
     trees, closures = trees_of(deflection.motion.mechanism), deflection.motion.closures
-    return deflection.division.whole and not trees.cuts and not any(closed.tensions for closed in closures)
+    return deflection.division.whole and not trees.cuts and not any(closed.redundancy for closed in closures)
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:

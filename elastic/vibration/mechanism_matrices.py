@@ -191,7 +191,7 @@ class VibratingStructure:
         if not place.turns and joint.drive is None:
             rows = [(np.conj(self._at(place.along))[:, None] * shift).imag]
         self._hold(rows, soft.translation)
-        if not place.turns or joint.drive is not None:
+        if joint.holds_rotation:
             self._hold([turned], soft.rotation * self._scale**2)
         if joint.gear is not None:
             followed = turned / self._scale if place.turns else self._along(place.along, shift)

@@ -67,9 +67,10 @@ def ties(frame: Frame, joints: Mapping[str, JointCompliance], flanks: Flanks) ->
     for (_, point), (hub, *others) in frame.ends.items():
         yield from (Tie(point, (*_held((hub, other)), _not_turned((hub, other)))) for other in others)
     soft = _Soft(mechanism, joints)
-    for point, parent, child in _pins(mechanism):
+    for point, parent, child, welded in _pins(mechanism):
         sides = frame.place(parent, point), frame.place(child, point)
-        yield Tie(point, soft.made(point, parent, child, _held(sides)))
+        rows = (*_held(sides), _not_turned(sides)) if welded else _held(sides)
+        yield Tie(point, soft.made(point, parent, child, rows))
     for slider in mechanism.sliders:
         ends = mechanism.index[slider.on], mechanism.index[slider.link]
         across = _moved(frame.sides[slider.name], 1j * frame.along(slider))
@@ -118,14 +119,21 @@ def _links(mechanism: Mechanism, slider: Slider) -> tuple[int, int]:
     return mechanism.index[slider.on], mechanism.index[slider.link]
 
 
-def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
-    """Pins by the points that links share, all to the first of these links: name, parent and child."""
+def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, bool]]:
+    """Pins and welds by the points that links share: name, parent and child, and whether these are welded.
+
+    The parent is the first of the links, or one before the child that it is welded to.
+    """
+    index = mechanism.index
+    welds = {(weld.point, frozenset((index[weld.on], index[weld.link]))) for weld in mechanism.welds}
     shared: dict[str, list[int]] = {}
     for at, link in enumerate(mechanism.links):
         for point in link.points:
             shared.setdefault(point, []).append(at)
-    for point, (first, *links) in shared.items():
-        yield from ((point, first, at) for at in links)
+    for point, links in shared.items():
+        for number, at in enumerate(links[1:], 1):
+            fast = [other for other in links[:number] if (point, frozenset((other, at))) in welds]
+            yield point, (fast or links)[0], at, bool(fast)
 
 
 def _require_told(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:

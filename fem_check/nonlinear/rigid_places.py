@@ -58,7 +58,7 @@ def _place_next(
 ) -> None:
     """Place one more link: one that is known to turn with a placed one, else any."""
     index, links = mechanism.index, mechanism.links
-    turns = [(index[slider.on], index[slider.link], complex(slider.turn)) for slider in mechanism.sliders]
+    turns = [(index[each.on], index[each.link], complex(each.turn)) for each in mechanism.fixed_angles]
     for drive, value in zip(mechanism.drives, first, strict=True):
         if isinstance(drive, PinDrive):
             turns.append((index[drive.on], index[drive.link], complex(np.exp(1j * value))))

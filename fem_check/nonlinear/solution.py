@@ -191,13 +191,14 @@ def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Ins
 def _joint_force(system: System, source: JointSource, found: Instants) -> JointForce:
     names = [system.mechanism.links[number].name for number in (source.child, source.parent)]
     pull = found.state.pull
+    moment = np.zeros(len(pull)) if source.turn is None else -pull[:, source.turn]
     if source.node is not None:
         needed = found.state.needed[:, source.node]
-        return JointForce(source.name, names[0], names[1], _complex(needed), np.zeros(len(needed)))
+        return JointForce(source.name, names[0], names[1], _complex(needed), moment)
     one, other = source.couplings
     own = system.ties.couplings[one]
     if own.kind is Kind.X:
-        return JointForce(source.name, names[0], names[1], -(pull[:, one] + 1j * pull[:, other]), np.zeros(len(pull)))
+        return JointForce(source.name, names[0], names[1], -(pull[:, one] + 1j * pull[:, other]), moment)
     across = 1j * own.line * np.exp(1j * found.q[:, system.of_node[own.parent, 2]])
     return JointForce(source.name, names[0], names[1], -pull[:, one] * across, -pull[:, other])
 

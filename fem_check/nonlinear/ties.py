@@ -43,13 +43,17 @@ class Give:
 
 @dataclass(frozen=True)
 class JointSource:
-    """Where the force on a joint's child is found: at a node that is shared or held, or in couplings."""
+    """Where the force on a joint's child is found: at a node that is shared or held, or in couplings.
+
+    `turn` is the coupling that bears the moment of a weld.
+    """
 
     name: str
     parent: int
     child: int
     node: int | None
     couplings: tuple[int, ...]
+    turn: int | None = None
 
 
 @dataclass(eq=False)
@@ -119,8 +123,8 @@ class _Builder:
     def built(self, first: Reals) -> Ties:
         """All ties."""
         self.ties.winding = np.array([self._winding(drive, first[k]) for k, drive in enumerate(self.mechanism.drives)])
-        for point, parent, child in _pins(self.mechanism):
-            self._pin(point, parent, child)
+        for point, parent, child, turn in _pins(self.mechanism):
+            self._pin(point, parent, child, turn)
         for slider in self.mechanism.sliders:
             self._slider(slider)
         for number, drive in enumerate(self.mechanism.drives):
@@ -146,21 +150,23 @@ class _Builder:
     def _drawn_value(self, coupling: Coupling) -> float:
         return float(coupling_state((coupling,), self.drawn).value[0, 0])
 
-    def _pin(self, point: str, parent: int, child: int) -> None:
+    def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
+        """A pin, or a weld with the child `turned` so on the parent."""
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
         own = self.soft.get(point, JointCompliance())
+        turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, own)
         gap = _sense(self.mechanism, point, parent, child) * own.gap if own.gap else 0.0
         if not own.translation and not gap and not at_c and (parent == 0 or not at_p):
             if parent == 0:
                 self.ties.held[c] = at_p
             else:
                 self.ties.shared.append((p, c))
-            self.ties.joints.append(JointSource(point, parent, child, c, ()))
+            self.ties.joints.append(JointSource(point, parent, child, c, (), turn))
             return
         pair = tuple(self.couple(Coupling(kind, p, c, at_p, at_c)) for kind in (Kind.X, Kind.Y))
         for number, target in zip(pair, (complex(gap).real, complex(gap).imag), strict=True):
             self._closed(number, target, own.translation)
-        self.ties.joints.append(JointSource(point, parent, child, None, pair))
+        self.ties.joints.append(JointSource(point, parent, child, None, pair, turn))
 
     def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
         """Hold a coupling at its target, softly if it has a compliance."""
@@ -184,20 +190,26 @@ class _Builder:
     def _slider(self, slider: Slider) -> None:
         index = self.mechanism.index
         own = self.soft.get(slider.name, JointCompliance())
-        sense = (
-            _sense(self.mechanism, slider.name, index[slider.on], index[slider.link]) if own.gap or own.turn else 1.0
-        )
         if own.gap:
             raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
         rail = self._rail(slider, Kind.ACROSS)
         across = self.couple(rail)
-        turned = Coupling(Kind.TURN, rail.parent, rail.child)
-        turn = self.couple(turned)
-        angle = float(np.angle(complex(slider.turn)))
-        angle += 2 * pi * round((self._drawn_value(turned) - angle) / (2 * pi))
+        ends = (index[slider.on], rail.parent), (index[slider.link], rail.child)
+        turn = self._turn(slider.name, *ends, complex(slider.turn), own)
         self._closed(across, 0.0, own.translation)
-        self._closed(turn, angle + sense * own.turn, own.rotation)
         self.ties.joints.append(JointSource(slider.name, index[slider.on], index[slider.link], None, (across, turn)))
+
+    def _turn(
+        self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, own: JointCompliance
+    ) -> int:
+        """Hold the angle of a child on a parent, both given as link and node, in the drawn number of whole turns."""
+        coupling = Coupling(Kind.TURN, parent[1], child[1])
+        angle = float(np.angle(turned))
+        angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
+        number = self.couple(coupling)
+        sense = _sense(self.mechanism, name, parent[0], child[0]) if own.turn else 1.0
+        self._closed(number, angle + sense * own.turn, own.rotation)
+        return number
 
     def _coordinate(self, drive: PinDrive | SliderDrive) -> Coupling:
         """The coupling that is a drive's coordinate."""
@@ -271,18 +283,28 @@ def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple
     return nodes.at[link, point]
 
 
-def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int]]:
-    """Point, parent and child: all links that share a point hang on the first of them."""
+def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, complex | None]]:
+    """Point, parent and child, and how these are turned where they are welded.
+
+    All links that share a point hang on the first of them, or on one before them that they are welded to.
+    """
+    turns: dict[tuple[str, int, int], complex] = {}
+    for weld in mechanism.welds:
+        one, other, turn = mechanism.index[weld.on], mechanism.index[weld.link], complex(weld.turn)
+        turns |= {(weld.point, one, other): turn, (weld.point, other, one): turn.conjugate()}
     shared: dict[str, list[int]] = {}
     for number, link in enumerate(mechanism.links):
         for point in link.points:
             shared.setdefault(point, []).append(number)
-    for point, (hub, *others) in shared.items():
-        yield from ((point, hub, other) for other in others)
+    for point, links in shared.items():
+        for place, number in enumerate(links[1:], 1):
+            fast = [other for other in links[:place] if (point, other, number) in turns]
+            parent = (fast or links)[0]
+            yield point, parent, number, turns.get((point, parent, number))
 
 
 def _require_joints(mechanism: Mechanism, joints: Mapping[str, JointCompliance]) -> None:
-    names: Sequence[str] = [*(name for name, _, _ in _pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
+    names: Sequence[str] = [*(name for name, *_ in _pins(mechanism)), *(slider.name for slider in mechanism.sliders)]
     for name in joints:
         if names.count(name) != 1:
             raise NotCheckedError(

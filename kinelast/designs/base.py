@@ -121,10 +121,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
 
 def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     """Whether every design finds its branch on its own drawing: all groups are links that are driven, or dyads."""
-    closed = all(
-        not group.free or (len(group.links) == len(group.free) == 2 and len(group.cut) == 1)
-        for group in structure(scene.mechanism).groups
-    )
+    closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
     one_way = not start_drawn or (len(table.drives) == 1 and not table.drives[0].repeat)
     return closed and not table.gears and one_way and not _goes_to_an_end(table)

@@ -12,6 +12,7 @@ from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.arrays import Columns, Reals
 from rigid.closure import Closure
 from rigid.conditioning import SINGULAR
+from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
 from rigid.parts import MechanismError
@@ -159,7 +160,7 @@ def transmission_angles(course: Motion) -> list[Transmission]:
     links = course.mechanism.links
     angles = []
     for closed in course.closures:
-        if len(closed.group.links) == 2 and len(closed.group.free) == 2:
+        if closed.group.dyad is not None and closed.group.free:
             one, other = _lines(closed)
             angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
             names = tuple(links[link].name for link in closed.group.links)
@@ -169,18 +170,30 @@ def transmission_angles(course: Motion) -> list[Transmission]:
 
 def _lines(closed: Closure) -> tuple[Columns, Columns]:
     """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
-    inner = closed.cut[0]
+    inner, hinges = closed.cut[0], [closed.tree[number] for number in closed.group.free]
     if inner.turns:
-        first, second = (
-            inner.arm(hinge.joint.child) - hinge.arm_child if hinge.turns else 1j * hinge.along for hinge in closed.tree
-        )
+        first, second = (_body_arm(closed, hinge) if hinge.turns else 1j * hinge.along for hinge in hinges)
         return first, second
-    slides = [hinge for hinge in closed.tree if not hinge.turns]
+    slides = [hinge for hinge in hinges if not hinge.turns]
     if slides:
         return 1j * inner.along, 1j * slides[0].along
     # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
-    ends = [inner.arm(hinge.joint.child) - hinge.arm_child for hinge in closed.tree]
+    ends = [_body_arm(closed, hinge) for hinge in hinges]
     return ends[0] - ends[1], 1j * inner.along
+
+
+def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
+    """From an outer joint of a dyad to the inner one [m], through the links that are welded together."""
+    inner, body = closed.cut[0], {hinge.joint.child: hinge}
+    for place in closed.tree:
+        if place.joint.welded and place.joint.parent in body:
+            body[place.joint.child] = place
+    link = inner.joint.child if inner.joint.child in body else inner.joint.parent
+    reach = inner.arm(link)
+    while link != hinge.joint.child:
+        reach = reach - body[link].arm_child + body[link].arm_parent
+        link = body[link].joint.parent
+    return reach - hinge.arm_child
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:

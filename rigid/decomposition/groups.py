@@ -10,7 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from rigid.joints import Joint
+from rigid.joints import Body, Joint, WeldJoint
+
+RIGID = 3  # constraints that hold a link
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +21,7 @@ class Group:
 
     `tree[k]` carries `links[k]`; `free` the numbers of the tree joints that no drive moves. `carried` lists per free
     joint the links that it carries, each with the numbers of the tree joints from its own back to that one. `cut`
-    closes the loops.
+    closes the loops. `rings` are welds that close loops of nothing but welds.
     """
 
     links: tuple[int, ...]
@@ -27,11 +29,37 @@ class Group:
     cut: tuple[Joint, ...]
     free: tuple[int, ...]
     carried: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+    rings: tuple[Joint, ...] = ()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Tree joints, cut joints, and the welds of rings."""
+        return self.tree + self.cut + self.rings
 
     @property
     def surplus(self) -> int:
         """Number of constraints beyond its freedoms."""
-        return 2 * len(self.cut) - len(self.free)
+        return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
+
+    @cached_property
+    def dyad(self) -> tuple[Joint, Joint, Joint] | None:
+        """The two outer joints of a dyad and the inner one, between its two bodies; None where it is none.
+
+        A body is a link with all that are welded to it, and stands for them by the first in the tree.
+        """
+        welds = [joint for joint in self.tree if isinstance(joint, WeldJoint)]
+        if not len(self.links) - len(welds) == len(self.free) == 2 or len(self.cut) != 1:
+            return None
+        outer, inner = [self.tree[number] for number in self.free], self.cut[0]
+        if welds:
+            bodies: dict[int, Body] = {}
+            for joint in self.tree:
+                bodies.setdefault(joint.parent, Body(joint.parent))
+                carrier = bodies[joint.parent]
+                bodies[joint.child] = joint.carry(carrier) if isinstance(joint, WeldJoint) else Body(joint.child)
+            bodies.setdefault(inner.parent, Body(inner.parent))
+            outer, inner = [joint.on_bodies(bodies) for joint in outer], inner.on_bodies(bodies)
+        return outer[0], outer[1], inner
 
     @cached_property
     def angles(self) -> tuple[bool, ...]:
@@ -46,12 +74,12 @@ class Group:
     @cached_property
     def closed_form(self) -> bool:
         """Whether it is a driven link or a dyad."""
-        return not self.free or (len(self.links) == len(self.free) == 2 and len(self.cut) == 1)
+        return not self.free or self.dyad is not None
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """The groups in the order of solution, and all joints (tree joints, then cut joints, group by group)."""
+    """The groups in the order of solution, and all joints (tree joints, cut joints and rings, group by group)."""
 
     groups: tuple[Group, ...]
     joints: tuple[Joint, ...]

@@ -7,15 +7,15 @@ from itertools import combinations
 
 import numpy as np
 
-from rigid.joints import Coupling, Joint, PinJoint, SliderJoint
-from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive
+from rigid.decomposition.groups import RIGID
+from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
+from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
 
 PARALLEL = 1e-9  # sine of the angle between lines that are parallel
-RIGID = 3  # constraints that hold a link
 
 
 class Net:
-    """Links and the joints between them: pins by point, sliders, drives, gears."""
+    """Links and the joints between them: pins by point, sliders, welds, drives, gears."""
 
     def __init__(
         self,
@@ -23,6 +23,7 @@ class Net:
         drives: tuple[PinDrive | SliderDrive, ...],
         sliders: tuple[Slider, ...],
         gears: tuple[Gear, ...],
+        welds: tuple[Weld, ...] = (),
     ) -> None:
         self.links, self.drives = links, drives
         self.index = index = {link.name: number for number, link in enumerate(links)}
@@ -32,6 +33,7 @@ class Net:
                 pins.setdefault(point, []).append(number)
         self.pins = {point: ends for point, ends in pins.items() if len(ends) > 1}
         self.sliders = {slider.name: (slider, index[slider.on], index[slider.link]) for slider in sliders}
+        self.welds = {(weld.point, frozenset((index[weld.on], index[weld.link]))): weld for weld in welds}
         self.neighbours: dict[int, set[int]] = {number: set() for number in range(len(links))}
         pairs = [pair for ends in self.pins.values() for pair in combinations(ends, 2)]
         for one, other in pairs + [(on, link) for _, on, link in self.sliders.values()]:
@@ -84,6 +86,9 @@ class Net:
             if not ends <= set(self.pins.get(drive.at, ())) or len(ends) < 2:
                 none = f'drive of "{drive.link}" on "{drive.on}": they share no pin "{drive.at}"'
                 raise MechanismError(none, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
+            if (drive.at, ends) in self.welds:
+                held = f'drive of "{drive.link}" on "{drive.on}": they are welded at "{drive.at}"'
+                raise MechanismError(held, kind="drives", links=(drive.link, drive.on), joints=(drive.at,))
             return drive.at, ends
         name = getattr(drive, "slider", "")
         if name not in self.sliders:
@@ -92,8 +97,12 @@ class Net:
         return name, frozenset((on, link))
 
     def pin(self, point: str, parent: int, child: int) -> Joint:
-        """The pin of two links on a point."""
+        """The pin, or the weld, of two links on a point."""
         links = self.links
+        weld = self.welds.get((point, frozenset((parent, child))))
+        if weld is not None:
+            ends = links[parent].points[point], links[child].points[point]
+            return WeldJoint(point, parent, child, *ends, 1 if self.index[weld.on] == parent else -1, weld=weld)
         drive, gear, mover = self._mover(point, frozenset((parent, child)))
         sense = -1 if isinstance(mover, PinDrive) and self.index[mover.link] == parent else 1
         ends = links[parent].points[point], links[child].points[point]
@@ -124,9 +133,10 @@ class Net:
         return joints
 
     def _star(self, point: str, inside: list[int], held: list[int]) -> Iterator[Joint]:
-        """Pins of the links `inside` on one point: each to a link that is driven there with it, else to the hub."""
+        """Joints of the links `inside` on one point: each to a link it is welded to or driven on, else to the hub."""
         hub = held[0] if held else inside[0]
         placed = list(held) if held else [hub]
+        paired = self.welds.keys() | self.driven.keys() | self.geared.keys()
         waiting = [link for link in inside if link not in placed]
         while waiting:
             pair = next(
@@ -134,7 +144,7 @@ class Net:
                     (parent, child)
                     for child in waiting
                     for parent in placed
-                    if (point, frozenset((parent, child))) in self.driven.keys() | self.geared.keys()
+                    if (point, frozenset((parent, child))) in paired
                 ),
                 None,
             )
@@ -191,7 +201,8 @@ class Net:
         pins = sum(pair <= set(links) for links in self.pins.values())
         lines = [complex(np.ravel(slider.direction)[0]) for slider, *ends in self.sliders.values() if set(ends) == pair]
         parallel = not pins and all(abs((lines[0].conjugate() * line).imag) <= PARALLEL for line in lines)
-        return 2 * (pins + len(lines)), 2 if parallel else RIGID
+        welds = sum(ends == pair for _, ends in self.welds)
+        return 2 * (pins + len(lines)) + welds, 2 if parallel else RIGID
 
     def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Connected sets of unknown links of one size that touch a known one, each once."""

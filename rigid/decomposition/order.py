@@ -8,7 +8,7 @@ from typing import Any
 
 from rigid.decomposition.groups import Group, Structure
 from rigid.decomposition.net import Net
-from rigid.joints import Joint
+from rigid.joints import Joint, WeldJoint
 from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
@@ -25,12 +25,12 @@ def structure(mechanism: Mechanism) -> Structure:
     MechanismError
         Too few or too many drives or joints; a drive at a joint that is none.
     """
-    return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears)
+    return _structure(mechanism.links, mechanism.drives, mechanism.sliders, mechanism.gears, mechanism.welds)
 
 
 @lru_cache(maxsize=64)
 def _structure(*parts: Any) -> Structure:
-    """The same for all mechanisms of these links, drives, sliders and gears, however they are drawn."""
+    """The same for all mechanisms of these links, drives, sliders, gears and welds, however they are drawn."""
     net = Net(*parts)
     known, groups = {0}, []
     unknown = set(range(1, len(net.links)))
@@ -41,13 +41,13 @@ def _structure(*parts: Any) -> Structure:
         groups.append(_group(net, links, known))
         known |= set(links)
         unknown -= set(links)
-    joints = tuple(joint for group in groups for joint in group.tree + group.cut)
+    joints = tuple(joint for group in groups for joint in group.joints)
     _require_all(net, joints)
     return Structure(tuple(groups), joints)
 
 
 def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
-    """Tree and cut joints of a determined set: driven joints into the tree first, then nearest to the known."""
+    """Tree and cut joints of a determined set: first into the tree come welds, driven joints, those to known links."""
     root = {link: link for link in links}
 
     def top(link: int) -> int:
@@ -56,24 +56,31 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
             link = root[link]
         return link
 
+    def rank(joint: Joint) -> tuple[bool, bool, bool]:
+        return not joint.welded, not joint.moved, joint.parent not in known
+
     tree, cut = [], []
-    for joint in sorted(net.joints(links, known), key=lambda joint: (not joint.moved, joint.parent not in known)):
+    for joint in sorted(net.joints(links, known), key=rank):
         low, high = sorted((top(joint.parent), top(joint.child)))
         if low == high:
             cut.append(joint)
             continue
         tree.append(joint)
         root[high] = low
+    rings = [joint for joint in cut if joint.welded]
+    cut = [joint for joint in cut if not joint.welded]
     if any(joint.moved for joint in cut):
         raise MechanismError(
             f"the drives of {net.quoted(links)} fight one another: too many drives in one loop",
             kind="drives",
             links=net.names(links),
         )
-    return _directed(links, tree, cut, known)
+    return _directed(links, tree, cut, rings, known)
 
 
-def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known: set[int]) -> Group:
+def _directed(
+    links: tuple[int, ...], tree: list[Joint], cut: list[Joint], rings: list[Joint], known: set[int]
+) -> Group:
     """Direct the tree away from the known links and list the links that every free joint carries."""
     placed: dict[int, tuple[int, ...]] = dict.fromkeys(known, ())
     tree_joints: list[Joint] = []
@@ -91,7 +98,7 @@ def _directed(links: tuple[int, ...], tree: list[Joint], cut: list[Joint], known
     carried = tuple(
         tuple((link, placed[link][: placed[link].index(k) + 1]) for link in order if k in placed[link]) for k in free
     )
-    return Group(order, tuple(tree_joints), tuple(cut), tuple(free), carried)
+    return Group(order, tuple(tree_joints), tuple(cut), tuple(free), carried, tuple(rings))
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:
@@ -130,6 +137,15 @@ def _require_all(net: Net, joints: Sequence[Joint]) -> None:
                 f'overconstrained: the pin "{point}" of {net.quoted(links)} joins placed links',
                 kind="overconstrained",
                 links=net.names(links),
+                joints=(point,),
+            )
+    made = {id(joint.weld) for joint in joints if isinstance(joint, WeldJoint)}
+    for (point, ends), weld in net.welds.items():
+        if id(weld) not in made:
+            raise MechanismError(
+                f'the links {net.quoted(ends)} are welded at "{point}" by other welds there: leave one out',
+                kind="overconstrained",
+                links=net.names(ends),
                 joints=(point,),
             )
     surplus = sorted(set(net.sliders) - {joint.name for joint in joints if not joint.turns})

@@ -41,14 +41,14 @@ class ConstraintTable:
     along
         Unit vector of a slider's line in the axes of the owner; 1 for a pin.
     turn
-        Angle of the block's axes from the owner's in a slider [rad]; 0 for a pin.
+        Angle of the block's axes from the owner's in a slider or weld [rad]; 0 for a pin.
     slides
         Whether it is a slider, shape (joints, 1, ...).
     moved
         Numbers of the joints whose turning or sliding of the block on the owner enters `shares`.
     shares
-        Share of each of them in the coordinate of every drive, and then in every gear's difference of its
-        follower from its driver times the ratio; shape (drives + gears, moved).
+        Share of each of them in the coordinate of every drive, then in every gear's difference of its follower
+        from its driver times the ratio, and last in the angle of every weld; shape (drives + gears + welds, moved).
     """
 
     joints: tuple[Joint, ...]
@@ -87,7 +87,7 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
         per_row([foot for (_, foot), _ in ends], ndim, complex),
         per_row([tip for _, (_, tip) in ends], ndim, complex),
         per_row([joint.line for joint in everyone], ndim, complex),
-        per_row([np.angle(joint.turned) for joint in everyone], ndim, float),
+        per_row([np.angle(joint.turn if joint.welded else joint.turned) for joint in everyone], ndim, float),
         np.array([not joint.turns for joint in everyone]).reshape(-1, *[1] * ndim),
         moved,
         shares,
@@ -98,15 +98,16 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
     """`ConstraintTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
-    moved = [*(driven[drive] for drive in range(drives)), *followers, *range(len(joints), len(joints) + gears)]
-    shares = np.zeros((drives + gears, len(moved)))
-    for row, number in enumerate(moved[: drives + gears]):
-        shares[row, row] = joints[number].sense if joints[number].turns else 1.0
+    welds = [number for number, joint in enumerate(joints) if joint.welded]
+    moved = [*(driven[drive] for drive in range(drives)), *followers, *welds]
+    shares = np.zeros((len(moved), len(moved) + gears))
+    for row, number in enumerate(moved):
+        shares[row, row] = joints[number].sense if joints[number].turns and not joints[number].welded else 1.0
     for row, number in enumerate(followers, drives):
         gear = joints[number].gear
         assert gear is not None
-        shares[row, row + gears] = -gear.ratio
-    return np.array(moved, int), shares
+        shares[row, len(moved) + row - drives] = -gear.ratio
+    return np.array([*moved, *range(len(joints), len(joints) + gears)], int), shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +215,7 @@ def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
     sense = np.diagonal(table.shares)[: len(drive)]
     wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
     fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
+    fixed |= {number for number, joint in enumerate(table.joints) if joint.welded}
     placed = {0}
     for number, joint in enumerate(table.joints):
         if joint.child in placed:

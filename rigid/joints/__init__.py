@@ -5,5 +5,7 @@ coordinate is read, what it holds, bears and lets move, stands in its file; who 
 """
 
 from rigid.joints.pin import PinJoint, PinPlace
+from rigid.joints.protocol import Body as Body
 from rigid.joints.protocol import Coupling, Joint, JointPlace, Placed, carried, opening_of, point_of
 from rigid.joints.slider import SliderJoint, SliderPlace
+from rigid.joints.weld import WeldJoint

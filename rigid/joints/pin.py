@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from rigid.arrays import Columns
-from rigid.joints.protocol import Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
+from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
 from rigid.parts import PinDrive, Real
 from rigid.plane import ZERO, unit
 from rigid.teeth import Teeth
@@ -25,6 +25,12 @@ class PinJoint(Joint):
     def point(self, link: int) -> str | None:
         """The point that the links share."""
         return self.name
+
+    def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
+        """See `Joint`; its coordinate is then that of the bodies."""
+        parent, child = bodies[self.parent], bodies[self.child]
+        ends = parent.at(self.at_parent), child.at(self.at_child)
+        return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
 
     def exchanged(self) -> Self:
         """See `Joint`; a pin that nothing moves counts its angle from the new parent."""

@@ -7,7 +7,7 @@ nothing to do with that.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Protocol, Self
@@ -49,6 +49,19 @@ class Drawn(Protocol):
 
     def direction(self, link: int) -> Any:
         """Unit vector of a link's axes as drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A link that is welded to another, or is it: `shift` [m] and `turn` of its axes in those of that `link`."""
+
+    link: int
+    shift: Complex = 0.0
+    turn: Complex = 1.0
+
+    def at(self, local: Complex) -> Complex:
+        """A point of the welded link in the axes of the other [m]."""
+        return self.shift + self.turn * local
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +115,9 @@ class Joint(ABC):
     letter: ClassVar[str]
     """Of the pair in the names of groups: R revolute, P prismatic."""
 
+    welded: ClassVar[bool] = False
+    """Whether it has no coordinate: the links are one body as long as they are rigid."""
+
     def at(self, link: int) -> Complex:
         """Its point in the axes of one of its links."""
         return self.at_child if self.child == link else self.at_parent
@@ -110,6 +126,11 @@ class Joint(ABC):
     def moved(self) -> bool:
         """Whether a drive or a gear prescribes its coordinate."""
         return self.drive is not None or self.gear is not None
+
+    @property
+    def holds_rotation(self) -> bool:
+        """Whether it holds its links against turning while the drives stand; a gear holds them by its ratio alone."""
+        return not self.turns or self.drive is not None
 
     @property
     def ordered(self) -> bool:
@@ -158,6 +179,10 @@ class Joint(ABC):
     @abstractmethod
     def point(self, link: int) -> str | None:
         """Name of a link's point at the joint; None for a slider's line."""
+
+    @abstractmethod
+    def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
+        """The same joint between the links that carry its own, by these."""
 
     @abstractmethod
     def exchanged(self) -> Self:

@@ -5,14 +5,14 @@ It holds the rotation and the displacement across its line, one complex number: 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from rigid.arrays import Columns
-from rigid.joints.protocol import Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
+from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
 from rigid.parts import Complex, Real, Slider, SliderDrive
 from rigid.plane import ZERO, cross, dot
 from rigid.teeth import Teeth
@@ -46,6 +46,17 @@ class SliderJoint(Joint):
     def turned(self) -> Complex:
         """See `Joint`."""
         return self.slider.turn
+
+    def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
+        """See `Joint`."""
+        parent, child = bodies[self.parent], bodies[self.child]
+        owner, block = bodies[self.owner], bodies[self.block]
+        turn = owner.turn * self.slider.turn * np.conj(block.turn)
+        slider = replace(
+            self.slider, origin=owner.at(self.slider.origin), direction=owner.turn * self.slider.direction, turn=turn
+        )
+        ends = parent.at(self.at_parent), child.at(self.at_child)
+        return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
     def exchanged(self) -> Self:
         """See `Joint`."""

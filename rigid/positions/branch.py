@@ -283,5 +283,5 @@ def lengths(mechanism: Mechanism) -> tuple[int, ...]:
     """Shape of the dimensions: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
     values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
-    values += mechanism.drawing.values()
+    values += [*(weld.turn for weld in mechanism.welds), *mechanism.drawing.values()]
     return np.broadcast_shapes(*(np.shape(value) for value in values))

@@ -21,16 +21,21 @@ AT_MOST = 1e-6  # slack behind a singular position
 
 
 def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any) -> Any:
-    """Place the two links of a dyad; `flip` is -1 where it folds the other way than drawn."""
+    """Place the two bodies of a dyad; `flip` is -1 where it folds the other way than drawn."""
     solve, *joints = _solution(group)
-    return solve(placed, *joints, drawing, flip)
+    sine = solve(placed, *joints, drawing, flip)
+    for joint in group.tree:
+        if joint.welded:
+            placed.hang(joint, 0.0)
+    return sine
 
 
 @lru_cache(maxsize=1024)
 def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
     """Closed form for a dyad by its type, its outer joints, pins first, and the inner one."""
-    one, other = sorted(group.tree, key=lambda joint: not joint.turns)
-    inner = group.cut[0]
+    assert group.dyad is not None
+    *outer, inner = group.dyad
+    one, other = sorted(outer, key=lambda joint: not joint.turns)
     if inner.turns:
         solve = _two_pins if other.turns else _pin_and_slide if one.turns else _two_slides
     else:

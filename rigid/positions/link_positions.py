@@ -51,8 +51,9 @@ def place(
     closures = []
     sines = iter(placed.sine)
     for group in structure.groups:
-        tree, cut = (tuple(joint_place(placed, joint) for joint in joints) for joints in (group.tree, group.cut))
-        closures.append(closure(group, tree, cut, next(sines) if group.free else 1.0))
+        parts = (group.tree, group.cut, group.rings)
+        tree, cut, rings = (tuple(joint_place(placed, joint) for joint in joints) for joints in parts)
+        closures.append(closure(group, tree, cut, next(sines) if group.free else 1.0, rings))
     return placed, tuple(closures)
 
 

@@ -33,9 +33,11 @@ class PartialPosture:
     seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
 
     def coordinate(self, joint: Joint) -> Columns:
-        """Coordinate of a joint that a drive or a gear moves [rad or m]."""
+        """Coordinate of a joint that a drive or a gear moves [rad or m]; of a weld no matter what."""
         if joint.drive is not None:
             return self.drive[joint.drive]
+        if joint.welded:
+            return 0.0
         assert joint.gear is not None
         drawing, driver = Drawing(self.mechanism), joint.gear.driver
         drawn = drawing.coordinate(driver)

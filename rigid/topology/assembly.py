@@ -9,7 +9,7 @@ import numpy as np
 from rigid.arrays import Reals
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
-from rigid.joints import Joint
+from rigid.joints import Joint, WeldJoint
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, MechanismError
 from rigid.plane import cross
@@ -50,7 +50,9 @@ def assembled(mechanism: Mechanism) -> Posture:
             here, gap, damping = there, gap_there, damping / 4
         else:
             damping *= 8
-    worst = np.abs(gap).reshape(-1, 2).max(axis=1)
+    welds = [row for row, joint in enumerate(joints) if joint.welded]
+    worst = np.abs(gap[: 2 * len(joints)]).reshape(-1, 2).max(axis=1)
+    worst[welds] = np.maximum(worst[welds], np.abs(gap[2 * len(joints) :]))
     if worst.size and worst.max() > CLOSED:
         pair = named[int(worst.argmax())]
         little = ": if dimensions are rounded, give more digits" if worst.max() < LITTLE else ""
@@ -112,10 +114,14 @@ def _size(here: Posture, joints: list[Joint]) -> float:
 
 
 def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
-    """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider."""
+    """How far every joint is open, lengths over the size: (x, y) of a pin, (angle, across) of a slider.
+
+    Then the rotations of the welds.
+    """
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
-    return np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
+    gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
+    return np.append(gaps, [joint.rotation_gap(here) for joint in joints if isinstance(joint, WeldJoint)])
 
 
 def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
@@ -130,7 +136,10 @@ def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
             matrix[2 * row : 2 * row + 2, 3 * number : 3 * number + 3] += np.array(
                 [[effect.real for effect in effects], [effect.imag for effect in effects]]
             )
-    return matrix[:, 3:]
+    turned = np.zeros((sum(joint.welded for joint in joints), 3 * len(here.origin)))
+    for row, joint in enumerate(joint for joint in joints if joint.welded):
+        turned[row, [3 * joint.child + 2, 3 * joint.parent + 2]] = 1.0, -1.0
+    return np.concatenate([matrix, turned])[:, 3:]
 
 
 def _moved(here: Posture, step: Reals, size: float) -> Posture:

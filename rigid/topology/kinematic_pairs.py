@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from rigid.drawing import Drawing
-from rigid.joints import Joint, PinJoint, SliderJoint
+from rigid.joints import Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.mechanism import Mechanism
 from rigid.parts import Gear, MechanismError, PinDrive, Slider, SliderDrive
 from rigid.teeth import pitch_reach
 
-Kind = Literal["pin", "slider", "rolling", "slipping"]
+Kind = Literal["pin", "slider", "weld", "rolling", "slipping"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Contact:
 class Pair:
     """A joint between two links: the freedoms of the end link as seen from the start link.
 
-    `joint` of pins and sliders, `contact` of others; `drive` is the number of the drive that moves it.
+    `joint` of pins, welds and sliders, `contact` of others; `drive` is the number of the drive that moves it.
     """
 
     name: str
@@ -54,8 +54,8 @@ class Pair:
 
     @property
     def freedoms(self) -> int:
-        """Freedoms that it leaves: two where links slip on each other, one otherwise."""
-        return 2 if self.kind == "slipping" else 1
+        """Freedoms that it leaves: two where links slip on each other, none at a weld, one otherwise."""
+        return {"slipping": 2, "weld": 0}.get(self.kind, 1)
 
 
 def gear_contacts(mechanism: Mechanism) -> tuple[Contact, ...]:
@@ -88,7 +88,7 @@ def _touch(mechanism: Mechanism, number: int, gear: Gear) -> Contact:
 
 
 def pairs(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> tuple[Pair, ...]:
-    """Every pair of a mechanism, with `contacts` where it has gears or cams: pins, sliders, contacts.
+    """Every pair of a mechanism, with `contacts` where it has gears or cams: pins, welds, sliders, contacts.
 
     n links on one pin are n - 1 pairs; two of them that a drive turns against each other are one of these.
 
@@ -125,13 +125,17 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
             for number, drive in enumerate(mechanism.drives)
             if isinstance(drive, PinDrive) and drive.at == point and {drive.on, drive.link} <= set(links)
         }
-        for start, end in (*drives, *((links[0], link) for link in links[1:])):
+        welds = {(weld.on, weld.link): weld for weld in mechanism.welds if weld.point == point}
+        for start, end in (*welds, *drives, *((links[0], link) for link in links[1:])):
             if together[start] is together[end]:
                 continue
             one, other = mechanism.index[start], mechanism.index[end]
             places = mechanism.links[one].points[point], mechanism.links[other].points[point]
-            joint = PinJoint(point, one, other, *places)
-            yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
+            if (start, end) in welds:
+                yield Pair(point, "weld", start, end, WeldJoint(point, one, other, *places, weld=welds[start, end]))
+            else:
+                joint = PinJoint(point, one, other, *places)
+                yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
             joined = together[start] | together[end]
             together.update(dict.fromkeys(joined, joined))
 
@@ -142,8 +146,8 @@ def _slider(mechanism: Mechanism, slider: Slider) -> Joint:
     return SliderJoint(slider.name, on, link, slider.origin, at_link, slider=slider)
 
 
-def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:
-    """Mobility of a planar mechanism by count alone: 3 (n - 1) - 2 j1 - j2.
+def kutzbach(links: int, one_freedom: int, two_freedom: int = 0, welds: int = 0) -> int:
+    """Mobility of a planar mechanism by count alone: 3 (n - 1) - 2 j1 - j2 - 3 j0.
 
     Parameters
     ----------
@@ -151,6 +155,8 @@ def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:
         Number of links n, the fixed one among them.
     one_freedom, two_freedom
         Numbers of pairs that leave one freedom (pins, sliders, rolling) and two (a cam and its follower, slipping).
+    welds
+        Number of pairs that leave none, j0.
 
     The count is blind to special dimensions: gears count 0 and turn. `mobility` is not.
 
@@ -161,11 +167,11 @@ def kutzbach(links: int, one_freedom: int, two_freedom: int = 0) -> int:
     >>> kutzbach(4, 4), kutzbach(3, 3), kutzbach(3, 2, 1)
     (1, 0, 1)
     """
-    return 3 * (links - 1) - 2 * one_freedom - two_freedom
+    return 3 * (links - 1) - 2 * one_freedom - two_freedom - 3 * welds
 
 
 def mobility_count(mechanism: Mechanism, contacts: Iterable[Contact] = ()) -> int:
     """Kutzbach count of a mechanism."""
     joints = pairs(mechanism, contacts)
-    slipping = sum(pair.freedoms == 2 for pair in joints)
-    return kutzbach(len(mechanism.links), len(joints) - slipping, slipping)
+    none, one, two = (sum(pair.freedoms == freedoms for pair in joints) for freedoms in (0, 1, 2))
+    return kutzbach(len(mechanism.links), one, two, none)

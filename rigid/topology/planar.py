@@ -65,6 +65,8 @@ def _place(here: Posture, pair: Pair) -> Complexes:
 def _twists(here: Posture, pair: Pair, arm: Complexes) -> tuple[Reals, tuple[str, ...]]:
     """Twists (angular velocity, velocity of the point at the center) of a pair at `arm` from the center."""
     turn = _column(np.ones(np.shape(arm)), -1j * arm)
+    if not pair.freedoms:
+        return turn[..., :0], ()
     if pair.joint is not None and not pair.joint.turns:
         return _column(np.zeros(np.shape(arm)), pair.joint.along(here)), ("slide",)
     if pair.contact is not None and pair.contact.normal is not None:

@@ -1,0 +1,67 @@
+"""A weld: two links joined rigidly at a point that they share, a pin whose coordinate stays as it was made.
+
+It holds x, y and the rotation, and bears a force and a moment. A weld that closes a ring of welds holds nothing that
+the others do not hold already: rigid links do without it, elastic ones decide on the three forces in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from rigid.arrays import Columns
+from rigid.joints.pin import PinJoint
+from rigid.joints.protocol import Body, Drawn, Placed, carried, first, point_of
+from rigid.parts import Complex, Weld
+
+
+@dataclass(frozen=True, eq=False)
+class WeldJoint(PinJoint):
+    """A weld between two links.
+
+    Parameters
+    ----------
+    weld
+        The part of the mechanism.
+    """
+
+    weld: Weld = field(kw_only=True)
+
+    welded: ClassVar[bool] = True
+    moved: ClassVar[bool] = True  # its coordinate is prescribed, by itself
+    holds_rotation: ClassVar[bool] = True
+
+    @property
+    def turned(self) -> Complex:
+        """See `Joint`."""
+        return self.weld.turn
+
+    def exchanged(self) -> Self:
+        """See `Joint`."""
+        ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
+        return replace(self, **ends, sense=-self.sense)  # type: ignore[arg-type]
+
+    def of_first_design(self) -> Self:
+        """See `Joint`."""
+        weld = replace(self.weld, turn=first(self.weld.turn))
+        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), weld=weld)
+
+    def drawn(self, drawing: Drawn) -> float:
+        """The angle as it was made, whatever is drawn."""
+        return float(np.angle(first(self.turned)))
+
+    def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
+        """See `Joint`; there is no coordinate to ask."""
+        direction = placed.direction[self.parent] * self.turn
+        return point_of(placed, self.parent, self.at_parent) - carried(direction, self.at_child), direction
+
+    def rotation_gap(self, placed: Placed) -> Columns:
+        """Rotation by which the weld is open, child from parent [rad]."""
+        return np.angle(placed.direction[self.child] * np.conj(placed.direction[self.parent] * self.turn))
+
+    def carry(self, parent: Body) -> Body:
+        """Where the child is on the body that carries the parent."""
+        turn = parent.turn * self.turn
+        return Body(parent.link, parent.at(self.at_parent) - turn * self.at_child, turn)

@@ -1,0 +1,316 @@
+"""Claim: links that are welded together are one link, and a weld bears what the section there does."""
+
+import numpy as np
+import pytest
+
+from elastic import PRIMARY, JointCompliance, Section, deflection, sample
+from elastic.elastodynamics import elastodynamic
+from elastic.vibration import natural_frequencies
+from fem_check import compare, solve
+from fem_check import natural_frequencies as natural_frequencies_by_fem
+from fem_check.nonlinear import nonlinear_equilibrium
+from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
+from rigid.analysis import transmission_angles
+from rigid.dynamics import multiplier_forces
+from rigid.joints import WeldJoint
+from rigid.topology import mechanism_mobility, mobility_count
+
+MASS = 0.8
+SECTION = Section(EA=2e6, EI=50.0)
+TURN = np.exp(0.3j)  # of the second link's axes from the first's
+STATIONS = np.linspace(0.0, 1.0, 5)
+CRANK = (PinDrive("crank", "O"),)
+
+
+def bars(name, points, *beams):
+    return Link(name, points, tuple(Beam(*beam, MASS) for beam in beams))
+
+
+def placed_in(turn, origin, **points):
+    """Points in the axes of a link at `origin`, turned by a unit vector."""
+    return {name: (place - origin) / turn for name, place in points.items()}
+
+
+def four_bar(*coupler, welds=()):
+    """A four-bar whose coupler A-K-B has a corner at K; drawn at a crank angle of 90 degrees."""
+    links = (
+        Link("ground", {"O": 0, "D": 0.35}),
+        bars("crank", {"O": 0, "A": 0.06}, ("O", "A")),
+        *coupler,
+        bars("rocker", {"D": 0, "B": 0.22}, ("D", "B")),
+    )
+    reach, way = abs(CORNERED["B"]), 0.35 - 0.06j
+    ahead = (reach**2 - 0.22**2 + abs(way) ** 2) / (2 * abs(way))
+    B = 0.06j + way / abs(way) * (ahead + 1j * np.sqrt(reach**2 - ahead**2))
+    turn = (B - 0.06j) / CORNERED["B"]
+    drawing = {"O": 0, "D": 0.35, "A": 0.06j, "B": B, "K": 0.06j + turn / abs(turn) * CORNERED["K"]}
+    return Mechanism(links, CRANK, drawing, gravity=-9.81j, welds=welds)
+
+
+CORNERED = {"A": 0j, "K": 0.2 + 0j, "B": 0.25 + 0.15j}
+WHOLE = bars("coupler", CORNERED, ("A", "K"), ("K", "B"))
+HALVES = (
+    bars("first", {"A": 0, "K": 0.2}, ("A", "K")),
+    bars("second", placed_in(TURN, 0.2, K=0.2, B=0.25 + 0.15j), ("K", "B")),
+)
+FOUR_BARS = {
+    "welded": four_bar(*HALVES, welds=(Weld("K", "second", "first", TURN),)),
+    "welded the other way": four_bar(*HALVES, welds=(Weld("K", "first", "second", np.conj(TURN)),)),
+}
+ANGLES = np.pi / 2 + np.linspace(0, 2 * np.pi, 19)
+
+
+def near(found, expected, share=1e-12):
+    found, expected = np.asarray(found), np.asarray(expected)
+    return np.abs(found - expected).max() <= share * np.abs(expected).max()
+
+
+def answer(mechanism, drive=ANGLES, rate=30.0, section=SECTION, **more):
+    return deflection(motion(mechanism, drive, rate), [section] * len(mechanism.beams), **more)
+
+
+def same_fields(found, expected, share=1e-12):
+    return all(near(sample(found, field, STATIONS), sample(expected, field, STATIONS), share) for field in PRIMARY)
+
+
+def forces_by_name(bent):
+    joints = bent.motion.structure.joints
+    pairs = zip(joints, bent.forces.force, bent.forces.moment, strict=True)
+    return {joint.name: (force, moment) for joint, force, moment in pairs}
+
+
+class TestCoupler:
+    @pytest.mark.parametrize("name", FOUR_BARS)
+    def test_it_moves_and_bends_as_one_link(self, name):
+        found, expected = answer(FOUR_BARS[name]), answer(four_bar(WHOLE))
+        assert same_fields(found, expected)
+        forces = forces_by_name(found)
+        assert all(near(forces[joint][0], force) for joint, (force, _) in forces_by_name(expected).items())
+        efforts = [drive_efforts(bent.motion, bent.forces) for bent in (found, expected)]
+        assert near(*efforts)
+
+    @pytest.mark.parametrize("name", FOUR_BARS)
+    def test_the_weld_bears_what_the_section_does(self, name):
+        bent = answer(FOUR_BARS[name])
+        force, moment = forces_by_name(bent)["K"]
+        joint = next(joint for joint in bent.motion.structure.joints if joint.name == "K")
+        sign = 1 if bent.motion.mechanism.links[joint.child].name == "second" else -1
+        at = 2  # the beam K-B
+        section = [sample(bent, field, [0.0])[at, :, 0] for field in ("N", "V", "M")]
+        along = (
+            np.exp(1j * np.angle(HALVES[1].points["B"])) * bent.motion.direction[bent.motion.mechanism.index["second"]]
+        )
+        assert near(sign * force, -along * (section[0] + 1j * -section[1]))
+        assert near(sign * moment, -section[2])
+
+    def test_a_position_by_itself_tells_all_as_of_a_dyad(self):
+        found = motion(FOUR_BARS["welded"], ANGLES, 30.0)
+        assert found.structure.closed_form
+        angles = [transmission_angles(each)[0].angle for each in (found, motion(four_bar(WHOLE), ANGLES, 30.0))]
+        assert near(*angles)
+
+    def test_multipliers_on_all_links_at_once_find_the_same_forces(self):
+        bent = motion(FOUR_BARS["welded"], ANGLES, 30.0)
+        one, other = reactions(bent), multiplier_forces(bent)
+        for pair in (*zip(one.force, other.force, strict=True), *zip(one.moment, other.moment, strict=True)):
+            assert np.abs(np.subtract(*pair)).max() < 1e-12 * max(np.abs(force).max() for force in one.force)
+
+    def test_frequencies(self):
+        found, expected = (
+            natural_frequencies(motion(each, ANGLES), [SECTION] * 4, 3, 4).omega
+            for each in (FOUR_BARS["welded"], four_bar(WHOLE))
+        )
+        assert near(found, expected)
+
+    def test_frequencies_by_finite_elements(self):
+        moved = motion(FOUR_BARS["welded"], ANGLES[:2])
+        ours = natural_frequencies(moved, [SECTION] * 4, 2, 2, settled=1e-6).omega
+        assert near(natural_frequencies_by_fem(moved, [SECTION] * 4, 8, 2), ours, 1e-3)
+
+    def test_vibrating(self):
+        def steady(mechanism):
+            def motion_at(time):
+                return motion(mechanism, np.pi / 2 + 30.0 * np.asarray(time), 30.0, 0.0, time)
+
+            period = 2 * np.pi / 30.0
+            return elastodynamic(motion_at(np.arange(8) * period / 8), motion_at, period, [SECTION] * 4, damping=1e-4)
+
+        found, expected = steady(FOUR_BARS["welded"]), steady(four_bar(WHOLE))
+        assert same_fields(found.deflection, expected.deflection, 1e-9)
+
+    @pytest.mark.parametrize("name", FOUR_BARS)
+    def test_finite_elements_agree(self, name):
+        bent = answer(FOUR_BARS[name], ANGLES[:5])
+        solution = solve(bent.motion, bent.sections)
+        assert compare(bent, solution).passed
+        moments = [tie.moment for tie in solution.ties if tie.name == "K" and np.ndim(tie.moment)]
+        assert any(near(np.abs(moment), np.abs(forces_by_name(bent)["K"][1]), 1e-7) for moment in moments)
+
+    def test_mobility(self):
+        assert mobility_count(FOUR_BARS["welded"]) == 1
+        found = mechanism_mobility(FOUR_BARS["welded"])
+        assert (int(found.mobility), int(found.hyperstaticity)) == (1, 0)
+
+
+DRIVE = PinDrive("base", "O")
+
+
+def frame(*links, welds=(), drives=(DRIVE,), loads=(), **drawing):
+    ground = Link("ground", {"O": 0, "P": 1.0})
+    return Mechanism((ground, *links), drives, {"O": 0, "P": 1.0} | drawing, gravity=-9.81j, welds=welds, loads=loads)
+
+
+def test_alone():
+    whole = bars("base", {"O": 0, "K": 0.5, "T": 0.5 + 0.3j}, ("O", "K"), ("K", "T"))
+    halves = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.3}, ("K", "T"))
+    found = frame(*halves, welds=(Weld("K", "tip", "base", 1j),))
+    assert same_fields(answer(found, [0.0, 1.0]), answer(frame(whole), [0.0, 1.0]))
+
+
+def test_three_links_at_one_point():
+    whole = bars("base", {"O": 0, "K": 0.5, "T": 0.8, "S": 0.5 + 0.3j}, ("O", "K"), ("K", "T"), ("K", "S"))
+    parts = (
+        bars("base", {"O": 0, "K": 0.5}, ("O", "K")),
+        bars("tip", {"K": 0, "T": 0.3}, ("K", "T")),
+        bars("side", {"K": 0, "S": 0.3}, ("K", "S")),
+    )
+    expected = answer(frame(whole), [0.0, 1.0])
+    stars = (Weld("K", "tip", "base"), Weld("K", "side", "base", 1j))
+    chain = (Weld("K", "tip", "side", -1j), Weld("K", "base", "tip"))
+    for welds in (stars, chain):
+        bent = answer(frame(*parts, welds=welds), [0.0, 1.0])
+        assert same_fields(bent, expected)
+        assert compare(bent, solve(bent.motion, bent.sections)).passed
+
+
+def triangle():
+    """A ring of three links welded at their corners, driven at one, and one link of the same beams."""
+    corners = {"O": 0, "K": 0.4 + 0j, "T": 0.2 + 0.3j}
+    sides = [("O", "K"), ("K", "T"), ("T", "O")]
+    whole = bars("base", corners, *sides)
+    names, links, turns = ("base", "second", "third"), [], []
+    for name, (start, end) in zip(names, sides, strict=True):
+        turn = (corners[end] - corners[start]) / abs(corners[end] - corners[start])
+        links.append(
+            bars(name, placed_in(turn, corners[start], **{start: corners[start], end: corners[end]}), (start, end))
+        )
+        turns.append(turn)
+    welds = tuple(
+        Weld(point, names[one], names[other], turns[one] / turns[other])
+        for point, one, other in (("K", 1, 0), ("T", 2, 1), ("O", 0, 2))
+    )
+    return frame(whole, K=0.4, T=corners["T"]), frame(*links, welds=welds, K=0.4, T=corners["T"])
+
+
+def test_a_ring_of_welds():
+    whole, ring = triangle()
+    drive = [0.0, 1.0]
+    found, expected = answer(ring, drive), answer(whole, drive)
+    assert [len(group.rings) for group in found.motion.structure.groups].count(1) == 1
+    assert same_fields(found, expected)
+    assert compare(found, solve(found.motion, found.sections)).passed
+
+
+def test_a_pinned_ring_with_one_weld():
+    """A triangle pinned at two corners and welded at the third has a moment there by bending alone."""
+    _, ring = triangle()
+    pinned = frame(*ring.links[1:], welds=ring.welds[:1], K=0.4, T=ring.drawing["T"])
+    bent = answer(pinned, [0.0, 1.0])
+    assert bent.motion.structure.surplus
+    assert compare(bent, solve(bent.motion, bent.sections)).passed
+    assert np.abs(forces_by_name(bent)["K"][1]).min() > 0
+
+
+def test_a_beam_welded_to_the_ground_at_both_ends():
+    """Handbook: F l^3/192EI in the middle, moments of F l/8 at the ends."""
+    load = PointLoad("beam", "M", -100j)
+    beam = bars("beam", {"O": 0, "M": 0.5, "P": 1.0}, ("O", "M"), ("M", "P"))
+    crank = bars("base", {"O": 0, "A": 0.1}, ("O", "A"))
+    welds = Weld("O", "beam", "ground"), Weld("P", "beam", "ground")
+    held = Mechanism(
+        (Link("ground", {"O": 0, "P": 1.0}), beam, crank),
+        (DRIVE,),
+        {"O": 0, "P": 1, "A": 0.1, "M": 0.5},
+        loads=(load,),
+        welds=welds,
+    )
+    bent = deflection(motion(held, [0.0]), [SECTION] * 3)
+    assert sample(bent, "w", [1.0])[0, 0, 0] == pytest.approx(-100 / (192 * SECTION.EI), rel=1e-12)
+    moments = [
+        np.abs(m) for joint, m in zip(bent.motion.structure.joints, bent.forces.moment, strict=True) if joint.welded
+    ]
+    assert np.allclose(moments, 100 / 8, rtol=1e-12)
+    assert compare(bent, solve(bent.motion, bent.sections)).passed
+
+
+def test_a_soft_weld_turns_by_its_compliance():
+    parts = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.3}, ("K", "T"))
+    mechanism = frame(*parts, welds=(Weld("K", "tip", "base"),))
+    stiff, soft = (answer(mechanism, [0.0], joints=joints) for joints in ({}, {"K": JointCompliance(rotation=1e-3)}))
+    moment = forces_by_name(stiff)["K"][1]
+    turned = sample(soft, "phi", [0.0])[1] - sample(stiff, "phi", [0.0])[1]
+    assert near(turned[:, 0], -1e-3 * moment * (1 if soft.motion.structure.joints[-1].child == 2 else -1))
+
+
+def test_large_displacements_of_welded_beams():
+    """A clamped arm in two pieces under a load at its tip sags as the whole one does."""
+
+    def arm(*links, welds=()):
+        load = PointLoad(links[-1].name, "T", -2000j)
+        drawing = {"O": 0, "K": 0.5, "T": 1.0}
+        return Mechanism(
+            (Link("ground", {"O": 0}), *links), (PinDrive("base", "O"),), drawing, loads=(load,), welds=welds
+        )
+
+    def still(time):
+        return 0.0 * time, 0.0 * time, 0.0 * time
+
+    whole = arm(bars("base", {"O": 0, "K": 0.5, "T": 1.0}, ("O", "K"), ("K", "T")))
+    halves = bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.5j}, ("K", "T"))
+    found, expected = (
+        nonlinear_equilibrium(each, [SECTION] * 2, [still], np.linspace(0, 1, 5), 4)
+        for each in (arm(*halves, welds=(Weld("K", "tip", "base", -1j),)), whole)
+    )
+    assert near(found.w[-1], expected.w[-1], 1e-9)
+
+
+class TestFaults:
+    PARTS = (bars("base", {"O": 0, "K": 0.5}, ("O", "K")), bars("tip", {"K": 0, "T": 0.3}, ("K", "T")))
+
+    @pytest.mark.parametrize(
+        ("weld", "words"),
+        [
+            (Weld("K", "tap", "base"), 'there is no link "tap"'),
+            (Weld("T", "tip", "base"), 'link "base" has no point "T"'),
+            (Weld("K", "tip", "tip"), "cannot be welded to itself"),
+            (Weld("K", "tip", "base", 2.0), "its turn is no unit vector"),
+        ],
+    )
+    def test_names(self, weld, words):
+        with pytest.raises(MechanismError, match=words):
+            frame(*self.PARTS, welds=(weld,))
+
+    def test_a_drive_at_a_weld(self):
+        with pytest.raises(MechanismError, match='welded at "K"'):
+            motion(
+                frame(
+                    *self.PARTS,
+                    welds=(Weld("K", "tip", "base"),),
+                    drives=(DRIVE, PinDrive("tip", "K", "base")),
+                ),
+                [[0.0], [0.0]],
+            )
+
+    def test_the_same_weld_twice(self):
+        welds = (Weld("K", "tip", "base"), Weld("K", "base", "tip"))
+        with pytest.raises(MechanismError, match="welded 2 times"):
+            frame(*self.PARTS, welds=welds)
+
+
+def test_both_ways_of_placing_a_weld_tell_the_same():
+    joint = next(joint for joint in motion(FOUR_BARS["welded"], [0.0]).structure.joints if isinstance(joint, WeldJoint))
+    other = joint.exchanged()
+    assert (other.owner, other.block) == (joint.owner, joint.block)
+    here = motion(FOUR_BARS["welded"], ANGLES)
+    assert np.abs(other.rotation_gap(here)).max() < 1e-14
+    assert near(other.child_place(here, 0.0)[0], here.origin[joint.parent])
