@@ -127,7 +127,7 @@ class Weld:
 
     @property
     def name(self) -> str:
-        """What it is called: by its point, as a pin is."""
+        """Its name: that of its point, as for a pin."""
         return self.point
 
 

@@ -1,4 +1,4 @@
-"""A weld: two links joined rigidly at a point that they share, a pin whose coordinate stays as it was made.
+"""A weld: two links joined rigidly at a point that they share, as a pin that keeps its angle.
 
 It holds x, y and the rotation, and bears a force and a moment. A weld that closes a ring of welds holds nothing that
 the others do not hold already: rigid links do without it, elastic ones decide on the three forces in it.
@@ -49,7 +49,7 @@ class WeldJoint(PinJoint):
         return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), weld=weld)
 
     def drawn(self, drawing: Drawn) -> float:
-        """The angle as it was made, whatever is drawn."""
+        """The angle at which it was made, not the drawn one."""
         return float(np.angle(first(self.turned)))
 
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:

@@ -33,7 +33,7 @@ class PartialPosture:
     seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
 
     def coordinate(self, joint: Joint) -> Columns:
-        """Coordinate of a joint that a drive or a gear moves [rad or m]; of a weld no matter what."""
+        """Coordinate of a joint that a drive or a gear moves [rad or m]; 0 of a weld, which has none."""
         if joint.drive is not None:
             return self.drive[joint.drive]
         if joint.welded:
