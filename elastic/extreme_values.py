@@ -92,18 +92,20 @@ def _with_parts(fields: Iterable[str]) -> tuple[str, ...]:
 def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[str]) -> dict[str, Extreme]:
     """Extremes of the wanted fields of a chain of integrals, and of the chord deflection, with turning points by M.
 
-    Strain and shear make the derivative of u and w another than the field before it.
+    Strain and shear make the derivative of u and w another than the field before it; strain that no force makes, and
+    section forces in the axes of turned sections, do so with all fields.
     """
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
         return {}
-    bare = not deflection.compliance.strained and not deflection.compliance.sheared
+    turned = deflection.amplitudes.free is not None
+    bare = not (deflection.compliance.strained or deflection.compliance.sheared or turned)
     greatest: dict[str, Extreme] = {}
     load = coefficients(deflection, chain[0])
     turning: Reals | tuple[()] = zeros_of(load, turning_points(load))
     for field in chain[1 : max(needed) + 1]:
         values = coefficients(deflection, field)
-        if not bare and field in ("u", "w"):
+        if turned or (not bare and field in ("u", "w")):
             turning = turning_points(values)
         marks, heights = at_marks(values, turning)
         if field in wanted:

@@ -209,13 +209,16 @@ def deflection(
         shift = stacked(shifts, motion.columns, complex)
         angle = stacked([value.imag for value in turning], motion.columns, float)
         add_rigid_motion(problem.configuration, response, shift, angle)
+    amplitudes = response.amplitudes
+    if added is not None and added.section is not None:
+        amplitudes = amplitudes.with_section(*added.section)
     solved = Deflection(
         motion=motion,
         sections=sections,
         joints=joints,
         forces=forces,
         q=problem.loads.q,
-        amplitudes=response.amplitudes,
+        amplitudes=amplitudes,
         shift=shift,
         angle=angle,
         gaps=gaps,

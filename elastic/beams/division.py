@@ -22,6 +22,8 @@ from elastic.beams.section import Section
 from elastic.beams.taper import piece_ends, piece_functions
 from rigid.arrays import Columns, Integers, Reals
 
+DISPLACEMENTS = ("u", "w", "phi")
+
 
 @dataclass(frozen=True, eq=False)
 class Division:
@@ -80,18 +82,21 @@ def _undivided(sections: tuple[Section, ...], ndim: int) -> Division | None:
 def on_pieces(field: str, amplitudes: Amplitudes, division: Division, compliance: Compliance) -> Coefficients:
     """N, V, M, u, w or phi in powers of the way along every piece from 0 to 1, shape (n, pieces, ..., positions)."""
     values: Coefficients = getattr(amplitudes, field)
+    free: Coefficients | None = None
+    if amplitudes.free is not None and field in DISPLACEMENTS:
+        free = amplitudes.free[DISPLACEMENTS.index(field)]
     if division.whole:
-        return values
+        return values if free is None else added(values, free)
     result = shifted(values[:, division.beam], division.start, division.width)
     for number, section in enumerate(division.sections):
-        if section.taper and field in ("u", "w", "phi"):
+        if section.taper and field in DISPLACEMENTS:
             rows = division.of_beam(number)
             carried, bent = _of_tapered(field, amplitudes, number, section, compliance.length[number])
             moved = shifted(carried[:, None], division.start[rows], division.width[rows])
             result = _with_rows(result, rows, added(bent, moved))
     for block in division.blocks:
         _add_beyond(result, block, division, block.beyond(compliance)[field])
-    return result
+    return result if free is None else added(result, shifted(free[:, division.beam], division.start, division.width))
 
 
 def _with_rows(values: Coefficients, rows: Integers, others: Coefficients) -> Coefficients:

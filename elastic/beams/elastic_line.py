@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam, VectorCoefficients, VectorPerBeam
 from elastic.beams.compliance import Compliance
+from elastic.beams.polynomials import added
 from rigid.arrays import Numbers
 
 
@@ -52,7 +53,8 @@ class Amplitudes:
 
     Coefficients of N, V, M and of u, w, phi in powers of xi, up to the first block on the beam. On tapered beams the
     powers of u, w, phi that section forces bring are replaced by `taper_functions`, and `slide` is what shear brings to
-    w by functions of its own, None without; `elastic.beams.division` makes fields of all that.
+    w by functions of its own, None without; `free` is what strains that no force makes bring to u, w, phi in powers of
+    xi, shape (3, n, ...), None without. `elastic.beams.division` makes fields of all that.
     """
 
     N: Coefficients
@@ -62,6 +64,11 @@ class Amplitudes:
     w: Coefficients
     phi: Coefficients
     slide: Coefficients | None
+    free: Coefficients | None = None
+
+    def with_section(self, force: VectorCoefficients, moment: VectorCoefficients) -> Amplitudes:
+        """With N + i V and M by so much larger, in powers of xi, shape (n, ...); u, w, phi as they are."""
+        return replace(self, N=added(self.N, force.real), V=added(self.V, force.imag), M=added(self.M, moment.real))
 
 
 def elastic_line(
@@ -102,6 +109,21 @@ def elastic_line(
         u[1] += free if compliance.ends is None else np.where(compliance.tapered, 0.0, free)
         end = end[0] + free, end[1], end[2]
     return Amplitudes(N, V, M, u, w, phi, slide), end
+
+
+def free_line(strain: VectorCoefficients, length: PerBeam) -> Coefficients:
+    """u, w, phi of beams clamped at their start under strains that no force makes, as of `AddedLoads`.
+
+    Returns
+    -------
+    In powers of xi, shape (3, n + 2, beams, ..., positions).
+    """
+    power = np.arange(1.0, strain.shape[1] + 1).reshape(-1, *[1] * (strain.ndim - 2))
+    u, w, phi = free = np.zeros((3, strain.shape[1] + 2, *strain.shape[2:]))
+    along = strain * (length / power)
+    u[1:-1], w[1:-1], phi[1:-1] = along[0].real, along[0].imag, along[1].real
+    w[2:] += phi[1:-1] * (length / (power + 1.0))
+    return free
 
 
 def _reached(amplitudes: Coefficients, ends: Coefficients) -> PerBeam:

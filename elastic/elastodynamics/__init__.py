@@ -1,5 +1,6 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
+from elastic.elastodynamics.geometrically_exact import geometrically_exact
 from elastic.elastodynamics.solution import Elastodynamic
 from elastic.elastodynamics.speed_map import SpeedMap, critical_speeds, speed_map
 from elastic.elastodynamics.steady_state import elastodynamic
@@ -16,6 +17,7 @@ __all__ = [
     "buckling_factor",
     "critical_speeds",
     "elastodynamic",
+    "geometrically_exact",
     "large_displacement_error",
     "speed_map",
     "theory_error",

@@ -21,6 +21,7 @@ from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import Beside
 from elastic.sampling import displacement_of, rotation_of
+from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
 from rigid.loads import beam_directions
 
@@ -42,7 +43,7 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
     for _ in range(CORRECTIONS):
         missed = _left_out(found)
         change = missed if found.beside is None else missed - found.beside
-        more = found.under(_load(found, change))
+        more = found.under(inertia_load(found, change))
         error = float(max(np.abs(change.moved.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
         before = least
         if error < least:
@@ -54,7 +55,7 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
     return best, least
 
 
-def _load(found: Vibration, beside: Beside) -> Any:
+def inertia_load(found: Vibration, beside: Beside) -> Any:
     """Load of the residual response on the coordinates, shape (points, r)."""
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics
@@ -71,12 +72,12 @@ def _left_out(found: Vibration) -> Beside:
     strains = strain_rows(structure, terms.kinematics.basis)
     forces = given_forces(structure, found.deflection) - rigidities(structure) * (strains @ x)[..., 0]
     forces[:, forces.shape[1] - len(structure.soft) :] = 0.0
-    return Beside(_displacements(found) - terms.kinematics.unit @ x, forces)
+    return Beside(displacements_of(found, found.deflection) - terms.kinematics.unit @ x, forces)
 
 
-def _displacements(found: Vibration) -> Displacements:
-    """Of the exact answer at the nodes, of one kind."""
-    structure, bent, motion = found.problem.terms.kinematics.structure, found.deflection, found.motion
+def displacements_of(found: Vibration, bent: Deflection) -> Displacements:
+    """Of a deflection at the nodes, of one kind."""
+    structure, motion = found.problem.terms.kinematics.structure, found.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)
     shear = np.array([rigidity(section, "kGA", structure.xi) for section in structure.sections])[..., None]

@@ -68,6 +68,9 @@ class Displacements:
             *(part @ wide.reshape(len(wide), *(1,) * (part.ndim - 3), *wide.shape[1:]) for part in vars(self).values())
         )
 
+    def __add__(self, other: Displacements) -> Displacements:
+        return Displacements(*(one + part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
+
     def __sub__(self, other: Displacements) -> Displacements:
         return Displacements(*(one - part for one, part in zip(vars(self).values(), vars(other).values(), strict=True)))
 

@@ -145,10 +145,10 @@ def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
         if offset and motion.mechanism.links[at].beams:
             row = PointRow(shares={numbers[at, lump.point]: 1.0})
             arm = motion.direction[at] * offset
-            yield PointEffect(row, row, dot(_lump_force(motion, at, lump), arm))
+            yield PointEffect(row, row, dot(lump_force(motion, at, lump), arm))
 
 
-def _lump_force(motion: Motion, at: int, lump: Lump) -> Any:
+def lump_force(motion: Motion, at: int, lump: Lump) -> Any:
     """Inertia and weight of a lump [N], complex."""
     arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
     felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
@@ -169,7 +169,7 @@ def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
                 total = total + plain(dot(sign * force, place.arm(at)))
         for lump in link.lumps:
             arm = motion.direction[at] * (link.points[lump.point] + lump.offset)
-            total = total + dot(_lump_force(motion, at, lump), arm)
+            total = total + dot(lump_force(motion, at, lump), arm)
         for load in mechanism.loads:
             for name, point, force, _ in load.forces(motion) if hasattr(load, "forces") else ():
                 if mechanism.index[name] == at:

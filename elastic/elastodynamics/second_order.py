@@ -38,7 +38,10 @@ def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
     x = found.history[0]
     at_nodes = found.problem.terms.grid.at_nodes(x)
     load = _across(found, found.deflection, at_nodes) + _nearer(found, at_nodes)
-    return _chord(found, x, stations), _chord(found, found.under(load)[0], stations)
+    unit = found.problem.terms.kinematics.unit.beams[1:]
+    both = (x, found.under(load)[0])
+    linear, more = (chord_of(found, (unit @ each[:, None, :, None])[..., 0], stations) for each in both)
+    return linear, more
 
 
 def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
@@ -68,9 +71,14 @@ def _nearer(found: Vibration, x: Any) -> Any:
     return -(found.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
 
 
-def _chord(found: Vibration, x: Any, stations: Any) -> Any:
-    """Deflection from the chord of given amplitudes at a grid's points, shape (beams, points, stations)."""
-    along = (found.problem.terms.kinematics.unit.beams[1:] @ x[:, None, :, None])[..., 0]
+def chord_of(found: Vibration, along: Any, stations: Any) -> Any:
+    """Deflection from the chord at a grid's points, shape (beams, points, stations).
+
+    Parameters
+    ----------
+    along
+        Displacements of the beams in the ground's axes [m], complex, shape (points, beams, Gauss points).
+    """
     w = (np.conj(beam_directions(found.motion)).T[1:, :, None] * along).imag
     nodes = found.problem.terms.kinematics.structure.xi
     start, end = (w @ interpolation(nodes, np.array([place])).T for place in (0.0, 1.0))

@@ -14,6 +14,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
+from elastic.elastodynamics.exact_steps import Settled
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
@@ -28,6 +29,7 @@ from rigid import SINGULAR, MechanismError, Motion, with_rates
 
 MotionAt = Callable[[Any], Motion]
 
+TOLERANCE = 1e-4
 INNER = 4
 LOOKED_AT = 16  # positions whose modes are looked at
 MOST_ELEMENTS = 2048
@@ -63,6 +65,10 @@ class Elastodynamic:
         How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
     vibration
         In the coordinates that were let vibrate; None where nothing does.
+    fineness
+        With which it was computed; None where nothing vibrates.
+    exact
+        Links displaced by any amount, where the deflection is theirs; None where it is that of small displacements.
     """
 
     deflection: Deflection
@@ -75,6 +81,8 @@ class Elastodynamic:
     time_error: float
     reduction_error: float
     vibration: Vibration | None = None
+    fineness: Fineness | None = None
+    exact: Settled | None = None
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
@@ -176,9 +184,9 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
-    fineness = first_fineness(model, tolerance)
+    fineness = replace(first_fineness(model, tolerance), start=start)
     for _ in range(ROUNDS):
-        found, reduced, grid, in_elements = _in_time(fineness, grid, tolerance, start)
+        found, reduced, grid, in_elements = resolved_in_time(fineness, grid, tolerance)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
         unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
         finer = None if reduced <= tolerance or unstable or in_elements > fineness.resolved else fineness.finer(reduced)
@@ -190,21 +198,19 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     bent = deflection(motion, model.sections, model.joints, loads)
     size = found.history[0].shape[1]
     answer = Elastodynamic(
-        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), in_elements, reduced, found
+        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), in_elements, reduced, found, fineness
     )
     return answer if answer.stable else unanswered(answer)
 
 
-def _in_time(
-    fineness: Fineness, grid: Grid, tolerance: float, start: Start | None
-) -> tuple[Vibration, float, Grid, float]:
+def resolved_in_time(fineness: Fineness, grid: Grid, tolerance: float) -> tuple[Vibration, float, Grid, float]:
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
     model, basis, chosen = fineness.model, fineness.basis, chosen_points(fineness.model.structure.mechanism)
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         terms = terms_of(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
-        found = vibration(terms, bent, start)
+        found = vibration(terms, bent, fineness.start)
         error, finer = time_error(found, fineness.resolved)
         if finer is None:
             return *corrected(found, tolerance), grid, error
@@ -240,6 +246,8 @@ class Fineness:
         Elastic coordinates, how many modes of them are let vibrate, and from what share of these other combinations.
     resolved
         What elements of time may leave open.
+    start
+        From which it vibrates; None for the state that comes back.
     before, in_time, stalled
         How far the answer was off before what was refined last; whether that was time; whether it gained nothing.
     """
@@ -248,6 +256,7 @@ class Fineness:
     modes: int
     besides: float
     resolved: float
+    start: Start | None = None
     before: float = math.inf
     in_time: bool = False
     stalled: bool = False

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
-from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
+from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_grid import Grid
 from rigid import Motion
 
 ELEMENTS = 12
-TOLERANCE = 1e-4
 
 
 def elastodynamic(

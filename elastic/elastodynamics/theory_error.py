@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastic.cycle_maxima import cycle_maxima
-from elastic.elastodynamics.second_order import second_order
+from elastic.elastodynamics.second_order import chord_of, second_order
 from elastic.elastodynamics.solution import Elastodynamic
 from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
@@ -53,17 +53,27 @@ def theory_error(found: Elastodynamic) -> TheoryError:
 def large_displacement_error(found: Elastodynamic) -> float:
     """Error of linear theory by the links' large displacement, as a share of the worst beam's deflection.
 
-    The terms of second order, solved for; and the square of the greatest rotation for those of third order, which are
+    Of an exact answer it is the last step's change. Else the terms of second order, solved for; and the square of the greatest rotation for those of third order, which are
     what there is where links bend without vibrating.
     """
     if found.vibration is None or not found.stable:
         return 0.0 if found.vibration is None else math.nan
-    linear, more = second_order(found.vibration, np.linspace(0.0, 1.0, STATIONS))
+    stations = np.linspace(0.0, 1.0, STATIONS)
+    if found.exact is not None:
+        whole, change = found.exact.displaced.moved.beams[1:, ..., 0], found.exact.change
+        chord, changed = (chord_of(found.vibration, each, stations) for each in (whole, change))
+        return float((_greatest(changed) / np.maximum(reference_deflection(_greatest(chord)), TINY)).max(initial=0.0))
+    linear, more = second_order(found.vibration, stations)
     rotation = cycle_maxima(found.deflection, ["phi"])["phi"].value.max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
-    share = np.abs(more).max(axis=(1, 2)) / reference_deflection(np.abs(linear).max(axis=(1, 2)))
+    share = _greatest(more) / reference_deflection(_greatest(linear))
     return float(share.max() + rotation**2)
+
+
+def _greatest(chord: Any) -> Any:
+    """Greatest magnitude on every beam, shape (beams,)."""
+    return np.abs(chord).max(axis=(1, 2), initial=0.0)
 
 
 def _chord(bent: Deflection) -> Any:

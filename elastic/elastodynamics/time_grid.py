@@ -140,6 +140,11 @@ class Grid:
             fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
         return last * fall / greatest
 
+    def smoothed(self, values: Any) -> Any:
+        """Values at all points without the two highest orders of the Legendre series of every element."""
+        elements = values.reshape(len(self.steps), self.stages, -1)
+        return (_without_highest(self.stages) @ elements).reshape(values.shape)
+
     def divided(self, parts: Any) -> Grid:
         """With every element in so many equal parts, shape (elements,)."""
         pieces = [
@@ -158,6 +163,12 @@ def interpolation(nodes: Any, places: Any) -> Any:
 @lru_cache(maxsize=8)
 def _spectrum(stages: int) -> Any:
     return np.linalg.inv(_values(scheme(stages).points, np.eye(stages)))
+
+
+@lru_cache(maxsize=8)
+def _without_highest(stages: int) -> Any:
+    kept = np.diag((np.arange(stages) < stages - 2).astype(float))
+    return _values(scheme(stages).points, np.eye(stages)) @ kept @ _spectrum(stages)
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Problem
-from elastic.elastodynamics.solution import Elastodynamic, MotionAt, settled, vibrating_model
+from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, settled, vibrating_model
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities
 from elastic.elastodynamics.time_elements import Propagation
 from elastic.elastodynamics.time_grid import Grid
@@ -17,7 +17,6 @@ from elastic.solution import Deflection
 from rigid import Motion
 
 ELEMENTS = 12
-TOLERANCE = 1e-4
 
 
 def transient(

@@ -19,6 +19,7 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
+from elastic.elastodynamics.time_grid import Grid
 from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
@@ -27,7 +28,7 @@ from rigid.plane import cross
 
 
 @lru_cache(maxsize=32)
-def _to_powers(points: int) -> Any:
+def to_powers(points: int) -> Any:
     """From values at Gauss points to coefficients in powers of xi, shape (points, points)."""
     nodes, _ = legendre.leggauss(points)
     series = np.linalg.inv(legendre.legvander(nodes, points - 1))
@@ -56,6 +57,14 @@ class Beside:
     def __sub__(self, other: Beside) -> Beside:
         return Beside(self.moved - other.moved, self.forces - other.forces)
 
+    def __add__(self, other: Beside) -> Beside:
+        return Beside(self.moved + other.moved, self.forces + other.forces)
+
+    def smoothed(self, grid: Grid) -> Beside:
+        """Without what the points of the grid's elements do not resolve the accelerations of."""
+        moved = (grid.at_nodes(grid.smoothed(part[1:])) for part in vars(self.moved).values())
+        return Beside(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
+
     def viscous(self, found: Problem) -> Any:
         """Rates of the forces at the points, times beta, shape (points, rows)."""
         terms = found.terms
@@ -63,7 +72,7 @@ class Beside:
         return beta * terms.grid.derivative(self.forces[1:], 1)
 
 
-class _Gathered:
+class GatheredLoads:
     """Loads on the way to `AddedLoads`, arrays with the positions first."""
 
     def __init__(self, structure: ElasticStructure, count: int) -> None:
@@ -75,7 +84,12 @@ class _Gathered:
 
     def along_beams(self, force: Any) -> None:
         """A force per length at Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
-        self.q += force @ _to_powers(force.shape[-1]).T
+        self.q += force @ to_powers(force.shape[-1]).T
+
+    @staticmethod
+    def positions_last(values: Any) -> Any:
+        """Powers first and positions last of what has them the other way round."""
+        return np.moveaxis(values, (-1, 0), (0, -1))
 
     def at_ends(self, directions: Any, start: Any, end: Any, moments: bool = False) -> None:
         """Forces in the beams' axes, complex, or moments on the starts and ends of the beams, (positions, beams)."""
@@ -103,21 +117,19 @@ def vibration_loads(
         acceleration = acceleration + terms.grid.derivative(rows, 2)
         slope = slope + beside.moved.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
-    gathered = _Gathered(structure, len(x))
+    gathered = GatheredLoads(structure, len(x))
     flux = _of_beams(gathered, found, directions, slope, inertia)
-    viscous = _strain_rates(found, x, x1)
+    viscous = strain_rates(found, x, x1)
     if beside is not None:
         viscous = viscous + beside.viscous(found)
-    _of_strain_rates(gathered, directions, viscous, flux)
-    _of_lumps(gathered, motion, inertia)
+    of_strain_rates(gathered, directions, viscous, flux)
+    of_lumps(gathered, motion, inertia)
     _of_effects(gathered, found, x, x1, beside)
-    gaps, turns = _openings(gathered, motion, viscous)
-    return AddedLoads(
-        np.moveaxis(gathered.q, (-1, 0), (0, -1)), tuple(gathered.points), tuple(gathered.blocks), gaps, turns
-    )
+    gaps, turns = openings(gathered, motion, viscous)
+    return AddedLoads(gathered.positions_last(gathered.q), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
 
-def _of_beams(gathered: _Gathered, found: Problem, directions: Any, slope: Any, inertia: Any) -> Any:
+def _of_beams(gathered: GatheredLoads, found: Problem, directions: Any, slope: Any, inertia: Any) -> Any:
     """Add the inertia along the beams; returns the force that works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
@@ -132,7 +144,7 @@ def _of_beams(gathered: _Gathered, found: Problem, directions: Any, slope: Any, 
     return flux / structure.weights
 
 
-def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
+def strain_rates(found: Problem, x: Any, x1: Any) -> Any:
     """Rates of the forces that strains make, times beta, shape (positions, rows)."""
     terms, structure = found.terms, found.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
@@ -141,17 +153,17 @@ def _strain_rates(found: Problem, x: Any, x1: Any) -> Any:
     return rates * (found.speed * rigidities(structure) * terms.damping.per_row(structure))
 
 
-def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: Any) -> None:
+def of_strain_rates(gathered: GatheredLoads, directions: Any, viscous: Any, flux: Any) -> None:
     """Add forces of the strains' rates, and those that work on slopes, as loads along the beams and on their ends."""
     structure = gathered.structure
     shape = (len(viscous), *structure.weights.shape)
     size = structure.weights.size
-    to_powers = _to_powers(shape[-1]).T
+    series = to_powers(shape[-1]).T
     power = np.arange(1, shape[-1]) / structure.length[:, None]
     stretching, bending = (
-        (viscous[:, k * size : (k + 1) * size].reshape(shape) / structure.weights) @ to_powers for k in (0, 1)
+        (viscous[:, k * size : (k + 1) * size].reshape(shape) / structure.weights) @ series for k in (0, 1)
     )
-    across = flux @ to_powers
+    across = flux @ series
     across[..., :-1] += bending[..., 1:] * power
     gathered.q[..., :-1] += stretching[..., 1:] * power - 1j * across[..., 1:] * power
     pull = 1j * across - stretching
@@ -159,7 +171,7 @@ def _of_strain_rates(gathered: _Gathered, directions: Any, viscous: Any, flux: A
     gathered.at_ends(directions, bending[..., 0], -bending.sum(-1), moments=True)
 
 
-def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
+def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Any) -> None:
     """Inertia of the lumps at their points."""
     lumps = lumps_of(gathered.structure.mechanism)
     first = inertia.shape[1] - 2 * len(lumps)
@@ -169,7 +181,7 @@ def _of_lumps(gathered: _Gathered, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Beside | None) -> None:
+def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, beside: Beside | None) -> None:
     """Forces that displaced points feel."""
     if not found.felt.effects:
         return
@@ -192,7 +204,7 @@ def _of_effects(gathered: _Gathered, found: Problem, x: Any, x1: Any, beside: Be
                 gathered.points.append((at, name, force, moment))
 
 
-def _openings(gathered: _Gathered, motion: Motion, viscous: Any) -> tuple[Any, Any]:
+def openings(gathered: GatheredLoads, motion: Motion, viscous: Any) -> tuple[Any, Any]:
     """Openings that dampers hold back in soft joints, per joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
@@ -213,9 +225,10 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
     columns = loads.q.shape[-1]
     pairs = [item[-2:] for item in (*loads.points, *loads.blocks)] + list(zip(loads.gaps, loads.turns, strict=True))
-    first = loads.q[..., 0].size
+    along = [part for part in (loads.q, loads.strain, loads.section) if part is not None]
+    first = sum(part[..., 0].size for part in along)
     given = np.empty((first + 2 * len(pairs), columns), complex)
-    given[:first] = loads.q.reshape(first, columns)
+    given[:first] = np.concatenate([part.reshape(-1, columns) for part in along])
     for row, value in enumerate((value for pair in pairs for value in pair), start=first):
         given[row] = value
     whole = sampled(given.T).T
@@ -223,7 +236,13 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     points = tuple((*item[:2], *next(moved)) for item in loads.points)
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
     gaps, turns = zip(*moved, strict=True)
-    return AddedLoads(whole[:first].reshape(*loads.q.shape[:-1], whole.shape[-1]), points, blocks, gaps, turns)
+    ends = np.cumsum([part[..., 0].size for part in along])
+    q, *others = (
+        rows.reshape(*part.shape[:-1], whole.shape[-1])
+        for part, rows in zip(along, np.split(whole[:first], ends[:-1]), strict=True)
+    )
+    strain = None if loads.strain is None else others.pop(0)
+    return AddedLoads(q, points, blocks, gaps, turns, strain, *others)
 
 
 def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:

@@ -25,6 +25,12 @@ class AddedLoads:
     gaps, turns
         Per joint, what opens it besides: displacement of the child's point from the parent's [m], complex, and
         rotation [rad].
+    strain
+        What no force makes, in powers of xi: d(u + i w)/dx and dphi/dx [1/m] of every beam, complex, shape (2, n,
+        beams, ..., positions); None without.
+    section
+        By how much N + i V [N] and M [N m] of the turned sections differ from those that balance the loads about the
+        rigid places, complex, shape of `strain`; None where they do not.
     """
 
     q: VectorCoefficients
@@ -32,6 +38,8 @@ class AddedLoads:
     blocks: tuple[tuple[int, Columns, Columns], ...]
     gaps: tuple[Columns, ...]
     turns: tuple[Columns, ...]
+    strain: VectorCoefficients | None = None
+    section: VectorCoefficients | None = None
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
@@ -56,4 +64,8 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
         each(tuple(load.blocks for load in loads)),
         every(tuple(load.gaps for load in loads)),
         every(tuple(load.turns for load in loads)),
+        *(
+            None if getattr(loads[0], name) is None else change(*(getattr(one, name) for one in loads))
+            for name in ("strain", "section")
+        ),
     )

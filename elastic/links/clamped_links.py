@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastic.arrays import Coefficients, PerBeam
 from elastic.beams.blocks import Block, at
 from elastic.beams.compliance import Compliance
-from elastic.beams.elastic_line import Amplitudes, elastic_line, section_forces
+from elastic.beams.elastic_line import Amplitudes, elastic_line, free_line, section_forces
 from elastic.links.beam_trees import root_of
 from elastic.links.configuration import Configuration, LinkLoads, NodeDisplacements
 from elastic.links.free_body import end_loads
@@ -42,6 +42,10 @@ def clamped_response(configuration: Configuration, compliance: Compliance, loads
     for block in loads.blocks:
         _before_block(N, V, M, compliance.length, block)
     amplitudes, ends = elastic_line(N, V, M, compliance)
+    if loads.strain is not None:
+        free = free_line(loads.strain, compliance.length)
+        amplitudes = replace(amplitudes, free=free)
+        ends = tuple(end + more.sum(0) for end, more in zip(ends, free, strict=True))
     for block in loads.blocks:
         more = block.beyond(compliance)
         for end, field in zip(ends, ("u", "w", "phi"), strict=True):

@@ -58,7 +58,14 @@ def problem_of(
     if more is not None:
         nodes, q = with_points(nodes, configuration.trees, more.points), added(q, more.q)
     compliance = compliance_of(motion.mechanism, sections, len(motion.columns), len(q) + 2)
-    return ElasticProblem(motion, configuration, compliance, joints, LinkLoads(nodes, q), more)
+    return ElasticProblem(
+        motion,
+        configuration,
+        compliance,
+        joints,
+        LinkLoads(nodes, q, strain=None if more is None else more.strain),
+        more,
+    )
 
 
 def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkResponse, JointGaps]:
@@ -66,7 +73,7 @@ def bent_links(problem: ElasticProblem, forces: JointForces) -> tuple[LinkRespon
     motion, trees = problem.motion, problem.configuration.trees
     blocks = block_loads(motion, problem.configuration, forces, problem.added)
     nodes = with_joint_forces(problem.loads.nodes, motion, trees, forces)
-    loads = LinkLoads(nodes, problem.loads.q, tuple(block for each in blocks for block in each))
+    loads = replace(problem.loads, nodes=nodes, blocks=tuple(block for each in blocks for block in each))
     response = link_response(problem.configuration, problem.compliance, loads)
     displacement: list[Any] = []
     rotation: list[Any] = []
@@ -106,6 +113,10 @@ def _under_block(problem: ElasticProblem, response: LinkResponse, block: Block) 
     k, configuration, amplitudes = block.beam, problem.configuration, response.amplitudes
     link, beam = problem.motion.mechanism.beams[k]
     u, w, phi = (evaluate(values[:, k], block.xi) for values in (amplitudes.u, amplitudes.w, amplitudes.phi))
+    if amplitudes.free is not None:
+        u, w, phi = (
+            value + evaluate(free[:, k], block.xi) for value, free in zip((u, w, phi), amplitudes.free, strict=True)
+        )
     for other in response.blocks:
         if other.beam == k:
             way = np.maximum(block.xi - other.xi, 0.0)

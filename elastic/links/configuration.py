@@ -97,11 +97,14 @@ class LinkLoads:
         Along beams: q_x + i q_y in powers of xi [N/m], shape (n, beams, ..., positions).
     blocks
         Of sliders' blocks on beams.
+    strain
+        That no force makes, as of `AddedLoads`.
     """
 
     nodes: NodeLoads
     q: VectorCoefficients
     blocks: tuple[Block, ...] = ()
+    strain: VectorCoefficients | None = None
 
 
 @dataclass(frozen=True, eq=False)

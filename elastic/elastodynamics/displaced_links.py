@@ -1,0 +1,172 @@
+"""Links displaced by any amount: loads and strains under which the quasi-static answer is that of the exact equations.
+
+Reissner's beam: with the displacement d = u + i w in the axes of its rigid place, the rotation phi, and the section
+force N + i Q in the axes of the turned section (Q = -V),
+
+    1 + d' = exp(i phi) (1 + eps + i gamma),    P = exp(i phi) (N + i Q),    M' = -Im(conj(1 + d') P) + J (phi + psi)''.
+
+The linear beam has d' = eps + i (phi + gamma) and M' = -Im P. It becomes the exact one under a moment along it and a
+strain that no force makes, both known from the solution before. Derivation: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displaced_points import Turned, bare_links, point_loads
+from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.elastic_structure import ElasticStructure
+from elastic.elastodynamics.equations_of_motion import mass_rows, masses
+from elastic.elastodynamics.reduced_vibration import Vibration
+from elastic.elastodynamics.strains import rigidities
+from elastic.elastodynamics.vibration_loads import (
+    Beside,
+    GatheredLoads,
+    of_strain_rates,
+    openings,
+    strain_rates,
+    to_powers,
+)
+from elastic.links.added_loads import AddedLoads
+from rigid.loads import beam_directions
+
+
+@dataclass(frozen=True, eq=False)
+class Displaced:
+    """Vibrating links displaced by any amount, at the nodes of a grid.
+
+    Attributes
+    ----------
+    vibration
+        The linear one: equations of motion in reduced coordinates about the rigid motion.
+    history
+        Amplitudes of these coordinates, their rates and accelerations, shape (points, r).
+    beside
+        Displacements that the coordinates do not follow.
+    force
+        P: section force in the axes of the beams' rigid places [N], complex, shape (nodes, beams, Gauss points).
+    joints
+        Joint forces in the ground's axes [N], complex, shape (nodes, joints).
+    """
+
+    vibration: Vibration
+    history: tuple[Any, Any, Any]
+    beside: Beside
+    force: Any
+    joints: Any
+
+    @cached_property
+    def moved(self) -> Displacements:
+        """All displacements, of one kind."""
+        terms = self.vibration.problem.terms
+        followed: Displacements = terms.kinematics.unit @ terms.grid.at_nodes(self.history[0])[..., None]
+        return followed + self.beside.moved
+
+    @property
+    def accelerations(self) -> Any:
+        """Of the displacements of all masses and moments of inertia, at the points, shape (points, masses), complex."""
+        terms, (x, x1, x2) = self.vibration.problem.terms, self.history
+        kinds = terms.kinematics
+        rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.beside.moved)
+        of_coordinates = terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None]
+        return of_coordinates[..., 0] + terms.grid.derivative(rows[1:, :, 0], 2)
+
+    @property
+    def viscous(self) -> Any:
+        """Parts of the forces of all strains that damp, times their points' weights, shape (points, rows)."""
+        problem = self.vibration.problem
+        return strain_rates(problem, *self.history[:2]) + self.beside.viscous(problem)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactLoads:
+    """Loads under which the quasi-static answer of small displacements is that of displaced links.
+
+    Attributes
+    ----------
+    added
+        The loads.
+    beside
+        P less the answer's N - i V under them [N], complex, shape (points, beams, Gauss points).
+    """
+
+    added: AddedLoads
+    beside: Any
+
+
+def exact_loads(now: Displaced) -> ExactLoads:
+    """Loads of displaced links at the points of their grid, whole turned sections among them."""
+    problem, motion = now.vibration.problem, now.vibration.motion
+    kinds = problem.terms.kinematics
+    structure, grid = kinds.structure, problem.terms.grid
+    shape, size = structure.weights.shape, structure.weights.size
+    directions, series = beam_directions(motion).T[1:], to_powers(shape[-1]).T
+    accelerations, viscous = now.accelerations, now.viscous
+    inertia = -masses(structure) * accelerations
+    damped_N, damped_M, damped_Q = (
+        viscous[:, k * size : (k + 1) * size].reshape(-1, *shape) / structure.weights for k in range(3)
+    )
+    phi, P = now.moved.phi[1:, ..., 0], now.force[1:]
+    turn = np.exp(1j * phi)
+    section = np.conj(turn) * P
+    strain = strain_of(structure, section - damped_N - 1j * damped_Q)
+    across = (np.conj(1 + strain) * section - P).imag
+    if structure.rotary.any():
+        links = [at for at, _ in motion.mechanism.beams]
+        rigid = motion.angular_acceleration[links].T[1:, :, None] * structure.rotary
+        across += (inertia[:, size : 2 * size].real.reshape(-1, *shape) - rigid) / structure.weights
+    gathered = GatheredLoads(structure, len(phi))
+    force = inertia[:, :size].reshape(-1, *shape)
+    if problem.felt.turning is not None:
+        force = force + problem.felt.turning[1:] * (turn - 1)
+    gathered.along_beams(np.conj(directions)[..., None] * force / structure.weights)
+    of_strain_rates(gathered, directions, viscous, across)
+    gaps, turns = openings(gathered, motion, viscous)
+    turned = Turned(motion, grid, kinds.chosen, now.moved)
+    lumps = point_loads(turned, accelerations[:, len(accelerations[0]) - _lump_rows(structure, size) :])
+    points, opened = bare_links(turned, lumps, now.joints)
+    beside = damped_N - 1j * (across + _derivative(structure, damped_M))
+    linear = P - beside
+    free = turn * (1 + strain) - 1 - strain_of(structure, linear) - 1j * phi
+    more = np.conj(section - linear)
+    q = gathered.positions_last(gathered.q)
+    return ExactLoads(
+        AddedLoads(
+            q,
+            (*gathered.points, *points),
+            (),
+            tuple(gap + more_gap for gap, more_gap in zip(gaps, opened, strict=True)),
+            turns,
+            np.stack([gathered.positions_last(free @ series), np.zeros_like(q)]),
+            np.stack([gathered.positions_last(part @ series) for part in (more, damped_M)]),
+        ),
+        beside,
+    )
+
+
+def _lump_rows(structure: ElasticStructure, size: int) -> int:
+    """How many of the rows of masses are of lumps."""
+    return len(masses(structure)) - size * (2 if structure.rotary.any() else 1)
+
+
+def _derivative(structure: ElasticStructure, values: Any) -> Any:
+    """d/dx of what is given at Gauss points along the beams, shape (..., beams, points)."""
+    order = np.arange(1, values.shape[-1])
+    slopes = (values @ to_powers(values.shape[-1]).T)[..., 1:] * (order / structure.length[:, None])
+    return slopes @ np.power.outer(structure.xi, order - 1).T
+
+
+def strain_of(structure: ElasticStructure, section: Any) -> Any:
+    """eps + i gamma that a section force N + i Q makes, and free strain, shape (..., beams, points)."""
+    size = structure.weights.size
+    EA, kGA = (
+        rigidities(structure)[k * size : (k + 1) * size].reshape(structure.weights.shape) / structure.weights
+        for k in (0, 2)
+    )
+    along, across = (np.divide(1.0, part, out=np.zeros_like(part), where=part > 0) for part in (EA, kGA))
+    free = np.array([np.ravel(part.strain)[0] for part in structure.sections], float)
+    return section.real * along + free[:, None] + 1j * section.imag * across

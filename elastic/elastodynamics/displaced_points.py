@@ -1,0 +1,236 @@
+"""Points displaced by any amount: lumps, springs and loads on them, links without beams, and sliders on such links.
+
+The linear solution turns an arm a of a link without beams by i alpha a, and has its forces act at a. The exact one has
+(exp(i alpha) - 1) a: what is missing opens the joints, and turns the links by the moments of their forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.displacements import Displacements, Points
+from elastic.elastodynamics.point_effects import lump_force, lumps_of
+from elastic.elastodynamics.time_grid import Grid
+from rigid import LineLoad, MechanismError, Motion, PointLoad, Spring, TorsionSpring, position_of, velocity_of
+from rigid.plane import cross, dot
+
+Load = tuple[int, str, Any, Any]  # link's number, point's name, force [N], complex, and moment [N m]
+
+
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """Angles and displacements of points and of links without beams, at the points of a grid.
+
+    Attributes
+    ----------
+    motion
+        The rigid one at the nodes, one more than the points.
+    moved
+        Displacements at the nodes, linear in the angles, of one kind.
+    """
+
+    motion: Motion
+    grid: Grid
+    chosen: Points
+    moved: Displacements
+
+    def angle(self, at: int) -> Any:
+        """Rotation of a link's axes at the nodes [rad]."""
+        return self.moved.angle[:, at, 0]
+
+    def turns(self, at: int, point: str) -> Any:
+        """Rotation at a chosen point, at the nodes [rad]; 0 on the ground."""
+        return self.moved.turns[:, self.chosen.index((at, point)), 0] if at else np.zeros(len(self.moved.angle))
+
+    def bare(self, at: int) -> bool:
+        """Whether a link moves and has no beams."""
+        return at > 0 and not self.motion.mechanism.links[at].beams
+
+    def beyond(self, at: int, place: Any) -> Any:
+        """What an arm in the axes of a link without beams moves beyond i alpha arm, at the nodes [m], complex."""
+        return _beyond(self.angle(at)) * self.motion.direction[at] * place
+
+    def displacement(self, at: int, point: str) -> Any:
+        """Of a chosen point in the ground's axes, at the nodes [m], complex."""
+        if not at:
+            return np.zeros(len(self.moved.angle), complex)
+        moved = self.moved.moves[:, self.chosen.index((at, point)), 0]
+        return moved + self.beyond(at, self.point(at, point)) if self.bare(at) else moved
+
+    def point(self, at: int, name: str) -> Any:
+        """Place of a point in its link's axes [m], complex."""
+        return np.ravel(self.motion.mechanism.links[at].points[name])[0]
+
+    def arm(self, at: int, place: Any) -> Any:
+        """An arm in a link's axes in the ground's, at the points [m], complex."""
+        return self.motion.direction[at][1:] * place
+
+
+def _beyond(angle: Any) -> Any:
+    """exp(i angle) - 1 - i angle, without a difference of large numbers."""
+    half = np.sin(angle / 2)
+    return -2 * half**2 + 1j * (np.sin(angle) - angle)
+
+
+def require_known(motion: Motion) -> None:
+    """Raise where a mechanism has joints that displaced links are not known to hold by.
+
+    Raises
+    ------
+    MechanismError
+        A gear, or a slider along an elastic link.
+    """
+    for joint in motion.structure.joints:
+        if joint.gear is not None:
+            raise MechanismError(f'the gear of "{joint.name}" is not known to links displaced by any amount')
+        if not joint.turns and motion.mechanism.links[joint.owner].beams:
+            raise MechanismError(f'the block of "{joint.name}" on a link that bends is not known to large displacement')
+
+
+def point_loads(turned: Turned, accelerations: Any) -> list[Load]:
+    """Forces on points besides those of the rigid motion: inertia, springs, loads that turn with their links.
+
+    Parameters
+    ----------
+    accelerations
+        Of the lumps and their rotations in turn, linear in the angles, at the points, shape (points, 2 lumps), complex.
+    """
+    return [*_lumps(turned, accelerations), *_springs(turned), *_turning_loads(turned)]
+
+
+def _lumps(turned: Turned, accelerations: Any) -> Iterator[Load]:
+    motion = turned.motion
+    for number, (at, lump) in enumerate(lumps_of(motion.mechanism)):
+        point, offset = turned.point(at, lump.point), np.ravel(lump.offset)[0]
+        place, angle = (point + offset, turned.angle(at)) if turned.bare(at) else (offset, turned.turns(at, lump.point))
+        more = _beyond(angle) * motion.direction[at] * place
+        acceleration = accelerations[:, 2 * number] + turned.grid.derivative(more[1:], 2)
+        force = -np.ravel(lump.mass)[0] * acceleration
+        rigid, arm = lump_force(motion, at, lump)[1:], turned.arm(at, offset)
+        moment = -np.ravel(lump.inertia)[0] * accelerations[:, 2 * number + 1].real
+        levered = np.exp(1j * angle[1:]) * arm
+        yield at, lump.point, force, moment + cross(levered, rigid + force) - cross(arm, rigid)
+
+
+def _springs(turned: Turned) -> Iterator[Load]:
+    motion = turned.motion
+    index = motion.mechanism.index
+    for load in motion.mechanism.loads:
+        if isinstance(load, Spring):
+            ends = (index[load.link], load.point), (index[load.on], load.anchor)
+            apart = turned.displacement(*ends[0]) - turned.displacement(*ends[1])
+            way = (position_of(motion, *ends[0]) - position_of(motion, *ends[1]))[1:]
+            opening = (velocity_of(motion, *ends[0]) - velocity_of(motion, *ends[1]))[1:]
+            pull = _pull(load, way + apart[1:], opening + turned.grid.derivative(apart[1:], 1)) - _pull(
+                load, way, opening
+            )
+            yield (*ends[0], -pull, 0.0)
+            yield (*ends[1], pull, 0.0)
+        if isinstance(load, TorsionSpring):
+            both = (index[load.link], load.at), (index[load.on], load.at)
+            angle = turned.turns(*both[0]) - turned.turns(*both[1])
+            moment = load.stiffness * angle[1:] + load.damping * turned.grid.derivative(angle[1:], 1)
+            yield (*both[0], 0.0, -moment)
+            yield (*both[1], 0.0, moment)
+
+
+def _pull(spring: Spring, way: Any, opening: Any) -> Any:
+    """Pull of a spring between two points so far apart [N], complex."""
+    reach = np.abs(way)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unit = np.where(reach > 0, way / reach, 0.0)
+    tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * dot(unit, opening)
+    return tension * unit
+
+
+def _turning_loads(turned: Turned) -> Iterator[Load]:
+    motion = turned.motion
+    for load in motion.mechanism.loads:
+        if isinstance(load, PointLoad) and load.turning:
+            at = motion.mechanism.index[load.link]
+            for _, _, force, _ in load.forces(motion):
+                turn = np.exp(1j * turned.turns(at, load.point)[1:]) - 1
+                yield at, load.point, turn * np.broadcast_to(force, motion.columns)[1:], 0.0
+
+
+def bare_links(turned: Turned, added: list[Load], forces: Any) -> tuple[list[Load], list[Any]]:
+    """Moments on links without beams, by forces on arms that have turned, and what their turning opens.
+
+    Parameters
+    ----------
+    added
+        From `point_loads`.
+    forces
+        In the joints, in the ground's axes [N], complex, shape (nodes, joints).
+
+    Returns
+    -------
+    Loads at points, and per joint the displacement of the child's point from the parent's [m], complex, at the points.
+    """
+    motion = turned.motion
+    mechanism = motion.mechanism
+    loads, gaps = list(added), [np.zeros(len(forces) - 1, complex) for _ in motion.places]
+    moments = {at: np.zeros(len(forces) - 1) for at in range(len(mechanism.links)) if turned.bare(at)}
+
+    def turn(at: int, arm: Any, force: Any) -> None:
+        if at in moments:
+            moments[at] += cross((np.exp(1j * turned.angle(at)[1:]) - 1) * arm, force)
+
+    for number, place in enumerate(motion.places):
+        joint = place.joint
+        force = forces[1:, number]
+        sliding = not joint.turns and turned.bare(joint.owner)
+        if sliding:
+            force = force * np.exp(1j * turned.angle(joint.owner)[1:])
+            on_owner, gap = _slider(turned, number, forces[1:, number])
+            loads += on_owner
+            gaps[number] = gap
+        for at, sign in ((joint.child, 1.0), (joint.parent, -1.0)):
+            if sliding and at == joint.owner:
+                continue
+            name = joint.point(at)
+            if turned.bare(at) and name:
+                turn(at, turned.arm(at, turned.point(at, name)), sign * force)
+                if not sliding:
+                    gaps[number] = gaps[number] - sign * turned.beyond(at, turned.point(at, name))[1:]
+    for at, lump in lumps_of(mechanism):
+        turn(at, turned.arm(at, turned.point(at, lump.point)), lump_force(motion, at, lump)[1:])
+    for load in mechanism.loads:
+        for link, point, force, _ in () if isinstance(load, LineLoad) else load.forces(motion):
+            at = mechanism.index[link]
+            turn(at, turned.arm(at, turned.point(at, point)), np.broadcast_to(force, motion.columns)[1:])
+    for at, point, force, _ in added:
+        turn(at, turned.arm(at, turned.point(at, point)), force)
+    loads += [(at, _first(turned, at), 0.0, moment) for at, moment in moments.items()]
+    return [load for load in loads if load[0]], gaps
+
+
+def _first(turned: Turned, at: int) -> str:
+    return next(iter(turned.motion.mechanism.links[at].points))
+
+
+def _slider(turned: Turned, number: int, force: Any) -> tuple[list[Load], Any]:
+    """A block on a link without beams: the force turns with the line, and acts where the block is."""
+    motion, place = turned.motion, turned.motion.places[number]
+    joint, owner, block = place.joint, place.joint.owner, place.joint.block
+    point, first = joint.point(block) or "", _first(turned, owner)
+    start = turned.point(owner, first)
+    angle = turned.angle(owner)[1:]
+    shift = (turned.displacement(owner, first) - _turn(turned.angle(owner)) * motion.direction[owner] * start)[1:]
+    arm = np.broadcast_to(place.arm(owner), motion.columns)[1:]
+    moved = turned.displacement(block, point)[1:]
+    reach = arm + moved - shift
+    linear_block = turned.moved.moves[1:, turned.chosen.index((block, point)), 0]
+    missing = (np.exp(-1j * angle) * reach - arm) - (linear_block - shift - 1j * angle * arm)
+    on_block = joint.sense * force
+    more = on_block * _turn(angle)
+    moment = -(cross(reach, on_block + more) - cross(arm, on_block)) + cross(turned.arm(owner, start), more)
+    return [(block, point, more, 0.0), (owner, first, -more, moment)], -joint.sense * missing
+
+
+def _turn(angle: Any) -> Any:
+    return np.exp(1j * angle) - 1

@@ -1,0 +1,158 @@
+"""Geometrically exact elastodynamics: the exact equations of displaced links, by steps of the linear ones.
+
+The residual of the exact equations is that of the quasi-static answer under the loads of displaced links. What an
+answer changes of the displacements before is a quasi-static response; the linear equations of motion in the reduced
+coordinates make it a dynamic one. The first step is the second order of large displacement; steps are mixed after
+Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until what one
+changes is below the tolerance. Derivation: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.correction import displacements_of, inertia_load
+from elastic.elastodynamics.displaced_links import Displaced, exact_loads
+from elastic.elastodynamics.displaced_points import require_known
+from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.reduced_vibration import Vibration
+from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
+from elastic.elastodynamics.vibration_loads import Beside, resampled
+from elastic.solution import Deflection, deflection
+
+STEPS = 30
+MIXED = 5  # steps before, of which the next is mixed
+TINY = float(np.finfo(float).tiny)
+LOST = 10.0  # times the least change, beyond which steps lead nowhere
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Links displaced by any amount after so many steps.
+
+    Attributes
+    ----------
+    displaced
+        The links.
+    change
+        Of the beams' displacements by the last step [m], complex, shape (points, beams, Gauss points).
+    steps
+        How many it took.
+    """
+
+    displaced: Displaced
+    change: Any
+    steps: int
+
+    @property
+    def share(self) -> float:
+        """The change of the largest displacement."""
+        greatest = np.abs(self.displaced.moved.beams).max(initial=TINY)
+        return float(np.abs(self.change).max(initial=0.0) / greatest)
+
+
+def settled_links(linear: Vibration, tolerance: float) -> Settled:
+    """Links displaced by any amount; their `share` is above the tolerance where steps do not get there.
+
+    Raises
+    ------
+    MechanismError
+        A gear, or a slider along an elastic link.
+    """
+    require_known(linear.motion)
+    now = _begin(linear)
+    before: list[Settled] = []
+    best: Settled | None = None
+    for count in range(1, STEPS + 1):
+        after = _step(now)
+        found = Settled(after, (after.moved.beams - now.moved.beams)[1:, ..., 0], count)
+        if best and not found.share < LOST * best.share:
+            break
+        best = found if best is None or found.share < best.share else best
+        if best.share <= tolerance:
+            break
+        before = [*before[-MIXED:], found]
+        now = _mixed(before)
+    assert best is not None
+    return best
+
+
+def _mixed(before: Sequence[Settled]) -> Displaced:
+    """The last steps' answers, summed with the weights for which the changes' sum is least."""
+    changes = np.array([np.ravel(each.change).view(float) for each in before])
+    shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
+    return _sum([each.displaced for each in before], np.diff(shares, prepend=0.0, append=1.0))
+
+
+def _sum(parts: Sequence[Displaced], weights: Any) -> Displaced:
+    """A sum of states with weights that add up to one."""
+
+    def total(*values: Any) -> Any:
+        return sum(weight * value for weight, value in zip(weights, values, strict=True))
+
+    x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
+    moved = Displacements(*map(total, *(vars(part.beside.moved).values() for part in parts)))
+    beside = Beside(moved, total(*(part.beside.forces for part in parts)))
+    force, joints = total(*(part.force for part in parts)), total(*(part.joints for part in parts))
+    return Displaced(parts[-1].vibration, (x, x1, x2), beside, force, joints)
+
+
+def _begin(linear: Vibration) -> Displaced:
+    """The linear answer."""
+    terms = linear.problem.terms
+    beside = linear.beside
+    if beside is None:
+        nothing = terms.kinematics.unit @ np.zeros((terms.kinematics.unit.angle.shape[-1], 1))
+        beside = Beside(nothing, np.zeros((len(nothing.angle), len(rigidities(terms.kinematics.structure)))))
+    return Displaced(linear, linear.history, beside, *_forces(linear, linear.deflection))
+
+
+def _forces(linear: Vibration, bent: Deflection) -> tuple[Any, Any]:
+    """N - i V along the beams, and the joint forces, at the nodes."""
+    N, V = (along_beams(bent, name, linear.problem.terms.kinematics.structure.xi) for name in ("N", "V"))
+    joints = [np.broadcast_to(force, len(N)) for force in bent.forces.force]
+    return N - 1j * V, np.array(joints, complex).reshape(len(joints), -1).T
+
+
+def _step(now: Displaced) -> Displaced:
+    """What displaced links are under their exact loads, and what of it makes the linear equations vibrate."""
+    linear = now.vibration
+    terms = linear.problem.terms
+    structure, unit, grid = terms.kinematics.structure, terms.kinematics.unit, terms.grid
+    loads = exact_loads(now)
+    plain, added = linear.quasi_static, replace(loads.added, section=None)
+    bent = deflection(plain.motion, plain.sections, plain.joints, resampled(added, grid.at_nodes))
+    force, joints = _forces(linear, bent)
+    strains, stiff = strain_rows(structure, terms.kinematics.basis), rigidities(structure)
+
+    def made_by(amounts: Any) -> Any:
+        return stiff * (strains @ amounts[..., None])[..., 0]
+
+    more = given_forces(structure, bent) - made_by(grid.at_nodes(now.history[0])) - now.beside.forces
+    more[:, more.shape[1] - len(structure.soft) :] = 0.0
+    push = (strains.swapaxes(-1, -2) @ more[..., None])[..., 0]
+    static = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
+    change = displacements_of(linear, bent) - now.moved
+    rest = Beside(change - unit @ static[..., None], more - made_by(static)).smoothed(grid)
+    moving = linear.under(push[1:] + inertia_load(linear, rest))
+    x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
+    return Displaced(linear, (x, x1, x2), now.beside + rest, force + grid.at_nodes(loads.beside), joints)
+
+
+def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:
+    """Deflection of displaced links at other positions than those of their grid.
+
+    Parameters
+    ----------
+    bent
+        Quasi-static, at these positions.
+    sampler
+        From values at the points of the grid to those at the positions.
+    """
+    loads = resampled(exact_loads(now).added, sampler)
+    return deflection(bent.motion, bent.sections, bent.joints, loads)
