@@ -154,7 +154,7 @@ def _lump_rows(structure: ElasticStructure, size: int) -> int:
 
 
 def _derivative(structure: ElasticStructure, values: Any) -> Any:
-    """d/dx of what is given at Gauss points along the beams, shape (..., beams, points)."""
+    """d/dx along the beams of values at Gauss points, shape (..., beams, points)."""
     order = np.arange(1, values.shape[-1])
     slopes = (values @ to_powers(values.shape[-1]).T)[..., 1:] * (order / structure.length[:, None])
     return slopes @ np.power.outer(structure.xi, order - 1).T

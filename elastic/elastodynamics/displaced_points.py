@@ -51,7 +51,7 @@ class Turned:
         return at > 0 and not self.motion.mechanism.links[at].beams
 
     def beyond(self, at: int, place: Any) -> Any:
-        """What an arm in the axes of a link without beams moves beyond i alpha arm, at the nodes [m], complex."""
+        """(exp(i alpha) - 1 - i alpha) arm of a link without beams that turns by alpha, at the nodes [m], complex."""
         return _beyond(self.angle(at)) * self.motion.direction[at] * place
 
     def displacement(self, at: int, point: str) -> Any:
@@ -108,7 +108,7 @@ def _lumps(turned: Turned, accelerations: Any) -> Iterator[Load]:
         point, offset = turned.point(at, lump.point), np.ravel(lump.offset)[0]
         place, angle = (point + offset, turned.angle(at)) if turned.bare(at) else (offset, turned.turns(at, lump.point))
         more = _beyond(angle) * motion.direction[at] * place
-        acceleration = accelerations[:, 2 * number] + turned.grid.derivative(more[1:], 2)
+        acceleration = accelerations[:, 2 * number] + turned.grid.rates(more)[1]
         force = -np.ravel(lump.mass)[0] * acceleration
         rigid, arm = lump_force(motion, at, lump)[1:], turned.arm(at, offset)
         moment = -np.ravel(lump.inertia)[0] * accelerations[:, 2 * number + 1].real
@@ -125,15 +125,13 @@ def _springs(turned: Turned) -> Iterator[Load]:
             apart = turned.displacement(*ends[0]) - turned.displacement(*ends[1])
             way = (position_of(motion, *ends[0]) - position_of(motion, *ends[1]))[1:]
             opening = (velocity_of(motion, *ends[0]) - velocity_of(motion, *ends[1]))[1:]
-            pull = _pull(load, way + apart[1:], opening + turned.grid.derivative(apart[1:], 1)) - _pull(
-                load, way, opening
-            )
+            pull = _pull(load, way + apart[1:], opening + turned.grid.rates(apart)[0]) - _pull(load, way, opening)
             yield (*ends[0], -pull, 0.0)
             yield (*ends[1], pull, 0.0)
         if isinstance(load, TorsionSpring):
             both = (index[load.link], load.at), (index[load.on], load.at)
             angle = turned.turns(*both[0]) - turned.turns(*both[1])
-            moment = load.stiffness * angle[1:] + load.damping * turned.grid.derivative(angle[1:], 1)
+            moment = load.stiffness * angle[1:] + load.damping * turned.grid.rates(angle)[0]
             yield (*both[0], 0.0, -moment)
             yield (*both[1], 0.0, moment)
 
@@ -158,7 +156,7 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
 
 
 def bare_links(turned: Turned, added: list[Load], forces: Any) -> tuple[list[Load], list[Any]]:
-    """Moments on links without beams, by forces on arms that have turned, and what their turning opens.
+    """Moments of forces on the turned arms of links without beams, and joints opened by the turning.
 
     Parameters
     ----------

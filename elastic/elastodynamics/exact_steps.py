@@ -120,7 +120,7 @@ def _forces(linear: Vibration, bent: Deflection) -> tuple[Any, Any]:
 
 
 def _step(now: Displaced) -> Displaced:
-    """What displaced links are under their exact loads, and what of it makes the linear equations vibrate."""
+    """Displaced links under their exact loads, with the vibration that this change makes in the linear equations."""
     linear = now.vibration
     terms = linear.problem.terms
     structure, unit, grid = terms.kinematics.structure, terms.kinematics.unit, terms.grid

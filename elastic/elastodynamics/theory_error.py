@@ -53,8 +53,8 @@ def theory_error(found: Elastodynamic) -> TheoryError:
 def large_displacement_error(found: Elastodynamic) -> float:
     """Error of linear theory by the links' large displacement, as a share of the worst beam's deflection.
 
-    Of an exact answer it is the last step's change. Else the terms of second order, solved for; and the square of the greatest rotation for those of third order, which are
-    what there is where links bend without vibrating.
+    Of an exact answer it is the last step's change. Else the terms of second order, solved for; and the square of the
+    greatest rotation for those of third order, which are what there is where links bend without vibrating.
     """
     if found.vibration is None or not found.stable:
         return 0.0 if found.vibration is None else math.nan

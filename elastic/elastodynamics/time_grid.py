@@ -141,7 +141,7 @@ class Grid:
         return last * fall / greatest
 
     def smoothed(self, values: Any) -> Any:
-        """Values at all points without the two highest orders of the Legendre series of every element."""
+        """Values at all points without the highest order of the Legendre series of every element."""
         elements = values.reshape(len(self.steps), self.stages, -1)
         return (_without_highest(self.stages) @ elements).reshape(values.shape)
 
@@ -167,7 +167,7 @@ def _spectrum(stages: int) -> Any:
 
 @lru_cache(maxsize=8)
 def _without_highest(stages: int) -> Any:
-    kept = np.diag((np.arange(stages) < stages - 2).astype(float))
+    kept = np.diag((np.arange(stages) < stages - 1).astype(float))
     return _values(scheme(stages).points, np.eye(stages)) @ kept @ _spectrum(stages)
 
 

@@ -61,7 +61,7 @@ class Beside:
         return Beside(self.moved + other.moved, self.forces + other.forces)
 
     def smoothed(self, grid: Grid) -> Beside:
-        """Without what the points of the grid's elements do not resolve the accelerations of."""
+        """Without the highest order in time of every element, the acceleration of which would not be resolved."""
         moved = (grid.at_nodes(grid.smoothed(part[1:])) for part in vars(self.moved).values())
         return Beside(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
 
@@ -88,7 +88,7 @@ class GatheredLoads:
 
     @staticmethod
     def positions_last(values: Any) -> Any:
-        """Powers first and positions last of what has them the other way round."""
+        """The same with powers first and positions last, which stood the other way round."""
         return np.moveaxis(values, (-1, 0), (0, -1))
 
     def at_ends(self, directions: Any, start: Any, end: Any, moments: bool = False) -> None:
