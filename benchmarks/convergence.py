@@ -20,7 +20,7 @@ from nonlinear import cases
 from elastic import deflection
 from elastic.elastodynamics import Damping
 from elastic.elastodynamics.elastic_structure import elastic_structure
-from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
+from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.time_grid import Grid
@@ -42,7 +42,7 @@ def vibrating(elements: int, stages: int, inner: int) -> Any:
     values, vectors = np.linalg.eigh(structure.stiffness)
     basis = vectors / np.sqrt(values)
     kinds = kinematics(structure, course, basis, chosen_points(BAR.mechanism))
-    terms = terms_of(kinds, grid, Damping(np.full(3, BETA), BETA))
+    terms = motion_terms(kinds, grid, Damping(np.full(3, BETA), BETA))
     found = vibration(terms, deflection(course, SECTIONS))
     x = grid.sampler(TIMES - 1e-12 * PERIOD)(found.history[0])
     amounts = basis @ x[..., None]

@@ -125,11 +125,11 @@ def test_a_halved_vibrating_lump_shows(monkeypatch):
 
 def test_a_gyroscopic_term_of_the_wrong_sign_shows(monkeypatch):
     """In the equations that are solved, and not in the loads that the solution is turned into."""
-    right = solution.terms_of
+    right = solution.motion_terms
 
     def flipped(*given):
         terms = right(*given)
         return replace(terms, carried_rate=-terms.carried_rate)
 
-    monkeypatch.setattr(solution, "terms_of", flipped)
+    monkeypatch.setattr(solution, "motion_terms", flipped)
     assert not vibrating().passed

@@ -25,7 +25,7 @@ from elastic import (
 from elastic.elastodynamics import Damping, elastodynamic, speed_map, theory_error, transient
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import elastic_structure
-from elastic.elastodynamics.equations_of_motion import kinematics, problem, terms_of
+from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms, problem
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.reduction import reduced_basis
@@ -556,7 +556,7 @@ class TestCorrection:
 
         def vibrating(basis):
             kinds = kinematics(model.structure, course, basis, chosen_points(case.mechanism))
-            return vibration(terms_of(kinds, grid, model.damping), deflection(course, case.sections))
+            return vibration(motion_terms(kinds, grid, model.damping), deflection(course, case.sections))
 
         whole, few = vibrating(model.cycle.unstrained), vibrating(reduced_basis(model.cycle, 2, 1.0))
         found, told = corrected(few, 1e-8)
@@ -583,7 +583,7 @@ class TestRotatingFrame:
         course = motion(frame, speed * grid.nodes, speed, 0.0, grid.nodes)
         structure = elastic_structure(frame, sections, {}, 6)
         kinds = kinematics(structure, course, np.eye(len(structure.stiffness)), chosen_points(frame))
-        terms = terms_of(kinds, grid, Damping(np.zeros(2), 0.0))
+        terms = motion_terms(kinds, grid, Damping(np.zeros(2), 0.0))
         found = problem(terms, deflection(course, sections)).equations
         M, C, K = (np.asarray(part[-1]) for part in (found.mass, found.damping, found.stiffness))
         size = len(M)

@@ -99,12 +99,12 @@ def full_rod():
 
 def test_a_full_rod_without_its_axial_force(monkeypatch):
     """He leaves out what the axial force does to the bending."""
-    with_force = equations_of_motion.felt_forces
+    with_force = equations_of_motion.geometric_stiffness
 
     def without(*given):
         return replace(with_force(*given), pull=0.0 * with_force(*given).pull)
 
-    monkeypatch.setattr(equations_of_motion, "felt_forces", without)
+    monkeypatch.setattr(equations_of_motion, "geometric_stiffness", without)
     np.testing.assert_allclose(full_rod(), PUBLISHED[:2], rtol=0.01)
 
 

@@ -19,7 +19,7 @@ from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
-from elastic.elastodynamics.vibration_loads import Beside
+from elastic.elastodynamics.vibration_loads import ResidualResponse
 from elastic.sampling import displacement_of, rotation_of
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
@@ -42,7 +42,7 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
         return found, 0.0
     for _ in range(CORRECTIONS):
         missed = _left_out(found)
-        change = missed if found.beside is None else missed - found.beside
+        change = missed if found.residual is None else missed - found.residual
         more = found.under(inertia_load(found, change))
         error = float(max(np.abs(change.moved.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
         before = least
@@ -51,28 +51,28 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
         if error <= tolerance or not error <= FALL * before:
             break
         history = tuple(part + added for part, added in zip(found.history, more, strict=True))
-        found = replace(found, history=history, beside=missed)
+        found = replace(found, history=history, residual=missed)
     return best, least
 
 
-def inertia_load(found: Vibration, beside: Beside) -> Any:
+def inertia_load(found: Vibration, residual: ResidualResponse) -> Any:
     """Load of the residual response on the coordinates, shape (points, r)."""
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics
-    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, beside.moved)[1:]
+    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, residual.moved)[1:]
     inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
-    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, beside.moved)[1:]
-    return -(load + terms.strains.swapaxes(-1, -2) @ beside.viscous(found.problem)[..., None])[..., 0]
+    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, residual.moved)[1:]
+    return -(load + terms.strains.swapaxes(-1, -2) @ residual.viscous(found.problem)[..., None])[..., 0]
 
 
-def _left_out(found: Vibration) -> Beside:
+def _left_out(found: Vibration) -> ResidualResponse:
     """Residual response: the exact answer less that of the coordinates."""
     terms = found.problem.terms
     structure, x = terms.kinematics.structure, terms.grid.at_nodes(found.history[0])[..., None]
     strains = strain_rows(structure, terms.kinematics.basis)
     forces = given_forces(structure, found.deflection) - rigidities(structure) * (strains @ x)[..., 0]
     forces[:, forces.shape[1] - len(structure.soft) :] = 0.0
-    return Beside(displacements_of(found, found.deflection) - terms.kinematics.unit @ x, forces)
+    return ResidualResponse(displacements_of(found, found.deflection) - terms.kinematics.unit @ x, forces)
 
 
 def displacements_of(found: Vibration, bent: Deflection) -> Displacements:

@@ -24,8 +24,8 @@ from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.vibration_loads import (
-    Beside,
     GatheredLoads,
+    ResidualResponse,
     of_strain_rates,
     openings,
     strain_rates,
@@ -45,7 +45,7 @@ class Displaced:
         The linear one: equations of motion in reduced coordinates about the rigid motion.
     history
         Amplitudes of these coordinates, their rates and accelerations, shape (points, r).
-    beside
+    residual
         Displacements that the coordinates do not follow.
     force
         P: section force in the axes of the beams' rigid places [N], complex, shape (nodes, beams, Gauss points).
@@ -55,7 +55,7 @@ class Displaced:
 
     vibration: Vibration
     history: tuple[Any, Any, Any]
-    beside: Beside
+    residual: ResidualResponse
     force: Any
     joints: Any
 
@@ -64,14 +64,14 @@ class Displaced:
         """All displacements, of one kind."""
         terms = self.vibration.problem.terms
         followed: Displacements = terms.kinematics.unit @ terms.grid.at_nodes(self.history[0])[..., None]
-        return followed + self.beside.moved
+        return followed + self.residual.moved
 
     @property
     def accelerations(self) -> Any:
         """Of the displacements of all masses and moments of inertia, at the points, shape (points, masses), complex."""
         terms, (x, x1, x2) = self.vibration.problem.terms, self.history
         kinds = terms.kinematics
-        rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.beside.moved)
+        rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.residual.moved)
         of_coordinates = terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None]
         return of_coordinates[..., 0] + terms.grid.derivative(rows[1:, :, 0], 2)
 
@@ -79,7 +79,7 @@ class Displaced:
     def viscous(self) -> Any:
         """Parts of the forces of all strains that damp, times their points' weights, shape (points, rows)."""
         problem = self.vibration.problem
-        return strain_rates(problem, *self.history[:2]) + self.beside.viscous(problem)
+        return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +90,12 @@ class ExactLoads:
     ----------
     added
         The loads.
-    beside
+    residual
         P less the answer's N - i V under them [N], complex, shape (points, beams, Gauss points).
     """
 
     added: AddedLoads
-    beside: Any
+    residual: Any
 
 
 def exact_loads(now: Displaced) -> ExactLoads:
@@ -129,8 +129,8 @@ def exact_loads(now: Displaced) -> ExactLoads:
     turned = Turned(motion, grid, kinds.chosen, now.moved)
     lumps = point_loads(turned, accelerations[:, len(accelerations[0]) - _lump_rows(structure, size) :])
     points, opened = bare_links(turned, lumps, now.joints)
-    beside = damped_N - 1j * (across + _derivative(structure, damped_M))
-    linear = P - beside
+    residual = damped_N - 1j * (across + _derivative(structure, damped_M))
+    linear = P - residual
     free = turn * (1 + strain) - 1 - strain_of(structure, linear) - 1j * phi
     more = np.conj(section - linear)
     q = gathered.positions_last(gathered.q)
@@ -144,7 +144,7 @@ def exact_loads(now: Displaced) -> ExactLoads:
             np.stack([gathered.positions_last(free @ series), np.zeros_like(q)]),
             np.stack([gathered.positions_last(part @ series) for part in (more, damped_M)]),
         ),
-        beside,
+        residual,
     )
 
 

@@ -80,7 +80,7 @@ class Displacements:
 
 
 @dataclass(frozen=True, eq=False)
-class Carriage:
+class RigidBodyModes:
     """How the links must be carried per unit of the elastic coordinates so that the joints close.
 
     Attributes
@@ -97,7 +97,7 @@ class Carriage:
     work: Any
 
 
-def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
+def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
     """Solve the joints for unit elastic coordinates.
 
     Teeth of gears stay together along their common tangent, between the two flanks: which of them is loaded may change
@@ -122,7 +122,7 @@ def carriage(structure: ElasticStructure, motion: Motion) -> Carriage:
     ]
     open_by = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
     angle = stacked([value.imag for value in turning], shape, float)
-    return Carriage(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
+    return RigidBodyModes(stacked(shifts, shape, complex), angle, np.moveaxis(open_by, -1, 0))
 
 
 def _openings(
@@ -164,7 +164,7 @@ def _under_block(structure: ElasticStructure, motion: Motion, beam: int, xi: Any
     return beam_directions(motion)[beam] * (u + 1j * w), phi
 
 
-def own_basis(structure: ElasticStructure, carried: Carriage, basis: Any) -> Any:
+def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Any) -> Any:
     """A basis of the elastic coordinates, at every position that with the least strain to which the joints fit.
 
     Returns
@@ -179,7 +179,7 @@ def own_basis(structure: ElasticStructure, carried: Carriage, basis: Any) -> Any
 
 
 def unit_displacements(
-    structure: ElasticStructure, motion: Motion, carried: Carriage, basis: Any, chosen: Points
+    structure: ElasticStructure, motion: Motion, carried: RigidBodyModes, basis: Any, chosen: Points
 ) -> Displacements:
     """Displacements per unit of every vector of a basis, shape (n, r) or (positions, n, r)."""
     wide = np.ndim(basis) == 3

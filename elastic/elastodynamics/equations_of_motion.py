@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.displacements import (
-    Carriage,
     Displacements,
     Points,
-    carriage,
+    RigidBodyModes,
     own_basis,
+    rigid_body_modes,
     unit_displacements,
 )
 from elastic.elastodynamics.elastic_structure import ElasticStructure
@@ -46,7 +46,7 @@ class Kinematics:
     """
 
     structure: ElasticStructure
-    carried: Carriage
+    carried: RigidBodyModes
     chosen: Points
     basis: Any
     unit: Displacements
@@ -55,7 +55,7 @@ class Kinematics:
 
 def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: Points) -> Kinematics:
     """Displacements per unit of a basis at all positions of a motion."""
-    carried = carriage(structure, motion)
+    carried = rigid_body_modes(structure, motion)
     own = own_basis(structure, carried, basis)
     unit = unit_displacements(structure, motion, carried, own, chosen)
     return Kinematics(structure, carried, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
@@ -86,7 +86,7 @@ def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class GeometricStiffness:
     """Geometric stiffness: the forces of the rigid motion on displaced links, at some positions.
 
     Attributes
@@ -117,7 +117,7 @@ class Felt:
         return total
 
 
-def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -> Felt:
+def geometric_stiffness(structure: ElasticStructure, bent: Deflection, chosen: Points) -> GeometricStiffness:
     """Geometric stiffness by the forces of a quasi-static answer."""
     motion = bent.motion
     pull = along_beams(bent, "N", structure.xi) * structure.weights
@@ -129,11 +129,11 @@ def felt_forces(structure: ElasticStructure, bent: Deflection, chosen: Points) -
             factor = np.broadcast_to(1.0 if load.law is None else load.law(motion), motion.columns)
             along = np.ravel(load.start)[0] + (np.ravel(load.end)[0] - np.ravel(load.start)[0]) * structure.xi
             turning[:, k] += (beam_directions(motion)[k] * factor)[:, None] * along * structure.weights[k]
-    return Felt(pull, turning, point_effects(bent, chosen))
+    return GeometricStiffness(pull, turning, point_effects(bent, chosen))
 
 
 @dataclass(frozen=True, eq=False)
-class Terms:
+class MotionTerms:
     """Terms of the equations of motion that depend on the positions alone, at the points of a grid.
 
     Attributes
@@ -163,7 +163,7 @@ class Terms:
     viscous_rate: Any
 
 
-def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
+def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
     """Terms of the equations of motion that depend on the positions at the nodes of a grid alone."""
     structure, basis = kinds.structure, kinds.basis
     rate, acceleration = grid.rates(kinds.rows)
@@ -176,7 +176,7 @@ def terms_of(kinds: Kinematics, grid: Grid, damping: Damping) -> Terms:
     strong = strains.swapaxes(-1, -2) * rigidities(structure)
     weak = strong * damping.per_row(structure)
     shape_rate = weak @ strain_rate if basis.ndim == 3 else 0.0
-    return Terms(
+    return MotionTerms(
         kinds,
         grid,
         damping,
@@ -207,16 +207,16 @@ class Problem:
         were so many times squared, and what damps as if so many times.
     """
 
-    terms: Terms
+    terms: MotionTerms
     equations: Equations
-    felt: Felt
+    felt: GeometricStiffness
     speed: float
 
 
-def problem(terms: Terms, bent: Deflection, speed: float = 1.0) -> Problem:
+def problem(terms: MotionTerms, bent: Deflection, speed: float = 1.0) -> Problem:
     """Equations of motion about the motion of a deflection at the nodes of a grid, passed at `speed` times its time."""
     kinds, faster = terms.kinematics, speed**2
-    felt = felt_forces(kinds.structure, bent, kinds.chosen)
+    felt = geometric_stiffness(kinds.structure, bent, kinds.chosen)
     viscous = faster * terms.carried_rate + speed * terms.viscous
     stiffness = faster * terms.carried + felt.stiffness(kinds.unit, kinds.unit)[1:] + terms.elastic
     stiffness = stiffness + speed * terms.viscous_rate

@@ -22,7 +22,7 @@ from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
-from elastic.elastodynamics.vibration_loads import Beside, resampled
+from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
 from elastic.solution import Deflection, deflection
 
 STEPS = 30
@@ -96,20 +96,22 @@ def _sum(parts: Sequence[Displaced], weights: Any) -> Displaced:
         return sum(weight * value for weight, value in zip(weights, values, strict=True))
 
     x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
-    moved = Displacements(*map(total, *(vars(part.beside.moved).values() for part in parts)))
-    beside = Beside(moved, total(*(part.beside.forces for part in parts)))
+    moved = Displacements(*map(total, *(vars(part.residual.moved).values() for part in parts)))
+    residual = ResidualResponse(moved, total(*(part.residual.forces for part in parts)))
     force, joints = total(*(part.force for part in parts)), total(*(part.joints for part in parts))
-    return Displaced(parts[-1].vibration, (x, x1, x2), beside, force, joints)
+    return Displaced(parts[-1].vibration, (x, x1, x2), residual, force, joints)
 
 
 def _begin(linear: Vibration) -> Displaced:
     """The linear answer."""
     terms = linear.problem.terms
-    beside = linear.beside
-    if beside is None:
+    residual = linear.residual
+    if residual is None:
         nothing = terms.kinematics.unit @ np.zeros((terms.kinematics.unit.angle.shape[-1], 1))
-        beside = Beside(nothing, np.zeros((len(nothing.angle), len(rigidities(terms.kinematics.structure)))))
-    return Displaced(linear, linear.history, beside, *_forces(linear, linear.deflection))
+        residual = ResidualResponse(
+            nothing, np.zeros((len(nothing.angle), len(rigidities(terms.kinematics.structure))))
+        )
+    return Displaced(linear, linear.history, residual, *_forces(linear, linear.deflection))
 
 
 def _forces(linear: Vibration, bent: Deflection) -> tuple[Any, Any]:
@@ -133,15 +135,15 @@ def _step(now: Displaced) -> Displaced:
     def made_by(amounts: Any) -> Any:
         return stiff * (strains @ amounts[..., None])[..., 0]
 
-    more = given_forces(structure, bent) - made_by(grid.at_nodes(now.history[0])) - now.beside.forces
+    more = given_forces(structure, bent) - made_by(grid.at_nodes(now.history[0])) - now.residual.forces
     more[:, more.shape[1] - len(structure.soft) :] = 0.0
     push = (strains.swapaxes(-1, -2) @ more[..., None])[..., 0]
     static = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
     change = displacements_of(linear, bent) - now.moved
-    rest = Beside(change - unit @ static[..., None], more - made_by(static)).smoothed(grid)
+    rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid)
     moving = linear.under(push[1:] + inertia_load(linear, rest))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    return Displaced(linear, (x, x1, x2), now.beside + rest, force + grid.at_nodes(loads.beside), joints)
+    return Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:

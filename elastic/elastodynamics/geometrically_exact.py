@@ -35,10 +35,10 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
     At the same positions. N, V, M are in the axes of the section as it is turned, and hold what damping adds. Where
     nothing vibrates, or no steady state comes about, the linear answer.
     """
-    vibration, fineness = linear.vibration, linear.fineness
+    vibration, discretization = linear.vibration, linear.discretization
     if (
         vibration is None
-        or fineness is None
+        or discretization is None
         or not linear.stable
         or not vibration.problem.terms.kinematics.structure.weights.size
     ):
@@ -46,10 +46,10 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
     for _ in range(ROUNDS):
         exact = settled_links(vibration, tolerance)
         moving = replace(vibration, history=exact.displaced.history)
-        in_elements, finer = time_error(moving, fineness.resolved)
+        in_elements, finer = time_error(moving, discretization.resolved)
         if finer is None or not exact.share <= tolerance:
             break
-        vibration = resolved_in_time(fineness, finer, tolerance)[0]
+        vibration = resolved_in_time(discretization, finer, tolerance)[0]
     grid = vibration.problem.terms.grid
     plain, time = linear.quasi_static, linear.quasi_static.motion.time
     cycled = grid.edges[0] + np.mod(time - grid.edges[0], np.ptp(grid.edges)) if vibration.cyclic else time

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.equations_of_motion import Problem, Terms, problem
+from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, problem
 from elastic.elastodynamics.time_elements import Propagation, propagation
-from elastic.elastodynamics.vibration_loads import Beside, resampled, vibration_loads
+from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, vibration_loads
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
@@ -28,8 +28,8 @@ class Vibration:
     ----------
     quasi_static
         At the nodes of the grid.
-    beside
-        What the coordinates do not follow but whose forces count; None where nothing does.
+    residual
+        The displacements and forces beyond the coordinates; None where there are none.
     """
 
     quasi_static: Deflection
@@ -37,7 +37,7 @@ class Vibration:
     propagation: Propagation
     history: tuple[Any, Any, Any]
     cyclic: bool
-    beside: Beside | None = None
+    residual: ResidualResponse | None = None
 
     @property
     def motion(self) -> Motion:
@@ -47,7 +47,7 @@ class Vibration:
     @cached_property
     def loads(self) -> AddedLoads:
         """Of the vibration, at the points."""
-        return vibration_loads(self.problem, self.motion, self.history, self.beside)
+        return vibration_loads(self.problem, self.motion, self.history, self.residual)
 
     @cached_property
     def deflection(self) -> Deflection:
@@ -88,7 +88,7 @@ class Vibration:
         return (np.conj(beam_directions(self.motion)).T[1:, :, None] * along).reshape(len(amounts), -1)
 
 
-def vibration(terms: Terms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
+def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, speed: float = 1.0) -> Vibration:
     """Solve the equations of motion about the motion of a deflection at the nodes of a grid.
 
     Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's

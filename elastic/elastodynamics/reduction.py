@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.displacements import own_basis, rigid_body_modes, unit_displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure
 from elastic.elastodynamics.equations_of_motion import mass_rows, masses
 from elastic.elastodynamics.point_effects import chosen_points
@@ -58,7 +58,7 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
     unstrained = (np.linalg.inv(np.linalg.cholesky(stiffness * scale[:, None] * scale)) * scale).T
-    carried, chosen = carriage(structure, motion), chosen_points(structure.mechanism)
+    carried, chosen = rigid_body_modes(structure, motion), chosen_points(structure.mechanism)
     basis = own_basis(structure, carried, unstrained)
     moved = unit_displacements(structure, motion, carried, basis, chosen)
     rows = np.sqrt(masses(structure))[:, None] * mass_rows(structure, motion, chosen, moved)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.displacements import own_basis, unit_displacements
-from elastic.elastodynamics.equations_of_motion import felt_forces, mass_rows, masses
+from elastic.elastodynamics.equations_of_motion import geometric_stiffness, mass_rows, masses
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
@@ -48,7 +48,7 @@ def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
     """Load of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = found.problem.terms.kinematics, found.problem
     moved = kinds.unit @ x[..., None]
-    whole = felt_forces(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
+    whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
     return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
 
 

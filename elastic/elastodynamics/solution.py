@@ -13,7 +13,7 @@ from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import kinematics, terms_of
+from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
 from elastic.elastodynamics.exact_steps import Settled
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
@@ -65,7 +65,7 @@ class Elastodynamic:
         How far the answer may be from settled in time, and in the coordinates, as shares of the largest displacement.
     vibration
         In the coordinates that were let vibrate; None where nothing does.
-    fineness
+    discretization
         With which it was computed; None where nothing vibrates.
     exact
         Links displaced by any amount, where the deflection is theirs; None where it is that of small displacements.
@@ -81,7 +81,7 @@ class Elastodynamic:
     time_error: float
     reduction_error: float
     vibration: Vibration | None = None
-    fineness: Fineness | None = None
+    discretization: Discretization | None = None
     exact: Settled | None = None
 
     def __repr__(self) -> str:
@@ -184,34 +184,54 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         none = np.zeros(0, complex)
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
-    fineness = replace(first_fineness(model, tolerance), start=start)
+    discretization = replace(first_discretization(model, tolerance), start=start)
     for _ in range(ROUNDS):
-        found, reduced, grid, in_elements = resolved_in_time(fineness, grid, tolerance)
+        found, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
         unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
-        finer = None if reduced <= tolerance or unstable or in_elements > fineness.resolved else fineness.finer(reduced)
+        finer = (
+            None
+            if reduced <= tolerance or unstable or in_elements > discretization.resolved
+            else discretization.finer(reduced)
+        )
         if finer is None:
             break
-        fineness = finer
+        discretization = finer
     cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
     loads = resampled(found.loads, grid.sampler(cycled if found.cyclic else motion.time))
     bent = deflection(motion, model.sections, model.joints, loads)
     size = found.history[0].shape[1]
     answer = Elastodynamic(
-        bent, plain, model.damping, lowest, multipliers, size, len(grid.steps), in_elements, reduced, found, fineness
+        bent,
+        plain,
+        model.damping,
+        lowest,
+        multipliers,
+        size,
+        len(grid.steps),
+        in_elements,
+        reduced,
+        found,
+        discretization,
     )
     return answer if answer.stable else unanswered(answer)
 
 
-def resolved_in_time(fineness: Fineness, grid: Grid, tolerance: float) -> tuple[Vibration, float, Grid, float]:
+def resolved_in_time(
+    discretization: Discretization, grid: Grid, tolerance: float
+) -> tuple[Vibration, float, Grid, float]:
     """The vibration in elements of time as short as it takes, with its errors by coordinates and by elements."""
-    model, basis, chosen = fineness.model, fineness.basis, chosen_points(fineness.model.structure.mechanism)
+    model, basis, chosen = (
+        discretization.model,
+        discretization.basis,
+        chosen_points(discretization.model.structure.mechanism),
+    )
     while True:
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
-        terms = terms_of(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
-        found = vibration(terms, bent, fineness.start)
-        error, finer = time_error(found, fineness.resolved)
+        terms = motion_terms(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
+        found = vibration(terms, bent, discretization.start)
+        error, finer = time_error(found, discretization.resolved)
         if finer is None:
             return *corrected(found, tolerance), grid, error
         grid = finer
@@ -230,14 +250,14 @@ def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:
     return float(error.max()), grid.divided(np.clip(parts, 1, MOST_PARTS).astype(int))
 
 
-def first_fineness(model: Model, tolerance: float) -> Fineness:
+def first_discretization(model: Model, tolerance: float) -> Discretization:
     """Discretization that an answer is tried with first."""
     assert model.cycle is not None
-    return Fineness(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
+    return Discretization(model, near_modes(model.cycle), math.sqrt(tolerance), tolerance)
 
 
 @dataclass(frozen=True, eq=False)
-class Fineness:
+class Discretization:
     """Discretization of an answer: elastic coordinates, their modes, and elements of time.
 
     Attributes
@@ -267,7 +287,7 @@ class Fineness:
         assert self.model.cycle is not None
         return reduced_basis(self.model.cycle, self.modes, self.besides)
 
-    def finer(self, error: float) -> Fineness | None:
+    def finer(self, error: float) -> Discretization | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does."""
         stalled = error > self.before / 2
         if stalled and self.stalled:

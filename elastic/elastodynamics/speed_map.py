@@ -11,17 +11,17 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
-from elastic.elastodynamics.equations_of_motion import Terms, kinematics, terms_of
+from elastic.elastodynamics.equations_of_motion import MotionTerms, kinematics, motion_terms
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.solution import (
     NEUTRAL,
     ROUNDS,
-    Fineness,
+    Discretization,
     Model,
     MotionAt,
     checked,
-    first_fineness,
+    first_discretization,
     time_error,
     vibrating_model,
 )
@@ -166,38 +166,38 @@ def _settled(
 ) -> dict[float, _Row]:
     """Refine the discretization that the speeds share, for those at which the answer has not settled."""
     grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
-    fineness: Fineness | None = first_fineness(model, tolerance)
+    discretization: Discretization | None = first_discretization(model, tolerance)
     rows: dict[float, _Row] = {}
     left = list(dict.fromkeys(speeds))
     for _ in range(ROUNDS):
-        if fineness is None or not left:
+        if discretization is None or not left:
             break
-        course, resolved = _Course(fineness, grids), fineness.resolved
+        course, resolved = _Course(discretization, grids), discretization.resolved
         for first in range(0, len(left), SIDE_BY_SIDE):
             steady = [_at_speed(course, ratio, tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
             rows |= _measured(course, steady, measure)
         left = [one for one in left if rows[one].reduction_error > tolerance and rows[one].time_error <= resolved]
         if left:
-            fineness = fineness.finer(max(rows[one].reduction_error for one in left))
+            discretization = discretization.finer(max(rows[one].reduction_error for one in left))
     return rows
 
 
 class _Course:
     """Terms of the equations of motion by positions, on grids each finer than the one before, computed on demand."""
 
-    def __init__(self, fineness: Fineness, grids: list[Grid]) -> None:
-        self.model, self.basis, self.resolved = fineness.model, fineness.basis, fineness.resolved
+    def __init__(self, discretization: Discretization, grids: list[Grid]) -> None:
+        self.model, self.basis, self.resolved = discretization.model, discretization.basis, discretization.resolved
         self.grids = grids
-        self.known: dict[int, tuple[Motion, Terms]] = {}
+        self.known: dict[int, tuple[Motion, MotionTerms]] = {}
         self.level = len(grids) - 1
 
-    def here(self) -> tuple[Motion, Terms]:
+    def here(self) -> tuple[Motion, MotionTerms]:
         """The motion at the nodes of the grid of this level, and the terms."""
         if self.level not in self.known:
             grid, chosen = self.grids[self.level], chosen_points(self.model.structure.mechanism)
             motion = checked(self.model.motion_at(grid.nodes))
             kinds = kinematics(self.model.structure, motion, self.basis, chosen)
-            self.known[self.level] = motion, terms_of(kinds, grid, self.model.damping)
+            self.known[self.level] = motion, motion_terms(kinds, grid, self.model.damping)
         return self.known[self.level]
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from elastic.elastodynamics.displacements import carriage, own_basis, unit_displacements
+from elastic.elastodynamics.displacements import own_basis, rigid_body_modes, unit_displacements
 from elastic.elastodynamics.elastic_structure import elastic_structure
-from elastic.elastodynamics.equations_of_motion import felt_forces
+from elastic.elastodynamics.equations_of_motion import geometric_stiffness
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.solution import Deflection
 from rigid import Reals
@@ -46,10 +46,10 @@ def buckling_factor(deflection: Deflection) -> Reals:
     if not len(structure.stiffness):
         return factor
     chosen = chosen_points(motion.mechanism)
-    carried = carriage(structure, motion)
+    carried = rigid_body_modes(structure, motion)
     basis = own_basis(structure, carried, np.eye(len(structure.stiffness)))
     moved = unit_displacements(structure, motion, carried, basis, chosen)
-    felt = felt_forces(structure, deflection, chosen)
+    felt = geometric_stiffness(structure, deflection, chosen)
     pressed = felt.stiffness(moved, moved)
     stiffness = np.broadcast_to(structure.stiffness, pressed.shape)
     for effect in felt.effects:

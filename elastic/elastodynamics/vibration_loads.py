@@ -40,7 +40,7 @@ def to_powers(points: int) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class ResidualResponse:
     """Residual response: displacements and forces beyond the elastic coordinates, at the nodes of a grid.
 
     Attributes
@@ -54,16 +54,16 @@ class Beside:
     moved: Displacements
     forces: Any
 
-    def __sub__(self, other: Beside) -> Beside:
-        return Beside(self.moved - other.moved, self.forces - other.forces)
+    def __sub__(self, other: ResidualResponse) -> ResidualResponse:
+        return ResidualResponse(self.moved - other.moved, self.forces - other.forces)
 
-    def __add__(self, other: Beside) -> Beside:
-        return Beside(self.moved + other.moved, self.forces + other.forces)
+    def __add__(self, other: ResidualResponse) -> ResidualResponse:
+        return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
-    def smoothed(self, grid: Grid) -> Beside:
+    def smoothed(self, grid: Grid) -> ResidualResponse:
         """Without the highest order in time of every element, the acceleration of which would not be resolved."""
         moved = (grid.at_nodes(grid.smoothed(part[1:])) for part in vars(self.moved).values())
-        return Beside(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
+        return ResidualResponse(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
 
     def viscous(self, found: Problem) -> Any:
         """Rates of the forces at the points, times beta, shape (points, rows)."""
@@ -100,11 +100,11 @@ class GatheredLoads:
 
 
 def vibration_loads(
-    found: Problem, motion: Motion, history: tuple[Any, Any, Any], beside: Beside | None = None
+    found: Problem, motion: Motion, history: tuple[Any, Any, Any], residual: ResidualResponse | None = None
 ) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
-    `motion` is that at the grid's nodes; `beside` is there besides.
+    `motion` is that at the grid's nodes; `residual` is there besides.
     """
     x, x1, x2 = history
     terms, kinds = found.terms, found.terms.kinematics
@@ -112,19 +112,19 @@ def vibration_loads(
     directions = beam_directions(motion).T[1:]
     acceleration = (terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None])[..., 0]
     slope = (kinds.unit.slope[1:] @ x[:, None, :, None])[..., 0]
-    if beside is not None:
-        rows = mass_rows(structure, motion, kinds.chosen, beside.moved)[1:, :, 0]
+    if residual is not None:
+        rows = mass_rows(structure, motion, kinds.chosen, residual.moved)[1:, :, 0]
         acceleration = acceleration + terms.grid.derivative(rows, 2)
-        slope = slope + beside.moved.slope[1:, ..., 0]
+        slope = slope + residual.moved.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = GatheredLoads(structure, len(x))
     flux = _of_beams(gathered, found, directions, slope, inertia)
     viscous = strain_rates(found, x, x1)
-    if beside is not None:
-        viscous = viscous + beside.viscous(found)
+    if residual is not None:
+        viscous = viscous + residual.viscous(found)
     of_strain_rates(gathered, directions, viscous, flux)
     of_lumps(gathered, motion, inertia)
-    _of_effects(gathered, found, x, x1, beside)
+    _of_effects(gathered, found, x, x1, residual)
     gaps, turns = openings(gathered, motion, viscous)
     return AddedLoads(gathered.positions_last(gathered.q), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
@@ -181,7 +181,7 @@ def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, beside: Beside | None) -> None:
+def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, residual: ResidualResponse | None) -> None:
     """Forces that displaced points feel."""
     if not found.felt.effects:
         return
@@ -190,7 +190,7 @@ def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, beside
     for effect in found.felt.effects:
         own = effect[1:]
         cause = own.cause(moved)[:, 0]
-        besides = 0.0 if beside is None else effect.cause(beside.moved)[1:, 0]
+        besides = 0.0 if residual is None else effect.cause(residual.moved)[1:, 0]
         amount = own.stiffness * (cause + besides)
         if np.any(own.damping):
             cause = effect.cause(kinds.unit)
