@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
     from kinelast.scene.error import SceneError
     from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
-    from kinelast.scene.shipped import shipped_scenes, shipped_structures
     from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
+    from kinelast.tasks import shipped_scenes, shipped_structures
 
 __all__ = [
     "Run",
@@ -50,7 +50,7 @@ _HOME = {
     "scene.document": ("read_scene", "scene_from_dict", "scene_from_text"),
     "scene.error": ("SceneError",),
     "scene.motion": ("scene_motion", "scene_motion_at", "scene_times"),
-    "scene.shipped": ("shipped_scenes", "shipped_structures"),
+    "tasks": ("shipped_scenes", "shipped_structures"),
     "scene.structure_scene": ("StructureScene", "read_structure", "structure_from_text"),
 }
 

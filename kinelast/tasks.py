@@ -9,9 +9,19 @@ from glob import glob, has_magic
 from pathlib import Path
 
 from kinelast.scene.error import plain
-from kinelast.scene.shipped import shipped_scenes, shipped_structures
 
 LINE = 200  # letters of an argument in a message
+MECHANISMS = Path(__file__).parent / "mechanisms"
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """Paths of the shipped scenes by name."""
+    return {path.stem: path for path in sorted(MECHANISMS.glob("*.toml"))}
+
+
+def shipped_structures() -> dict[str, Path]:
+    """Paths of the shipped scenes that describe a structure alone, by name."""
+    return {path.stem: path for path in sorted((MECHANISMS / "structure").glob("*.toml"))}
 
 
 def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:

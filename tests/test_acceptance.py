@@ -21,7 +21,7 @@ from kinelast.request import Request
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion
-from kinelast.scene.shipped import shipped_scenes
+from kinelast.tasks import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 

@@ -16,7 +16,7 @@ from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 from kinelast.cli.command import main
 from kinelast.cli.parser import parsed
 from kinelast.request import GROUPS, Batch, Request, options_of
-from kinelast.scene.shipped import shipped_scenes, shipped_structures
+from kinelast.tasks import shipped_scenes, shipped_structures
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
 UNITS |= dict.fromkeys(("normal", "shear", "mises"), "Pa")

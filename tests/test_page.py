@@ -16,7 +16,7 @@ from kinelast.numbers import number, quantity
 from kinelast.outputs.page import data
 from kinelast.request import Request
 from kinelast.scene.document import read_scene
-from kinelast.scene.shipped import shipped_scenes
+from kinelast.tasks import shipped_scenes
 from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])

@@ -28,7 +28,7 @@ from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
 from kinelast.outputs.stills.drawing import mechanism_drawing
 from kinelast.scene.document import scene_from_dict
 from kinelast.scene.motion import scene_motion, scene_motion_at
-from kinelast.scene.shipped import shipped_scenes
+from kinelast.tasks import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}
 HANGING = tomllib.loads(

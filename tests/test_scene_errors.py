@@ -18,7 +18,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.integrated_course import IntegratedCourse
 from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
 from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
-from kinelast.scene.section_quantities import BendingRigidity
+from kinelast.scene.shapes import BendingRigidity
 from kinelast.scene.structure_scene import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'

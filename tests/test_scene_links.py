@@ -19,7 +19,7 @@ from kinelast.scene.quantities import (
     Moment,
     Speed,
 )
-from kinelast.scene.section_quantities import Stress
+from kinelast.scene.shapes import Stress
 from rigid import position_of
 
 BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12

@@ -16,8 +16,8 @@ from kinelast.scene.quantities import (
     Coordinate,
 )
 from kinelast.scene.schema import schema_text
-from kinelast.scene.shipped import shipped_scenes
 from kinelast.scene.units import USUAL, registry
+from kinelast.tasks import shipped_scenes
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

@@ -101,7 +101,7 @@ def _version() -> int:
 def _list() -> int:
     import tomllib
 
-    from kinelast.scene.shipped import shipped_scenes, shipped_structures
+    from kinelast.tasks import shipped_scenes, shipped_structures
 
     scenes, structures = shipped_scenes(), shipped_structures()
     width = max(map(len, (*scenes, *structures)), default=0)

@@ -11,7 +11,7 @@ import numpy as np
 from kinelast.designs.base import Base
 from kinelast.scene.format import SceneTable
 from kinelast.scene.quantities import Direction, Size
-from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.shapes import Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, replaced, within_bounds
 from rigid.plane import unit

@@ -19,7 +19,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from kinelast.scene.quantities import Direction
-from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.shapes import Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of
 from rigid import structure

@@ -1,8 +1,9 @@
-"""From parsed tables to a `Scene`: every part is built of them."""
+"""From parsed tables to a `Scene`: its mechanism, its run, its loads, and its limits."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from math import nan, pi
 from typing import Any
 
@@ -10,18 +11,50 @@ import numpy as np
 
 from kinelast.scene.course import Course, CourseByLaws, Run
 from kinelast.scene.data import Making, Material, Scene, Theory
-from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
+from kinelast.scene.drives import Drive, DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
+from kinelast.scene.gears import build_gears
 from kinelast.scene.joints import build_friction, build_joints
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.limits import build_limits, build_output
-from kinelast.scene.links import Body
+from kinelast.scene.links import Body, build_links, guiding
 from kinelast.scene.loads import build_load, build_spring
-from kinelast.scene.many import real, require, some
-from kinelast.scene.mechanism import SceneMechanism, build_mechanism
+from kinelast.scene.many import real, require, some, vector
+from kinelast.scene.points import drawn_places
 from kinelast.scene.sections import making, poisson_of
-from rigid import ConstantSpeed, LineLoad, Load, Mechanism, SegmentedLaw
+from kinelast.scene.sliders import build_sliders
+from rigid import ConstantSpeed, LineLoad, Link, Load, Mechanism, SegmentedLaw
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMechanism:
+    """A mechanism without its loads, its links as bodies in the same order, and one law or effort per drive."""
+
+    mechanism: Mechanism
+    bodies: tuple[Body, ...]
+    laws: tuple[DriveLaw | DriveEffort, ...]
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Links that the scene names."""
+        return {body.link.name: body.link for body in self.bodies if not body.hidden}
+
+
+def build_mechanism(table: SceneTable) -> SceneMechanism:
+    """The parts of a scene."""
+    places = drawn_places(table)
+    bodies = build_links(table, places)
+    sliders = build_sliders(table, bodies, places)
+    bodies = guiding(bodies, sliders)
+    links = {name: body.link for name, body in bodies.items()}
+    named = {name: body.link for name, body in bodies.items() if not body.hidden}
+    drives, laws = build_drives(table, named, sliders, places)
+    gears = build_gears(table, named, sliders)
+    gravity = vector(table.run.gravity or (0.0, 0.0))
+    mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, gears=gears)
+    return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
+
 
 STILL = 1e-9
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers

@@ -8,10 +8,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import fault, known_name, likely
-from kinelast.scene.factor_tables import factor_law
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import DriveTable, JointNameTable
-from kinelast.scene.laws import APART, Lasting, TableLaw, repeated
+from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
 from kinelast.scene.many import phase, real
 from kinelast.scene.points import Points, drawn_direction
 from kinelast.scene.quantities import Coordinate

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from kinelast.scene.format_limits import LimitsTable
 from kinelast.scene.format_motion import (
     DriveTable,
     GearTable,
@@ -20,9 +19,14 @@ from kinelast.scene.format_motion import (
     SpringTable,
     Table,
 )
-from kinelast.scene.format_sizing import Amount, OptimizeTable, SensitivitiesTable, ToleranceTable
-from kinelast.scene.format_structure import ContactTable
-from kinelast.scene.format_sweep import SweepTable
+from kinelast.scene.format_studies import (
+    Amount,
+    LimitsTable,
+    OptimizeTable,
+    SensitivitiesTable,
+    SweepTable,
+    ToleranceTable,
+)
 from kinelast.scene.quantities import (
     Acceleration,
     Density,
@@ -30,13 +34,13 @@ from kinelast.scene.quantities import (
     Duration,
     Expansion,
     Inertia,
+    Length,
     Mass,
     Share,
     Size,
     Warming,
 )
-from kinelast.scene.section_quantities import Sizes, Stress
-from kinelast.scene.shapes import SectionTable
+from kinelast.scene.shapes import SectionTable, Sizes, Stress
 from kinelast.scene.units import Quantity
 
 Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
@@ -134,3 +138,35 @@ def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
     if issubclass(kind, Quantity | Sizes):
         return kind.read(value, per_length)
     raise NotImplementedError(kind)
+
+
+Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
+
+
+class ContactTable(Table, frozen=True, kw_only=True):
+    """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
+
+    links: tuple[str, str]
+    at: Place
+    normal: Direction | None = None
+
+
+class SpatialJointTable(Table, frozen=True, kw_only=True):
+    """A joint between two links in space."""
+
+    links: tuple[str, str]
+    type: str
+    at: tuple[Length, Length, Length] | None = None
+    axis: tuple[Part, Part, Part] | None = None
+    normal: tuple[Part, Part, Part] | None = None
+    pitch: Length | None = None
+
+
+class ChainTable(Table, frozen=True, kw_only=True):
+    """A chain of joints in space, of which the structure is asked."""
+
+    title: str = ""
+    source: str = ""
+    units: LengthUnit = "m"
+    fixed: str | None = None
+    joints: dict[Name, SpatialJointTable] = field(default_factory=dict)

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_limits import LimitsTable, LinkLimitsTable
+from kinelast.scene.format_studies import LimitsTable, LinkLimitsTable
 from kinelast.scene.many import real
 from rigid import Mechanism
 

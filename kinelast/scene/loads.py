@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from kinelast.scene.error import fault, known_name
-from kinelast.scene.factor_tables import factor_law
 from kinelast.scene.format_motion import LoadTable, SpringTable
+from kinelast.scene.laws import factor_law
 from kinelast.scene.many import real, some, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness

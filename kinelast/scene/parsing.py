@@ -11,9 +11,8 @@ from typing import Annotated, Any, get_args, get_origin
 import msgspec
 
 from kinelast.scene.error import fault, likely
-from kinelast.scene.format import RunTable, SceneTable, read_quantity
+from kinelast.scene.format import ChainTable, RunTable, SceneTable, read_quantity
 from kinelast.scene.format_motion import PER_LENGTH, LengthUnit, Table
-from kinelast.scene.format_structure import ChainTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]

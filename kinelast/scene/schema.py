@@ -6,10 +6,9 @@ from typing import Any
 
 import msgspec
 
-from kinelast.scene.format import SceneTable
-from kinelast.scene.format_structure import ChainTable
+from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.quantities import Direction
-from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.shapes import Sizes
 from kinelast.scene.units import Quantity
 
 

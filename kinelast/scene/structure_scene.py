@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kinelast.scene.build import build_mechanism
 from kinelast.scene.error import fault, known_name
-from kinelast.scene.format import SceneTable
-from kinelast.scene.format_structure import ChainTable
-from kinelast.scene.mechanism import build_mechanism
+from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import check_name, is_chain, parse_chain, parse_scene
 from kinelast.scene.text import file_text, of_file, scene_name, toml_tables
 from rigid import Mechanism, MechanismError

@@ -6,8 +6,7 @@ from typing import Any
 
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_sizing import Amount, ToleranceTable
-from kinelast.scene.format_sweep import RangeTable
+from kinelast.scene.format_studies import Amount, RangeTable, ToleranceTable
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 
 

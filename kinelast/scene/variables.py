@@ -21,7 +21,7 @@ from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.gears import UNITS
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
-from kinelast.scene.section_quantities import Sizes
+from kinelast.scene.shapes import Sizes
 from kinelast.scene.units import Quantity
 
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")

@@ -19,9 +19,9 @@ from kinelast.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
-from kinelast.scene.shipped import shipped_scenes
 from kinelast.sweep.store import NUMBER
 from kinelast.sweep.tally import Tally
+from kinelast.tasks import shipped_scenes
 from kinelast.version import VERSION
 
 FOLDER = "designs"  # in that of the scene

@@ -1,0 +1,97 @@
+"""The tables and keys of a scene file: what its answer is allowed to be, and what is asked of its designs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, field
+
+from kinelast.scene.format_motion import Place, Table
+from kinelast.scene.quantities import Allowance, Size
+
+Factor = Annotated[float, Meta(gt=0)]
+
+
+class LinkLimitsTable(Table, frozen=True, kw_only=True):
+    """What one link is allowed."""
+
+    deflection: Size | None = None
+    chord: Size | None = None
+    safety: Factor | None = None
+
+
+class LimitsTable(Table, frozen=True, kw_only=True):
+    """What the mechanism is allowed: every link, single links, and its output."""
+
+    deflection: Size | None = None
+    chord: Size | None = None
+    safety: Factor | None = None
+    output: Allowance | None = None
+    links: dict[str, LinkLimitsTable] = field(default_factory=dict)
+
+
+Entry = float | str
+
+
+class RangeTable(Table, frozen=True, kw_only=True):
+    """A number from one value to another, both included; `count` values of a grid."""
+
+    start: Entry = field(name="from")
+    end: Entry = field(name="to")
+    count: Annotated[int, Meta(ge=2)] | None = None
+
+
+class SweepTable(Table, frozen=True, kw_only=True):
+    """Designs that differ in some numbers of the file by their paths, what is asked of them, and which is best."""
+
+    vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
+    method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
+    samples: Annotated[int, Meta(ge=1)] | None = None
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
+    table: str | None = None
+    figures: list[str] = field(default_factory=list)
+    smallest: str | None = None
+    largest: str | None = None
+
+
+Amount = float | str  # in the unit of the number or figure that it is for
+
+
+class SensitivitiesTable(Table, frozen=True, kw_only=True):
+    """Which figures' derivatives to which numbers are asked for; all that there are where none are named."""
+
+    figures: list[str] = field(default_factory=list)
+    numbers: list[str] = field(default_factory=list)
+
+
+class ToleranceTable(Table, frozen=True, kw_only=True):
+    """How a number scatters about its value."""
+
+    plus_minus: Amount
+    distribution: Literal["uniform", "normal"] = "uniform"
+
+
+class BoundTable(Table, frozen=True, kw_only=True):
+    """What a figure has to keep."""
+
+    most: Amount | None = None
+    least: Amount | None = None
+
+
+class PathTable(Table, frozen=True, kw_only=True):
+    """Where a point is to be, position by position of the run."""
+
+    point: str
+    places: Annotated[list[Place], Meta(min_length=1)]
+
+
+class OptimizeTable(Table, frozen=True, kw_only=True):
+    """Which figure is to be made small or large, with which numbers, within which limits."""
+
+    variables: dict[str, tuple[Amount, Amount]] = field(default_factory=dict)
+    minimize: str | None = None
+    maximize: str | None = None
+    limits: dict[str, Amount | BoundTable] = field(default_factory=dict)
+    path: PathTable | None = None
+    method: Literal["search", "evolution"] = "search"
+    seed: Annotated[int, Meta(ge=0)] = 0
