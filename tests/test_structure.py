@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mechanisms import drawn_bar, four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 
+from kinelast import SceneError, scene_from_text
 from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture
 from rigid.forces import self_stresses
 from rigid.topology import (
@@ -369,3 +370,12 @@ class TestStaticSide:
         ) / chain.length
         twists = np.stack([spin, velocity.real, velocity.imag], axis=-1).ravel()
         np.testing.assert_allclose(matrix.T @ twists, 0, atol=1e-14 * np.abs(twists).max())
+
+
+def test_a_thousand_loose_links_are_told_at_once():
+    """All triples of them would be a hundred million."""
+    links = "".join(f'[links.l{k}]\npoints = ["P{k}", "Q{k}"]\nrigid = true\nmass = 0\n' for k in range(1000))
+    points = "".join(f"P{k} = [{k}.0, 0.0]\nQ{k} = [{k}.0, 1.0]\n" for k in range(1000))
+    crank = '[links.ground]\npoints = ["P0"]\n'
+    with pytest.raises(SceneError, match="l999"):
+        scene_from_text(f'[points]\n{points}{crank}{links}[[drives]]\nlink = "l0"\nspeed = 1\n')

@@ -155,24 +155,22 @@ class Net:
 
     def determined(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Smallest sets of unknown links with as many conditions as freedoms."""
-        for size in range(1, len(unknown) + 1):
-            for links in self._connected(size, known, unknown):
-                joints = self.joints(links, known)
-                drives = sum(joint.moved for joint in joints)
-                drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-                if 2 * len(joints) + drives != 3 * size or not drivers <= known or _unsolvable(joints, links):
-                    continue
-                if not self.doubled(links, known):
-                    yield links
+        for links in self._connected(known, unknown):
+            joints = self.joints(links, known)
+            drives = sum(joint.moved for joint in joints)
+            drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
+            if 2 * len(joints) + drives != 3 * len(links) or not drivers <= known or _unsolvable(joints, links):
+                continue
+            if not self.doubled(links, known):
+                yield links
 
     def surplus(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
         """Smallest sets of unknown links with more conditions than freedoms, which move all the same if they fit."""
-        for size in range(1, len(unknown) + 1):
-            for links in self._connected(size, known, unknown):
-                joints = self.joints(links, known)
-                moved = sum(joint.moved for joint in joints)
-                if 2 * len(joints) > 3 * size and 2 * len(joints) + moved - self.doubled(links, known) >= 3 * size:
-                    yield links
+        for links in self._connected(known, unknown):
+            joints, freedoms = self.joints(links, known), 3 * len(links)
+            moved = sum(joint.moved for joint in joints)
+            if 2 * len(joints) > freedoms and 2 * len(joints) + moved - self.doubled(links, known) >= freedoms:
+                yield links
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:
         """Constraints that hold two links to one another once more: of twin rods, of a block in two parallel guides."""
@@ -204,8 +202,17 @@ class Net:
         welds = sum(ends == pair for _, ends in self.welds)
         return 2 * (pins + len(lines)) + welds, 2 if parallel else RIGID
 
-    def _connected(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
-        """Connected sets of unknown links of one size that touch a known one, each once."""
+    def _connected(self, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Connected sets of unknown links that touch a known one, each once, smaller ones first."""
+        for size in range(1, len(unknown) + 1):
+            links: tuple[int, ...] = ()
+            for links in self._connected_sets(size, known, unknown):
+                yield links
+            if not links:
+                return
+
+    def _connected_sets(self, size: int, known: set[int], unknown: set[int]) -> Iterator[tuple[int, ...]]:
+        """Those of one size."""
         starts = sorted(link for link in unknown if self.neighbours[link] & known)
         seen: set[frozenset[int]] = set()
         stack = [frozenset((link,)) for link in reversed(starts)]

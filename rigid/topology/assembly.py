@@ -71,18 +71,27 @@ def flat_triangles(here: Posture) -> tuple[tuple[str, str, str], ...]:
 
     A bar with three joints drawn as three bars is one; it should be one link with three points.
     """
-    shared: dict[frozenset[str], list[str]] = {}
-    for one, other in combinations(here.mechanism.links, 2):
-        shared[frozenset((one.name, other.name))] = [point for point in one.points if point in other.points]
+    links = here.mechanism.links
+    holders: dict[str, list[int]] = {}
+    for number, link in enumerate(links):
+        for point in link.points:
+            holders.setdefault(point, []).append(number)
+    shared: dict[int, dict[int, str]] = {number: {} for number in range(len(links))}  # a pin with each later link
+    for number, link in enumerate(links):
+        for point in link.points:
+            for other in holders[point]:
+                if other > number:
+                    shared[number].setdefault(other, point)
     triangles = []
-    for trio in combinations((link.name for link in here.mechanism.links), 3):
-        ends = [shared[frozenset(pair)] for pair in combinations(trio, 2)]
-        if not all(ends) or len({points[0] for points in ends}) < 3:
-            continue
-        carriers = (trio[0], trio[0], trio[1])
-        a, b, c = (_first(here.point(link, points[0])) for link, points in zip(carriers, ends, strict=True))
-        if abs(cross(b - a, c - a)) <= CLOSED * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
-            triangles.append(trio)
+    for first, pinned in shared.items():
+        for second, third in combinations(sorted(pinned), 2):
+            pins = pinned[second], pinned[third], shared[second].get(third, "")
+            if not pins[2] or len({*pins}) < 3:
+                continue
+            carriers = (links[first].name, links[first].name, links[second].name)
+            a, b, c = (_first(here.point(link, point)) for link, point in zip(carriers, pins, strict=True))
+            if abs(cross(b - a, c - a)) <= CLOSED * max(abs(b - a), abs(c - a), abs(b - c)) ** 2:
+                triangles.append((links[first].name, links[second].name, links[third].name))
     return tuple(triangles)
 
 
