@@ -24,6 +24,7 @@ from kinelast.scene.many import real, require, some, vector
 from kinelast.scene.points import drawn_places
 from kinelast.scene.sections import making, poisson_of
 from kinelast.scene.sliders import build_sliders
+from kinelast.scene.welds import build_welds
 from rigid import ConstantSpeed, LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 
@@ -52,7 +53,9 @@ def build_mechanism(table: SceneTable) -> SceneMechanism:
     drives, laws = build_drives(table, named, sliders, places)
     gears = build_gears(table, named, sliders)
     gravity = vector(table.run.gravity or (0.0, 0.0))
-    mechanism = Mechanism(tuple(links.values()), drives, places, tuple(sliders.values()), gravity, gears=gears)
+    welds = build_welds(table, named, places)
+    parts = tuple(links.values()), drives, places, tuple(sliders.values()), gravity
+    mechanism = Mechanism(*parts, gears=gears, welds=welds)
     return SceneMechanism(mechanism, tuple(bodies[link.name] for link in mechanism.links), laws)
 
 

@@ -18,6 +18,7 @@ from kinelast.scene.format_motion import (
     SlotTable,
     SpringTable,
     Table,
+    WeldTable,
 )
 from kinelast.scene.format_studies import (
     Amount,
@@ -116,6 +117,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
     links: dict[Name, LinkTable]
     sliders: dict[Name, SliderTable] = field(default_factory=dict)
     slots: dict[Name, SlotTable] = field(default_factory=dict)
+    welds: dict[Name, WeldTable] = field(default_factory=dict)
     contacts: dict[Name, ContactTable] = field(default_factory=dict)
     joints: dict[Name, JointTable] = field(default_factory=dict)
     masses: dict[Name, Mass] = field(default_factory=dict)

@@ -57,8 +57,14 @@ class SlotTable(Table, frozen=True, kw_only=True):
     direction: Direction
 
 
+class WeldTable(Table, frozen=True, kw_only=True):
+    """Links that are welded at a point, all that share it unless named."""
+
+    links: Annotated[list[str], Meta(min_length=2)] | None = None
+
+
 class JointTable(Table, frozen=True, kw_only=True):
-    """How a pin or slider rubs, how it gives way, and what it lacks in fit."""
+    """How a pin, slider or weld rubs, how it gives way, and what it lacks in fit."""
 
     compliance: Compliance | None = None
     rotation: TurnCompliance | None = None

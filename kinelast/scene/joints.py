@@ -29,7 +29,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
         where = f"joints.{name}"
         known_name("joints", name, name, [*pins, *sliders], "joint")
         for key in ("rotation", "turn"):
-            if getattr(table, key) is not None and name not in (*sliders, *driven):
+            if getattr(table, key) is not None and name not in (*sliders, *driven, *scene.welds):
                 raise fault(where, key, "a pin that no drive turns carries no moment: leave it out")
         joints[name] = JointCompliance(
             real(table.compliance or 0.0),
@@ -51,6 +51,8 @@ def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Frictio
         where, slides = f"joints.{name}", name in sliders
         known_name("joints", name, name, [*(point for point, count in shared.items() if count > 1), *sliders], "joint")
         count = max(shared[name] - 1, 0) + slides
+        if name in scene.welds:
+            raise fault(where, "friction", "the links are welded there, and do not rub")
         if count > 1:
             raise fault(where, "friction", f"{count} joints are called so: which of them rubs is not told")
         found[name] = _friction(where, table, slides)
