@@ -97,7 +97,7 @@ def _slab(
 
 
 def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidShape]:
-    """Axles through the links that they join, pedestals on the ground, sliding blocks and their rails."""
+    """Axles through the links that they join, square at welds, pedestals on the ground, blocks and their rails."""
     motion, pin = deflection.motion, scales.pin
     joined: dict[str, set[int]] = {}
     bodies: list[SolidShape] = []
@@ -109,7 +109,10 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
     for name, links in joined.items():
         middle = moved_place(deflection, max(links), name, scales.exaggeration)
         low, high = _between(stack, links, LESS, HEAD)
-        bodies.append(prism(partial(_round, middle, AXLE * pin), ROUND, low, high, "soft", smooth=True))
+        if name in motion.mechanism.welded_points:
+            bodies.append(prism(partial(_square, middle, AXLE * pin), 4, low, high, "soft"))
+        else:
+            bodies.append(prism(partial(_round, middle, AXLE * pin), ROUND, low, high, "soft", smooth=True))
         if 0 in links:
             corners = complex(motion.mechanism.links[0].points[name]) + pin * PEDESTAL
             foot = _between(stack, {0}, 0.5, 0.5)
@@ -126,6 +129,11 @@ def _between(stack: Stack, links: Collection[int], below: float, above: float) -
 def _round(middle: Complexes, radius: float, position: int) -> Complexes:
     circle: Complexes = middle[position] + radius * CIRCLE
     return circle
+
+
+def _square(middle: Complexes, half: float, position: int) -> Complexes:
+    corners: Complexes = middle[position] + half * np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
+    return corners
 
 
 def block(deflection: Deflection, slider: Slider, scales: Scales) -> Complexes:

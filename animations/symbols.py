@@ -1,4 +1,4 @@
-"""The usual symbols: pins, the ground, sliding blocks and their rails."""
+"""The usual symbols: pins, welds, the ground, sliding blocks and their rails."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from animations.shapes import PAPER, QUIET, Complexes, FlatShape
+from animations.shapes import INK, PAPER, QUIET, Complexes, FlatShape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
 from rigid.arrays import Integers
@@ -34,7 +34,8 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
             continue
         grounded = 0 in (joint.parent, joint.child)
         if joint.name not in seen:
-            shapes.append(_pin(moved_place(deflection, joint.child, joint.name, exaggeration), size))
+            symbol = _weld if joint.name in deflection.motion.mechanism.welded_points else _pin
+            shapes.append(symbol(moved_place(deflection, joint.child, joint.name, exaggeration), size))
         if grounded and not seen.get(joint.name):
             shapes += _ground(complex(deflection.motion.mechanism.links[0].points[joint.name]), size)
         seen[joint.name] = grounded or seen.get(joint.name, False)
@@ -54,6 +55,15 @@ def _pin(place: Complexes, size: float) -> FlatShape:
     ring = np.arange(len(circle))
     return FlatShape(
         "pin", lambda position: place[position] + circle, (ring,), (np.append(ring, 0),), fill=PAPER, width=1.8
+    )
+
+
+def _weld(place: Complexes, size: float) -> FlatShape:
+    """A filled square."""
+    corners = 0.45 * size * np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j])
+    ring = np.arange(4)
+    return FlatShape(
+        "pin", lambda position: place[position] + corners, (ring,), (np.append(ring, 0),), fill=INK, width=1.8
     )
 
 

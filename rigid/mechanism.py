@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -88,6 +89,13 @@ class Mechanism:
     def fixed_angles(self) -> tuple[Slider | Weld, ...]:
         """Sliders and welds: the parts that hold the angle of one link on another."""
         return *self.sliders, *self.welds
+
+    @cached_property
+    def welded_points(self) -> frozenset[str]:
+        """Points at which all links that share them are welded, so that nothing turns there."""
+        shared = Counter(point for link in self.links for point in link.points)
+        welds = Counter(weld.point for weld in self.welds)
+        return frozenset(point for point, count in welds.items() if count >= shared[point] - 1)
 
     def beam_number(self, link: str, number: int) -> int:
         """Place of a link's beam among all beams."""

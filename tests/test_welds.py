@@ -9,6 +9,10 @@ from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
 from fem_check import natural_frequencies as natural_frequencies_by_fem
 from fem_check.nonlinear import nonlinear_equilibrium
+from kinelast.designs import evaluate
+from kinelast.scene.document import document_from_text, scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import scene_motion
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
 from rigid.dynamics import multiplier_forces
@@ -314,3 +318,73 @@ def test_both_ways_of_placing_a_weld_tell_the_same():
     here = motion(FOUR_BARS["welded"], ANGLES)
     assert np.abs(other.rotation_gap(here)).max() < 1e-14
     assert near(other.child_place(here, 0.0)[0], here.origin[joint.parent])
+
+
+SCENE = """
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = "10 mm"
+width = "6 mm"
+[points]
+O = [0, 0]
+A = [0, 0.06]
+K = [0.18, 0.12]
+B = [0.26, 0.21]
+D = [0.35, 0]
+[links]
+ground = { points = ["O", "D"] }
+crank = { points = ["O", "A"], section = "bar", material = "steel" }
+rocker = { points = ["D", "B"], section = "bar", material = "steel" }
+{COUPLER}
+[[drives]]
+link = "crank"
+speed = "60 rad/s"
+[run]
+positions = 12
+gravity = [0, -9.81]
+"""
+HALF = 'section = "bar", material = "steel" }'
+WELDED = f'first = {{ points = ["A", "K"], {HALF}\nsecond = {{ points = ["K", "B"], {HALF}\n'
+ENTIRE = f'coupler = {{ points = ["A", "K", "B"], beams = [["A", "K"], ["K", "B"]], {HALF}'
+
+
+def scene(coupler, *more):
+    return scene_from_text("\n".join((SCENE.replace("{COUPLER}", coupler), *more)))
+
+
+class TestScene:
+    def test_links_are_welded_as_drawn(self):
+        made = [scene(WELDED, "[welds.K]"), scene(WELDED, '[welds.K]\nlinks = ["second", "first"]'), scene(ENTIRE)]
+        found, other, expected = (deflection(scene_motion(each), each.sections, each.joints) for each in made)
+        order = [0, 1, 2, 3]
+        for bent in (found, other):
+            for field in PRIMARY:
+                one, whole = (sample(each, field, STATIONS) for each in (bent, expected))
+                assert near(one[order], whole)
+
+    def test_designs_that_are_drawn_otherwise_are_welded_otherwise(self):
+        values = [[0.12], [0.14]]
+        found, expected = (
+            evaluate(document_from_text(SCENE.replace("{COUPLER}", coupler) + more), ["points.K.y"], values)
+            for coupler, more in ((WELDED, "[welds.K]"), (ENTIRE, ""))
+        )
+        assert list(found.reason) == ["", ""]
+        for name in ("deflection", "joint_force", "drive_effort"):
+            assert near(found.columns[name], expected.columns[name])
+
+    @pytest.mark.parametrize(
+        ("table", "words"),
+        [
+            ("[welds.Q]", 'no point "Q"'),
+            ("[welds.A]\nlinks = ['first', 'rocker']", 'the link "rocker" has no point "A"'),
+            ("[welds.K]\nlinks = ['first', 'furst']", 'did you mean "first"'),
+            ("[welds.K]\nlinks = ['first', 'first']", "is listed 2 times"),
+            ("[welds.D]\n[joints.D]\nfriction = 0.1\nradius = 0.01", "welded there, and do not rub"),
+        ],
+    )
+    def test_faults(self, table, words):
+        with pytest.raises(SceneError, match=words):
+            scene(WELDED + "", table)

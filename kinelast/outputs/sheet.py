@@ -130,6 +130,10 @@ class Sheet:
         place = self.places[links[0], point]
         if GROUND in links:
             self._support(place)
+        if point in self.mechanism.welded_points:
+            corners = [place + 0.5 * self.unit * corner for corner in (1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j)]
+            self._patch(corners, facecolor=INK, edgecolor=INK, zorder=6)
+            return
         self._circle(place, 0.55 * self.unit, facecolor=PAPER, edgecolor=INK, linewidth=1.5, zorder=6)
 
     def _support(self, place: complex) -> None:

@@ -30,6 +30,7 @@ from rigid.topology import (
     fundamental_loops,
     gear_contacts,
     incidence,
+    kutzbach,
     link_graph,
     mobility,
     pairs,
@@ -140,10 +141,11 @@ def _joints(report: StructureReport) -> list[str]:
 
 
 def _mobility(report: StructureReport) -> list[str]:
-    slipping = sum(pair.freedoms == 2 for pair in report.joints)
-    links, single = len(report.mechanism.links), len(report.joints) - slipping
-    count = 3 * (links - 1) - 2 * single - slipping
-    lines = [f"Kutzbach count: 3 ({links} - 1) - 2 * {single} - {slipping} = {count}"]
+    welds, single, slipping = (sum(pair.freedoms == freedoms for pair in report.joints) for freedoms in (0, 1, 2))
+    links = len(report.mechanism.links)
+    count = kutzbach(links, single, slipping, welds)
+    fixed = f" - 3 * {welds}" if welds else ""
+    lines = [f"Kutzbach count: 3 ({links} - 1) - 2 * {single} - {slipping}{fixed} = {count}"]
     if isinstance(report.ranks, str):
         return [*lines, *wrapped_lines(f"m and h are not known: {report.ranks}")]
     drives = len(report.mechanism.drives)

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from rigid.mechanism import Mechanism
-from rigid.parts import GROUND, Link
+from rigid.parts import GROUND, Complex, Link
 from rigid.topology.graph import Branch, Graph
 from rigid.topology.kinematic_pairs import Contact, pairs
 
@@ -30,12 +30,13 @@ def bar_graph(mechanism: Mechanism) -> Graph:
     A link of two joints is one bar; of more, a strip of triangles of 2 n - 3 bars. The ground is a path of bars through
     its joints. A slider is a branch of changing length from its line's origin to its point; the origin is a node named
     like the slider, or the owner's joint that is there. Points in one link alone are left out, unless the link has
-    fewer than two joints.
+    fewer than two joints. Links that are welded are one.
     """
     named = {point for link in mechanism.links for point in link.points}
     shared = {pair.name for pair in pairs(mechanism) if pair.kind == "pin"}
     shared |= {slider.point for slider in mechanism.sliders}
-    bars: list[Branch] = []
+    bodies = _bodies(mechanism)
+    nodes: dict[str, dict[str, Complex]] = {}
     slides: list[Branch] = []
     for link in mechanism.links:
         places = {point: place for point, place in link.points.items() if point in shared}
@@ -46,8 +47,20 @@ def bar_graph(mechanism: Mechanism) -> Graph:
                 start = next((point for point in free if np.all(places[point] == slider.origin)), own)
                 places.setdefault(start, slider.origin)
                 slides.append(Branch(slider.name, start, slider.point))
-        bars += _bars(link, list(places))
+        nodes.setdefault(bodies[link.name], {}).update(places)
+    bars = [
+        bar for name, joints in nodes.items() for bar in _bars(mechanism.links[mechanism.index[name]], list(joints))
+    ]
     return Graph((*bars, *slides))
+
+
+def _bodies(mechanism: Mechanism) -> dict[str, str]:
+    """Of every link the first of those that it is welded to, itself among them."""
+    body = {link.name: link.name for link in mechanism.links}
+    for weld in mechanism.welds:
+        kept, gone = sorted((body[weld.on], body[weld.link]), key=mechanism.index.__getitem__)
+        body = {name: kept if first == gone else first for name, first in body.items()}
+    return body
 
 
 def _bars(link: Link, joints: list[str]) -> list[Branch]:

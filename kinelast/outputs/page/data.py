@@ -141,6 +141,7 @@ def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
             }
             for slider in mechanism.sliders
         ],
+        "welds": sorted(mechanism.welded_points),
         "springs": list(_springs(results)),
         "gears": list(_gears(results)),
         "drives": [

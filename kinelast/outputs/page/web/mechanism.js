@@ -106,7 +106,7 @@ function drawMechanism(holder, tip) {
     parts.wheels = wheels.map((wheel) => ({ wheel, line: parts.rigid.parentNode.insertBefore(s("path", { class: "wheel", style: `stroke:${linkColour(wheel.link)}` }), parts.links) }));
     parts.belts = belts.map((ends) => ({ ends, line: parts.joints.appendChild(s("path", { class: "belt" })) }));
     parts.springs = model.springs.map((spring) => ({ spring, line: parts.joints.appendChild(s("path", { class: "spring" })) }));
-    parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.joint ? "pin" : "spot", r: pin.joint ? 0.55 * unit : 0.32 * unit })) }));
+    parts.pins = pins().map((pin) => ({ ...pin, circle: parts.joints.appendChild(s("circle", { class: pin.welded ? "weld" : pin.joint ? "pin" : "spot", r: pin.joint && !pin.welded ? 0.55 * unit : 0.32 * unit })) }));
     parts.drives = model.drives.map((drive) => ({ drive, mark: parts.joints.appendChild(s("path", { class: "drive" })) }));
     parts.points = [...movingPoints, ...Object.keys(model.links[GROUND].points).map((point) => ({ link: GROUND, point }))].map((each) => ({ ...each, text: parts.names.appendChild(s("text", {}, short(each.point))) }));
     parts.labels = model.links.map((link, k) => ({ k, text: k ? parts.names.appendChild(s("text", { class: "linkname", style: `fill:${linkColour(k)}` }, short(link.name))) : null }));
@@ -142,7 +142,7 @@ function drawMechanism(holder, tip) {
     model.links.forEach((link, k) => Object.keys(link.points).forEach((point) => owners.set(point, [...(owners.get(point) ?? []), k])));
     const blocks = new Set(model.sliders.map((slider) => slider.point));
     return [...owners].filter(([point, links]) => !(links.length === 1 && (links[0] === GROUND || blocks.has(point))))
-      .map(([point, links]) => ({ point, link: links.find((k) => k > GROUND) ?? GROUND, joint: links.length > 1, grounded: links.includes(GROUND) }));
+      .map(([point, links]) => ({ point, link: links.find((k) => k > GROUND) ?? GROUND, joint: links.length > 1, welded: model.welds.includes(point), grounded: links.includes(GROUND) }));
   }
 
   function support(place, point) {
