@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from elastic.beams.section import Section
 from elastic.vibration.beam_matrices import beam_shapes, stiffness_of
 from elastic.vibration.link_matrices import link_coordinates, null_space, of_design
 from rigid import Link
+from rigid.arrays import Complexes, Reals
 
 SCALES = {"u": 0, "w": 0, "phi": 1, "stretch": 1, "slope": 1, "curvature": 2}
 
@@ -31,9 +31,9 @@ class ClampedLink:
         Shape (n, n).
     """
 
-    fields: Mapping[str, Any]
-    nodes: Mapping[str, tuple[Any, Any]]
-    stiffness: Any
+    fields: Mapping[str, Reals]
+    nodes: Mapping[str, tuple[Complexes, Reals]]
+    stiffness: Reals
 
 
 def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int, points: int) -> ClampedLink:

@@ -10,7 +10,6 @@ with. What an iteration is about to change is how far the answer is off. Dashpot
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from elastic.elastodynamics.vibration_loads import ResidualResponse
 from elastic.sampling import displacement_of, rotation_of
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
+from rigid.arrays import Reals
 from rigid.loads import beam_directions
 
 CORRECTIONS = 8
@@ -50,12 +50,12 @@ def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
             best, least = found, error
         if error <= tolerance or not error <= FALL * before:
             break
-        history = tuple(part + added for part, added in zip(found.history, more, strict=True))
-        found = replace(found, history=history, residual=missed)
+        x, x1, x2 = (part + added for part, added in zip(found.history, more, strict=True))
+        found = replace(found, history=(x, x1, x2), residual=missed)
     return best, least
 
 
-def inertia_load(found: Vibration, residual: ResidualResponse) -> Any:
+def inertia_load(found: Vibration, residual: ResidualResponse) -> Reals:
     """Load of the residual response on the coordinates, shape (points, r)."""
     terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
     kinds = terms.kinematics

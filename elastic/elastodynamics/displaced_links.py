@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from elastic.elastodynamics.vibration_loads import (
     to_powers,
 )
 from elastic.links.added_loads import AddedLoads
+from rigid.arrays import Complexes, Reals
 from rigid.loads import beam_directions
 
 
@@ -54,10 +54,10 @@ class Displaced:
     """
 
     vibration: Vibration
-    history: tuple[Any, Any, Any]
+    history: tuple[Reals, Reals, Reals]
     residual: ResidualResponse
-    force: Any
-    joints: Any
+    force: Complexes
+    joints: Complexes
 
     @cached_property
     def moved(self) -> Displacements:
@@ -67,7 +67,7 @@ class Displaced:
         return followed + self.residual.moved
 
     @property
-    def accelerations(self) -> Any:
+    def accelerations(self) -> Complexes:
         """Of the displacements of all masses and moments of inertia, at the points, shape (points, masses), complex."""
         terms, (x, x1, x2) = self.vibration.problem.terms, self.history
         kinds = terms.kinematics
@@ -76,7 +76,7 @@ class Displaced:
         return of_coordinates[..., 0] + terms.grid.derivative(rows[1:, :, 0], 2)
 
     @property
-    def viscous(self) -> Any:
+    def viscous(self) -> Reals:
         """Parts of the forces of all strains that damp, times their points' weights, shape (points, rows)."""
         problem = self.vibration.problem
         return strain_rates(problem, *self.history[:2]) + self.residual.viscous(problem)
@@ -95,7 +95,7 @@ class ExactLoads:
     """
 
     added: AddedLoads
-    residual: Any
+    residual: Complexes
 
 
 def exact_loads(now: Displaced) -> ExactLoads:
@@ -153,14 +153,14 @@ def _lump_rows(structure: ElasticStructure, size: int) -> int:
     return len(masses(structure)) - size * (2 if structure.rotary.any() else 1)
 
 
-def _derivative(structure: ElasticStructure, values: Any) -> Any:
+def _derivative(structure: ElasticStructure, values: Reals) -> Reals:
     """d/dx along the beams of values at Gauss points, shape (..., beams, points)."""
     order = np.arange(1, values.shape[-1])
     slopes = (values @ to_powers(values.shape[-1]).T)[..., 1:] * (order / structure.length[:, None])
     return slopes @ np.power.outer(structure.xi, order - 1).T
 
 
-def strain_of(structure: ElasticStructure, section: Any) -> Any:
+def strain_of(structure: ElasticStructure, section: Complexes) -> Complexes:
     """eps + i gamma that a section force N + i Q makes, and free strain, shape (..., beams, points)."""
     size = structure.weights.size
     EA, kGA = (
@@ -169,4 +169,5 @@ def strain_of(structure: ElasticStructure, section: Any) -> Any:
     )
     along, across = (np.divide(1.0, part, out=np.zeros_like(part), where=part > 0) for part in (EA, kGA))
     free = np.array([np.ravel(part.strain)[0] for part in structure.sections], float)
-    return section.real * along + free[:, None] + 1j * section.imag * across
+    strain: Complexes = section.real * along + free[:, None] + 1j * section.imag * across
+    return strain

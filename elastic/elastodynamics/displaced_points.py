@@ -16,6 +16,7 @@ from elastic.elastodynamics.displacements import Displacements, Points
 from elastic.elastodynamics.point_effects import lump_force, lumps_of
 from elastic.elastodynamics.time_grid import Grid
 from rigid import LineLoad, MechanismError, Motion, PointLoad, Spring, TorsionSpring, position_of, velocity_of
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.plane import cross, dot
 
 Load = tuple[int, str, Any, Any]  # link's number, point's name, force [N], complex, and moment [N m]
@@ -38,11 +39,11 @@ class Turned:
     chosen: Points
     moved: Displacements
 
-    def angle(self, at: int) -> Any:
+    def angle(self, at: int) -> Reals:
         """Rotation of a link's axes at the nodes [rad]."""
         return self.moved.angle[:, at, 0]
 
-    def turns(self, at: int, point: str) -> Any:
+    def turns(self, at: int, point: str) -> Reals:
         """Rotation at a chosen point, at the nodes [rad]; 0 on the ground."""
         return self.moved.turns[:, self.chosen.index((at, point)), 0] if at else np.zeros(len(self.moved.angle))
 
@@ -50,11 +51,12 @@ class Turned:
         """Whether a link moves and has no beams."""
         return at > 0 and not self.motion.mechanism.links[at].beams
 
-    def beyond(self, at: int, place: Any) -> Any:
+    def beyond(self, at: int, place: Any) -> Complexes:
         """(exp(i alpha) - 1 - i alpha) arm of a link without beams that turns by alpha, at the nodes [m], complex."""
-        return _beyond(self.angle(at)) * self.motion.direction[at] * place
+        moved: Complexes = _beyond(self.angle(at)) * self.motion.direction[at] * place
+        return moved
 
-    def displacement(self, at: int, point: str) -> Any:
+    def displacement(self, at: int, point: str) -> Complexes:
         """Of a chosen point in the ground's axes, at the nodes [m], complex."""
         if not at:
             return np.zeros(len(self.moved.angle), complex)
@@ -65,15 +67,17 @@ class Turned:
         """Place of a point in its link's axes [m], complex."""
         return np.ravel(self.motion.mechanism.links[at].points[name])[0]
 
-    def arm(self, at: int, place: Any) -> Any:
+    def arm(self, at: int, place: Any) -> Complexes:
         """An arm in a link's axes in the ground's, at the points [m], complex."""
-        return self.motion.direction[at][1:] * place
+        arm: Complexes = self.motion.direction[at][1:] * place
+        return arm
 
 
-def _beyond(angle: Any) -> Any:
+def _beyond(angle: Reals) -> Complexes:
     """exp(i angle) - 1 - i angle, without a difference of large numbers."""
     half = np.sin(angle / 2)
-    return -2 * half**2 + 1j * (np.sin(angle) - angle)
+    beyond: Complexes = -2 * half**2 + 1j * (np.sin(angle) - angle)
+    return beyond
 
 
 def require_known(motion: Motion) -> None:
@@ -91,7 +95,7 @@ def require_known(motion: Motion) -> None:
             raise MechanismError(f'the block of "{joint.name}" on a link that bends is not known to large displacement')
 
 
-def point_loads(turned: Turned, accelerations: Any) -> list[Load]:
+def point_loads(turned: Turned, accelerations: Complexes) -> list[Load]:
     """Forces on points besides those of the rigid motion: inertia, springs, loads that turn with their links.
 
     Parameters
@@ -102,7 +106,7 @@ def point_loads(turned: Turned, accelerations: Any) -> list[Load]:
     return [*_lumps(turned, accelerations), *_springs(turned), *_turning_loads(turned)]
 
 
-def _lumps(turned: Turned, accelerations: Any) -> Iterator[Load]:
+def _lumps(turned: Turned, accelerations: Complexes) -> Iterator[Load]:
     motion = turned.motion
     for number, (at, lump) in enumerate(lumps_of(motion.mechanism)):
         point, offset = turned.point(at, lump.point), np.ravel(lump.offset)[0]
@@ -136,13 +140,14 @@ def _springs(turned: Turned) -> Iterator[Load]:
             yield (*both[1], 0.0, moment)
 
 
-def _pull(spring: Spring, way: Any, opening: Any) -> Any:
+def _pull(spring: Spring, way: Complexes, opening: Complexes) -> Complexes:
     """Pull of a spring between two points so far apart [N], complex."""
     reach = np.abs(way)
     with np.errstate(invalid="ignore", divide="ignore"):
         unit = np.where(reach > 0, way / reach, 0.0)
     tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * dot(unit, opening)
-    return tension * unit
+    pull: Complexes = tension * unit
+    return pull
 
 
 def _turning_loads(turned: Turned) -> Iterator[Load]:
@@ -155,7 +160,7 @@ def _turning_loads(turned: Turned) -> Iterator[Load]:
                 yield at, load.point, turn * np.broadcast_to(force, motion.columns)[1:], 0.0
 
 
-def bare_links(turned: Turned, added: list[Load], forces: Any) -> tuple[list[Load], list[Any]]:
+def bare_links(turned: Turned, added: list[Load], forces: Complexes) -> tuple[list[Load], list[Complexes]]:
     """Moments of forces on the turned arms of links without beams, and joints opened by the turning.
 
     Parameters
@@ -174,7 +179,7 @@ def bare_links(turned: Turned, added: list[Load], forces: Any) -> tuple[list[Loa
     loads, gaps = list(added), [np.zeros(len(forces) - 1, complex) for _ in motion.places]
     moments = {at: np.zeros(len(forces) - 1) for at in range(len(mechanism.links)) if turned.bare(at)}
 
-    def turn(at: int, arm: Any, force: Any) -> None:
+    def turn(at: int, arm: Complexes, force: Columns) -> None:
         if at in moments:
             moments[at] += cross((np.exp(1j * turned.angle(at)[1:]) - 1) * arm, force)
 
@@ -211,7 +216,7 @@ def _first(turned: Turned, at: int) -> str:
     return next(iter(turned.motion.mechanism.links[at].points))
 
 
-def _slider(turned: Turned, number: int, force: Any) -> tuple[list[Load], Any]:
+def _slider(turned: Turned, number: int, force: Complexes) -> tuple[list[Load], Complexes]:
     """A block on a link without beams: the force turns with the line, and acts where the block is."""
     motion, place = turned.motion, turned.motion.places[number]
     joint, owner, block = place.joint, place.joint.owner, place.joint.block
@@ -230,5 +235,6 @@ def _slider(turned: Turned, number: int, force: Any) -> tuple[list[Load], Any]:
     return [(block, point, more, 0.0), (owner, first, -more, moment)], -joint.sense * missing
 
 
-def _turn(angle: Any) -> Any:
-    return np.exp(1j * angle) - 1
+def _turn(angle: Reals) -> Complexes:
+    turn: Complexes = np.exp(1j * angle) - 1
+    return turn

@@ -19,6 +19,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.gearing import follower_displacement
 from elastic.links.sliding_blocks import block_places
 from rigid import Motion
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.displacements import displacements
 from rigid.forces import self_stresses
 from rigid.kinematics import stacked
@@ -52,12 +53,12 @@ class Displacements:
         Of chosen points: in the ground's axes [m], complex, and rotation [rad], shape (positions, chosen, c).
     """
 
-    beams: Any
-    slope: Any
-    phi: Any
-    angle: Any
-    moves: Any
-    turns: Any
+    beams: Complexes
+    slope: Reals
+    phi: Reals
+    angle: Reals
+    moves: Complexes
+    turns: Reals
 
     def __matmul__(self, amounts: Any) -> Displacements:
         """Sums of the kinds; `amounts` of shape (c, k) or (positions, c, k)."""
@@ -92,9 +93,9 @@ class RigidBodyModes:
         mechanism, which has more joints than it needs, fits together.
     """
 
-    shift: Any
-    angle: Any
-    work: Any
+    shift: Complexes
+    angle: Reals
+    work: Reals
 
 
 def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyModes:
@@ -127,7 +128,7 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
 
 def _openings(
     structure: ElasticStructure, motion: Motion, bent: Any, flank: Mapping[int, float]
-) -> tuple[list[Any], list[Any]]:
+) -> tuple[list[Columns], list[Columns]]:
     """Gaps that the joints must close, per coordinate, as `links.compatibility.opening` has them for loads."""
     beams = trees_of(motion.mechanism)
     blocks = dict(zip(beams.rails, block_places(motion, beams), strict=True))
@@ -157,14 +158,16 @@ def _openings(
     return gaps, turns
 
 
-def _under_block(structure: ElasticStructure, motion: Motion, beam: int, xi: Any, bent: Any) -> tuple[Any, Any]:
+def _under_block(
+    structure: ElasticStructure, motion: Motion, beam: int, xi: Reals, bent: Any
+) -> tuple[Complexes, Reals]:
     """Displacement and rotation of a beam under a block, its link clamped at its root, shape (n, positions)."""
     there = interpolation(structure.xi, xi)
     u, w, phi = (structure.fields[name][beam].T @ there.T for name in ("u", "w", "phi"))
     return beam_directions(motion)[beam] * (u + 1j * w), phi
 
 
-def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Any) -> Any:
+def own_basis(structure: ElasticStructure, carried: RigidBodyModes, basis: Reals) -> Reals:
     """A basis of the elastic coordinates, at every position that with the least strain to which the joints fit.
 
     Returns
@@ -225,7 +228,9 @@ def unit_displacements(
     )
 
 
-def below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, slope: Any) -> tuple[Any, Any]:
+def below(
+    structure: ElasticStructure, motion: Motion, name: str, beams: Complexes, slope: Reals
+) -> tuple[Complexes, Reals]:
     """Displacement of a beam under a block in the ground's axes, and its slope, shape (positions, c)."""
     links, number = trees_of(motion.mechanism), int(name.removeprefix(UNDER))
     first, *_ = block_places(motion, links)[list(links.rails).index(number)]
@@ -233,7 +238,7 @@ def below(structure: ElasticStructure, motion: Motion, name: str, beams: Any, sl
     return (there @ beams[:, beam])[:, 0], (there @ slope[:, beam])[:, 0]
 
 
-def _starts(structure: ElasticStructure) -> Any:
+def _starts(structure: ElasticStructure) -> Complexes:
     """Where the beams start in their links' axes [m], complex, shape (beams,)."""
     links = structure.mechanism.links
     return np.array([np.ravel(links[at].points[beam.start])[0] for at, beam in structure.mechanism.beams], complex)

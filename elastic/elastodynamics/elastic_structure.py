@@ -17,6 +17,7 @@ from elastic.elastodynamics.clamped_shapes import SCALES, clamped_link
 from elastic.links.beam_trees import root_of, trees_of
 from elastic.vibration.beam_matrices import rotary_inertia
 from rigid import Mechanism, Motion, structure
+from rigid.arrays import Columns, Complexes, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,15 +55,15 @@ class ElasticStructure:
 
     mechanism: Mechanism
     sections: tuple[Section, ...]
-    xi: Any
-    length: Any
-    weights: Any
-    mass: Any
-    rotary: Any
-    fields: Mapping[str, Any]
-    nodes: Mapping[tuple[int, str], tuple[Any, Any]]
+    xi: Reals
+    length: Reals
+    weights: Reals
+    mass: Reals
+    rotary: Reals
+    fields: Mapping[str, Reals]
+    nodes: Mapping[tuple[int, str], tuple[Complexes, Reals]]
     soft: tuple[SoftFreedom, ...]
-    stiffness: Any
+    stiffness: Reals
 
 
 def elastic_structure(
@@ -144,7 +145,7 @@ def _soft_freedoms(
     return tuple(found), softness
 
 
-def way_of(freedom: SoftFreedom, motion: Motion) -> Any:
+def way_of(freedom: SoftFreedom, motion: Motion) -> Columns:
     """Unit vector along which a soft joint opens, complex."""
     if freedom.kind in ("x", "y"):
         return 1.0 if freedom.kind == "x" else 1j

@@ -8,7 +8,6 @@ the quasi-static answer on the basis' strains, whatever loads these forces balan
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from elastic.elastodynamics.time_elements import Equations
 from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
 from rigid import LineLoad, Motion
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.loads import beam_directions
 
 
@@ -48,12 +48,12 @@ class Kinematics:
     structure: ElasticStructure
     carried: RigidBodyModes
     chosen: Points
-    basis: Any
+    basis: Reals
     unit: Displacements
-    rows: Any
+    rows: Complexes
 
 
-def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: Points) -> Kinematics:
+def kinematics(structure: ElasticStructure, motion: Motion, basis: Reals, chosen: Points) -> Kinematics:
     """Displacements per unit of a basis at all positions of a motion."""
     carried = rigid_body_modes(structure, motion)
     own = own_basis(structure, carried, basis)
@@ -61,7 +61,7 @@ def kinematics(structure: ElasticStructure, motion: Motion, basis: Any, chosen: 
     return Kinematics(structure, carried, chosen, own, unit, mass_rows(structure, motion, chosen, unit))
 
 
-def masses(structure: ElasticStructure) -> Any:
+def masses(structure: ElasticStructure) -> Reals:
     """Masses [kg] and moments of inertia [kg m^2] of the rows of `mass_rows`, shape (masses,)."""
     lumps = lumps_of(structure.mechanism)
     parts = [structure.mass.ravel()]
@@ -71,7 +71,7 @@ def masses(structure: ElasticStructure) -> Any:
     return np.concatenate(parts)
 
 
-def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Any:
+def mass_rows(structure: ElasticStructure, motion: Motion, chosen: Points, moved: Displacements) -> Complexes:
     """Displacements of all masses, and rotations of all moments of inertia, shape (positions, masses, c), complex."""
     count, kinds = len(moved.angle), moved.angle.shape[-1]
     rows = [moved.beams.reshape(count, -1, kinds)]
@@ -99,11 +99,11 @@ class GeometricStiffness:
         Of points.
     """
 
-    pull: Any
-    turning: Any
+    pull: Reals
+    turning: Complexes | None
     effects: list[PointEffect]
 
-    def stiffness(self, felt: Displacements, cause: Displacements) -> Any:
+    def stiffness(self, felt: Displacements, cause: Displacements) -> Reals:
         """Forces on the kinds of one displacement per unit of another's, shape (positions, c felt, c cause)."""
         count = len(felt.angle)
         slopes, turned = (part.slope.reshape(count, -1, part.slope.shape[-1]) for part in (felt, cause))
@@ -152,15 +152,15 @@ class MotionTerms:
     kinematics: Kinematics
     grid: Grid
     damping: Damping
-    moving: Any
-    mass: Any
-    carried_rate: Any
-    carried: Any
-    strains: Any
-    strain_rate: Any
-    elastic: Any
-    viscous: Any
-    viscous_rate: Any
+    moving: Complexes
+    mass: Reals
+    carried_rate: Reals
+    carried: Reals
+    strains: Reals
+    strain_rate: Columns
+    elastic: Reals
+    viscous: Reals
+    viscous_rate: Columns
 
 
 def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
@@ -170,7 +170,8 @@ def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms
     rows = kinds.rows[1:]
     heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
     inertia = [(heavy @ part).real for part in (rows, rate, acceleration)]
-    strains, strain_rate = strain_rows(structure, basis), 0.0
+    strains = strain_rows(structure, basis)
+    strain_rate: Columns = 0.0
     if basis.ndim == 3:
         strains, strain_rate = strains[1:], strain_rows(structure, grid.rates(basis)[0])
     strong = strains.swapaxes(-1, -2) * rigidities(structure)

@@ -24,6 +24,7 @@ from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
 from elastic.solution import Deflection, deflection
+from rigid.arrays import Complexes, Numbers, Reals
 
 STEPS = 30
 MIXED = 5  # steps before, of which the next is mixed
@@ -46,7 +47,7 @@ class Settled:
     """
 
     displaced: Displaced
-    change: Any
+    change: Complexes
     steps: int
 
     @property
@@ -89,11 +90,12 @@ def _mixed(before: Sequence[Settled]) -> Displaced:
     return _sum([each.displaced for each in before], np.diff(shares, prepend=0.0, append=1.0))
 
 
-def _sum(parts: Sequence[Displaced], weights: Any) -> Displaced:
+def _sum(parts: Sequence[Displaced], weights: Reals) -> Displaced:
     """A sum of states with weights that add up to one."""
 
-    def total(*values: Any) -> Any:
-        return sum(weight * value for weight, value in zip(weights, values, strict=True))
+    def total(*values: Any) -> Numbers:
+        weighted: Numbers = sum(weight * value for weight, value in zip(weights, values, strict=True))
+        return weighted
 
     x, x1, x2 = (total(*each) for each in zip(*(part.history for part in parts), strict=True))
     moved = Displacements(*map(total, *(vars(part.residual.moved).values() for part in parts)))
@@ -114,7 +116,7 @@ def _begin(linear: Vibration) -> Displaced:
     return Displaced(linear, linear.history, residual, *_forces(linear, linear.deflection))
 
 
-def _forces(linear: Vibration, bent: Deflection) -> tuple[Any, Any]:
+def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes]:
     """N - i V along the beams, and the joint forces, at the nodes."""
     N, V = (along_beams(bent, name, linear.problem.terms.kinematics.structure.xi) for name in ("N", "V"))
     joints = [np.broadcast_to(force, len(N)) for force in bent.forces.force]
@@ -132,13 +134,13 @@ def _step(now: Displaced) -> Displaced:
     force, joints = _forces(linear, bent)
     strains, stiff = strain_rows(structure, terms.kinematics.basis), rigidities(structure)
 
-    def made_by(amounts: Any) -> Any:
+    def made_by(amounts: Reals) -> Reals:
         return stiff * (strains @ amounts[..., None])[..., 0]
 
     more = given_forces(structure, bent) - made_by(grid.at_nodes(now.history[0])) - now.residual.forces
     more[:, more.shape[1] - len(structure.soft) :] = 0.0
     push = (strains.swapaxes(-1, -2) @ more[..., None])[..., 0]
-    static = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
+    static: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
     change = displacements_of(linear, bent) - now.moved
     rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid)
     moving = linear.under(push[1:] + inertia_load(linear, rest))

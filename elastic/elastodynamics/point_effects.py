@@ -25,6 +25,7 @@ from rigid import (
     structure,
     velocity_of,
 )
+from rigid.arrays import Columns, Complexes, Reals
 from rigid.plane import dot
 from rigid.plane import number as plain
 
@@ -41,17 +42,18 @@ class PointRow:
         Per chosen point what its rotation counts, shape (positions,) or scalar.
     """
 
-    ways: Mapping[int, Any] = field(default_factory=dict)
-    shares: Mapping[int, Any] = field(default_factory=dict)
+    ways: Mapping[int, Complexes] = field(default_factory=dict)
+    shares: Mapping[int, Columns] = field(default_factory=dict)
 
-    def __call__(self, moved: Displacements) -> Any:
+    def __call__(self, moved: Displacements) -> Reals:
         """Of every kind of displacement, shape (positions, c)."""
         total: Any = 0.0
         for point, way in self.ways.items():
             total = total + dot(way[:, None], moved.moves[:, point])
         for point, share in self.shares.items():
             total = total + np.reshape(share, (-1, 1)) * moved.turns[:, point]
-        return total
+        component: Reals = total
+        return component
 
     def __getitem__(self, positions: Any) -> PointRow:
         """At some of the positions."""
@@ -71,7 +73,7 @@ class PointEffect:
 
     felt: PointRow
     cause: PointRow
-    stiffness: Any
+    stiffness: Reals
     damping: Any = 0.0
     elastic: bool = False
 
@@ -81,11 +83,11 @@ class PointEffect:
             self, felt=self.felt[positions], cause=self.cause[positions], stiffness=self.stiffness[positions]
         )
 
-    def form(self, felt: Displacements, cause: Displacements) -> Any:
+    def form(self, felt: Displacements, cause: Displacements) -> Reals:
         """Stiffness of the kinds of one displacement for those of another, shape (positions, c felt, c cause)."""
         return (self.stiffness[:, None] * self.felt(felt))[..., None] * self.cause(cause)[:, None]
 
-    def loads(self, amount: Any) -> Iterator[tuple[int, Any, Any]]:
+    def loads(self, amount: Reals) -> Iterator[tuple[int, Columns, Columns]]:
         """A force along `felt` at its points: chosen point, force [N], complex, moment [N m]."""
         for point, way in self.felt.ways.items():
             yield point, amount * way, 0.0
@@ -148,11 +150,12 @@ def _lump_arms(motion: Motion, numbers: Numbers) -> Iterator[PointEffect]:
             yield PointEffect(row, row, dot(lump_force(motion, at, lump), arm))
 
 
-def lump_force(motion: Motion, at: int, lump: Lump) -> Any:
+def lump_force(motion: Motion, at: int, lump: Lump) -> Complexes:
     """Inertia and weight of a lump [N], complex."""
     arm = motion.direction[at] * (motion.mechanism.links[at].points[lump.point] + lump.offset)
     felt = motion.acceleration[at] - motion.mechanism.gravity + motion.turning[at] * arm
-    return -np.ravel(lump.mass)[0] * felt
+    force: Complexes = -np.ravel(lump.mass)[0] * felt
+    return force
 
 
 def _rigid_links(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:

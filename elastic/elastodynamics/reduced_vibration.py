@@ -15,6 +15,7 @@ from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, 
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
+from rigid.arrays import Numbers, Reals
 from rigid.loads import beam_directions
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
@@ -35,7 +36,7 @@ class Vibration:
     quasi_static: Deflection
     problem: Problem
     propagation: Propagation
-    history: tuple[Any, Any, Any]
+    history: tuple[Reals, Reals, Reals]
     cyclic: bool
     residual: ResidualResponse | None = None
 
@@ -57,29 +58,29 @@ class Vibration:
             plain.motion, plain.sections, plain.joints, resampled(self.loads, self.problem.terms.grid.at_nodes)
         )
 
-    def under(self, load: Any) -> tuple[Any, Any, Any]:
+    def under(self, load: Reals) -> tuple[Reals, Reals, Reals]:
         """The history that another load makes alone, shape (points, r)."""
         steps = self.propagation.loaded(load)
         start = steps.periodic_start() if self.cyclic else np.zeros(2 * load.shape[1])
         return steps.history(start)
 
     @cached_property
-    def displacements(self) -> Any:
+    def displacements(self) -> Numbers:
         """Of the beams' points in their own axes, complex, or without beams the amplitudes, shape (points, places)."""
         return self.places(self.history[0])
 
     @property
-    def unresolved(self) -> Any:
+    def unresolved(self) -> Reals:
         """Unresolved part of the displacements, and of those by inertia alone, in every element, shape (elements,)."""
         terms, (_, _, x2) = self.problem.terms, self.history
         forces = self.problem.equations.mass @ x2[..., None]
-        bent = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
+        bent: Any = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
         moved = self.displacements
         by_inertia = self.places(bent[..., 0] if bent.ndim == 3 else bent.T)
         greatest = np.abs(moved).max()
         return np.maximum(*(terms.grid.tail(values, greatest) for values in (moved, by_inertia)))
 
-    def places(self, amounts: Any) -> Any:
+    def places(self, amounts: Reals) -> Numbers:
         """Displacements of given amounts of all kinds."""
         moved = self.problem.terms.kinematics.unit
         if not moved.beams.size:

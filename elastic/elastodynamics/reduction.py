@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.strains import given_forces, strain_rows
 from elastic.solution import Deflection
 from rigid import Motion
+from rigid.arrays import Reals
 
 NEAR = 8.0  # times the lowest frequency: modes below it vibrate by themselves
 LEAST = 3
@@ -45,12 +45,12 @@ class Cycle:
         By loads, quasi-statically, shape (n, columns): a column's length squared is twice its energy.
     """
 
-    unstrained: Any
-    masses: Any
-    omega: Any
-    values: Any
-    modes: Any
-    bent: Any
+    unstrained: Reals
+    masses: Reals
+    omega: Reals
+    values: Reals
+    modes: Reals
+    bent: Reals
 
 
 def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> Cycle:
@@ -73,7 +73,7 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     return Cycle(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
-def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
+def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Reals:
     """Basis of some modes and of the bending by their inertia, shape (n, r); the mean mass is the unit matrix.
 
     Parameters
@@ -90,11 +90,11 @@ def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Any:
         basis = _with_more(basis, cycle.bent / loaded.max(), besides / LOADED)
     scale, turned = np.linalg.eigh(basis.T @ cycle.masses.mean(axis=0) @ basis)
     size = np.sqrt(np.maximum(scale, MASSLESS * scale[-1]))
-    basis = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
-    return basis
+    reduced: Reals = cycle.unstrained @ (basis @ (turned / size)[:, ::-1])
+    return reduced
 
 
-def _with_more(basis: Any, others: Any, least: float) -> Any:
+def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
     """Orthonormal columns with the directions of others that these have a greater part in than `least`."""
     beyond = others - basis @ (basis.T @ others)
     ways, sizes, _ = np.linalg.svd(beyond, full_matrices=False)

@@ -10,9 +10,10 @@ from numpy.polynomial import legendre
 from elastic.beams.polynomials import evaluate
 from elastic.sampling import sample
 from elastic.solution import Deflection
+from rigid.arrays import Reals
 
 
-def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
+def along_beams(bent: Deflection, field: str, xi: Reals) -> Reals:
     """A field at Gauss points, shape (..., positions, beams, points).
 
     Under a block a field has a kink or a step, which would pass the points one by one: there the values are those of
@@ -27,7 +28,7 @@ def along_beams(bent: Deflection, field: str, xi: Any) -> Any:
     return values
 
 
-def _nearest(parts: Any, start: Any, width: Any, xi: Any) -> Any:
+def _nearest(parts: Reals, start: Reals, width: Any, xi: Any) -> Reals:
     """Values at xi of the polynomial nearest to pieces of polynomials, shape (..., positions, points)."""
     order = len(xi) - 1
     nodes, weights = legendre.leggauss((len(parts) + order) // 2 + 1)
@@ -36,4 +37,5 @@ def _nearest(parts: Any, start: Any, width: Any, xi: Any) -> Any:
     heights = evaluate(parts, np.broadcast_to(nodes, places.shape)) if len(parts) > 1 else parts[0] + 0 * places
     basis = legendre.legvander(2 * places - 1, order)
     series = np.einsum("gr...,gr...k->...k", heights * weights * width, basis) * (2 * np.arange(order + 1) + 1)
-    return series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T
+    there: Reals = series @ legendre.legvander(2 * np.asarray(xi) - 1, order).T
+    return there

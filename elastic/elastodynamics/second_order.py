@@ -8,8 +8,6 @@ much nearer to each other the ends of turned pieces are. Derivation: docs/elasto
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from elastic.elastodynamics.displacements import own_basis, unit_displacements
@@ -18,10 +16,11 @@ from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.solution import Deflection
+from rigid.arrays import Complexes, Reals
 from rigid.loads import beam_directions
 
 
-def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
+def second_order(found: Vibration, stations: Reals) -> tuple[Reals, Reals]:
     """Deflection from the chord of linear vibration at the points of its grid, and its increment of second order.
 
     Rigid links' own turns are left out but for the forces on them.
@@ -44,7 +43,7 @@ def second_order(found: Vibration, stations: Any) -> tuple[Any, Any]:
     return linear, more
 
 
-def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
+def _across(found: Vibration, bent: Deflection, x: Reals) -> Reals:
     """Load of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
     kinds, problem = found.problem.terms.kinematics, found.problem
     moved = kinds.unit @ x[..., None]
@@ -52,7 +51,7 @@ def _across(found: Vibration, bent: Deflection, x: Any) -> Any:
     return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
 
 
-def _nearer(found: Vibration, x: Any) -> Any:
+def _nearer(found: Vibration, x: Reals) -> Reals:
     """Load of inertia of the shortening of rotated beam pieces along their rigid places, shape (points, r)."""
     terms, motion = found.problem.terms, found.motion
     kinds = terms.kinematics
@@ -71,7 +70,7 @@ def _nearer(found: Vibration, x: Any) -> Any:
     return -(found.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
 
 
-def chord_of(found: Vibration, along: Any, stations: Any) -> Any:
+def chord_of(found: Vibration, along: Complexes, stations: Reals) -> Reals:
     """Deflection from the chord at a grid's points, shape (beams, points, stations).
 
     Parameters

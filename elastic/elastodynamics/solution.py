@@ -26,6 +26,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
 from rigid import SINGULAR, MechanismError, Motion, with_rates
+from rigid.arrays import Numbers, Reals
 
 MotionAt = Callable[[Any], Motion]
 
@@ -75,7 +76,7 @@ class Elastodynamic:
     quasi_static: Deflection
     damping: Damping
     lowest: float
-    multipliers: Any
+    multipliers: Numbers
     coordinates: int
     elements: int
     time_error: float
@@ -282,7 +283,7 @@ class Discretization:
     stalled: bool = False
 
     @property
-    def basis(self) -> Any:
+    def basis(self) -> Reals:
         """Of the coordinates that are let vibrate, shape (n, r)."""
         assert self.model.cycle is not None
         return reduced_basis(self.model.cycle, self.modes, self.besides)

@@ -31,6 +31,7 @@ from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
+from rigid.arrays import Flags, Reals
 from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
@@ -64,22 +65,22 @@ class SpeedMap:
         Natural frequencies at some positions of the cycle, the drives held: the lowest [rad/s], shape (positions,).
     """
 
-    ratio: Any
-    values: Any
-    quasi_static: Any
-    growth: Any
-    time_error: Any
-    reduction_error: Any
+    ratio: Reals
+    values: Reals
+    quasi_static: Reals
+    growth: Reals
+    time_error: Reals
+    reduction_error: Reals
     damping: Damping
-    omega: Any
+    omega: Reals
 
     @property
-    def error(self) -> Any:
+    def error(self) -> Reals:
         """How far the answers may be from settled altogether, of the largest displacement, shape (speeds,)."""
         return self.time_error + self.reduction_error
 
     @property
-    def stable(self) -> Any:
+    def stable(self) -> Flags:
         """Where all free vibrations die out, bool, shape (speeds,)."""
         return self.growth <= 1 + NEUTRAL
 
@@ -127,7 +128,7 @@ def speed_map(
     return SpeedMap(speeds, **found, damping=model.damping, omega=model.cycle.omega)
 
 
-def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
+def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
     """Ranges of speed in which a multiple of the cycle's frequency runs through a natural frequency.
 
     Parameters
@@ -154,8 +155,8 @@ def critical_speeds(omega: Any, multiples: int = MULTIPLES) -> dict[int, tuple[f
 class _Row:
     """Entry of a map for one speed."""
 
-    values: Any
-    quasi_static: Any
+    values: Reals
+    quasi_static: Reals
     growth: float
     time_error: float
     reduction_error: float
@@ -276,7 +277,7 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> d
     return rows
 
 
-def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Any:
+def _together(model: Model, base: Motion, some: Sequence[_Steady], measure: Measure, vibrating: bool = False) -> Reals:
     """Measures of several steady states in one deflection."""
     motion = _passed(base, np.array([[each.ratio] for each in some]))
     if not vibrating:

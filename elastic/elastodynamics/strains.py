@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.samples import along_beams
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
+from rigid.arrays import Reals
 from rigid.plane import dot
 
 RATIO = 0.01  # of steel links with their joints, about
@@ -35,7 +35,7 @@ class Damping:
         Where beta is nan: damping ratio of the lowest natural frequency over the cycle, proportional to the stiffness.
     """
 
-    beams: Any
+    beams: Reals
     joints: float = math.nan
     ratio: float = RATIO
 
@@ -47,13 +47,13 @@ class Damping:
         beams = np.where(np.isnan(self.beams), own, self.beams)
         return replace(self, beams=beams, joints=own if math.isnan(self.joints) else self.joints)
 
-    def per_row(self, structure: ElasticStructure) -> Any:
+    def per_row(self, structure: ElasticStructure) -> Reals:
         """beta of every row, shape (rows,)."""
         own = np.broadcast_to(np.asarray(self.beams, float)[:, None], structure.weights.shape).ravel()
         return np.concatenate((own, own, own, np.full(len(structure.soft), self.joints)))
 
 
-def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
+def strain_rows(structure: ElasticStructure, basis: Reals) -> Reals:
     """Strains per vector of a basis: stretch, curvature, slide, openings; shape (rows, r) or (positions, rows, r)."""
     fields = structure.fields
     own = (fields["stretch"], fields["curvature"], fields["slope"] - fields["phi"])
@@ -64,7 +64,7 @@ def strain_rows(structure: ElasticStructure, basis: Any) -> Any:
 
 
 @lru_cache(maxsize=8)
-def rigidities(structure: ElasticStructure) -> Any:
+def rigidities(structure: ElasticStructure) -> Reals:
     """Rigidity of every row times the row's weight, shape (rows,); 0 where it is infinite."""
     parts = []
     for name in ("EA", "EI", "kGA"):
@@ -76,7 +76,7 @@ def rigidities(structure: ElasticStructure) -> Any:
     return np.concatenate((*parts, soft))
 
 
-def given_forces(structure: ElasticStructure, bent: Deflection) -> Any:
+def given_forces(structure: ElasticStructure, bent: Deflection) -> Reals:
     """The same forces of a deflection, with those that would undo free strains, shape (positions, rows)."""
     N, V, M = (along_beams(bent, name, structure.xi) * structure.weights for name in ("N", "V", "M"))
     free = [np.ravel(section.strain)[0] for section in structure.sections]

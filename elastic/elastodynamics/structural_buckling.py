@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from elastic.elastodynamics.displacements import own_basis, rigid_body_modes, unit_displacements
@@ -65,7 +63,7 @@ def buckling_factor(deflection: Deflection) -> Reals:
     return factor
 
 
-def _least_factor(stiffness: Any, pressed: Any) -> Any:
+def _least_factor(stiffness: Reals, pressed: Reals) -> Reals:
     """Smallest positive factor at which stiffness + factor pressed is singular; forces that turn unbalance it."""
     scale = 1.0 / np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
     both = scale[:, :, None] * scale[:, None, :]

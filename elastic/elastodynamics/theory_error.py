@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -71,10 +70,11 @@ def large_displacement_error(found: Elastodynamic) -> float:
     return float(share.max() + rotation**2)
 
 
-def _greatest(chord: Any) -> Any:
+def _greatest(chord: Reals) -> Reals:
     """Greatest magnitude on every beam, shape (beams,)."""
-    return np.abs(chord).max(axis=(1, 2), initial=0.0)
+    greatest: Reals = np.abs(chord).max(axis=(1, 2), initial=0.0)
+    return greatest
 
 
-def _chord(bent: Deflection) -> Any:
+def _chord(bent: Deflection) -> Reals:
     return sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))

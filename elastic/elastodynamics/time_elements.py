@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.time_grid import Grid, scheme
+from rigid.arrays import Numbers, Reals
 
 TOGETHER = 256  # elements solved at once, for the sake of memory
 
@@ -32,10 +33,10 @@ class Equations:
         Shape (points, r).
     """
 
-    mass: Any
-    damping: Any
-    stiffness: Any
-    load: Any
+    mass: Reals
+    damping: Reals
+    stiffness: Reals
+    load: Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,12 @@ class Propagation:
 
     grid: Grid
     equations: Equations
-    states: Any
-    accelerations: Any
-    matrix: Any
+    states: Reals
+    accelerations: Reals
+    matrix: Reals | None
 
     @cached_property
-    def whole(self) -> tuple[Any, Any]:
+    def whole(self) -> tuple[Reals, Reals]:
         """Propagation over all elements: matrix, shape (2 r, 2 r), and added state, shape (2 r,)."""
         size = self.states.shape[1]
         matrix, added = np.eye(size), np.zeros(size)
@@ -68,11 +69,11 @@ class Propagation:
         return matrix, added
 
     @cached_property
-    def multipliers(self) -> Any:
+    def multipliers(self) -> Numbers:
         """Floquet's multipliers: growth of free vibrations over the whole grid, complex, shape (2 r,)."""
         return np.linalg.eigvals(self.whole[0])
 
-    def loaded(self, load: Any) -> Propagation:
+    def loaded(self, load: Reals) -> Propagation:
         """The same under another load, shape (points, r)."""
         own, count = scheme(self.grid.stages), len(self.grid.steps)
         states, accelerations = self.states.copy(), self.accelerations.copy()
@@ -85,12 +86,12 @@ class Propagation:
             states[part, :, -1] = np.concatenate((h**2 * (own.twice[-1] @ x2), h * (own.once[-1] @ x2)), axis=1)
         return Propagation(self.grid, replace(self.equations, load=load), states, accelerations, self.matrix)
 
-    def periodic_start(self) -> Any:
+    def periodic_start(self) -> Reals:
         """The state x, x' that comes back at the end of the grid, shape (2 r,)."""
         matrix, added = self.whole
-        return np.linalg.solve(np.eye(len(added)) - matrix, added)
+        return np.asarray(np.linalg.solve(np.eye(len(added)) - matrix, added), float)
 
-    def history(self, start: Any) -> tuple[Any, Any, Any]:
+    def history(self, start: Reals) -> tuple[Reals, Reals, Reals]:
         """x, x', x'' at all points but the start, shape (points, r), from the state at the start."""
         own, r = scheme(self.grid.stages), len(start) // 2
         states = [start]
@@ -124,7 +125,7 @@ def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equat
         yield part, grid.steps[part], Equations(*(values[points] for values in vars(equations).values()))
 
 
-def _matrix(steps: Any, equations: Equations) -> Any:
+def _matrix(steps: Reals, equations: Equations) -> Reals:
     """Of the accelerations at the points of elements, shape (elements, s r, s r)."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
@@ -140,7 +141,7 @@ def _matrix(steps: Any, equations: Equations) -> Any:
     return np.ascontiguousarray(blocks.swapaxes(2, 3)).reshape(count, s * r, s * r)
 
 
-def _elements(matrix: Any, steps: Any, equations: Equations) -> tuple[Any, Any]:
+def _elements(matrix: Reals, steps: Reals, equations: Equations) -> tuple[Reals, Reals]:
     """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
@@ -149,7 +150,7 @@ def _elements(matrix: Any, steps: Any, equations: Equations) -> tuple[Any, Any]:
     h = steps[:, None, None, None]
     rate = -(stiffness * (h * own.points[:, None, None]) + damping)
     right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
-    found = np.linalg.solve(matrix, right.reshape(count, s * r, -1))
+    found: Any = np.linalg.solve(matrix, right.reshape(count, s * r, -1))
     found = found.reshape(count, s, r, -1)
     h = h[..., 0]
     x1, x = h * np.tensordot(own.once[-1], found, (0, 1)), h**2 * np.tensordot(own.twice[-1], found, (0, 1))

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
+from rigid.arrays import Complexes, Integers, Numbers, Reals
+
 STAGES = 8
 
 
@@ -27,11 +29,11 @@ class Scheme:
         Derivatives at the points of what has given values at 0 and at the points, shape (s, s + 1).
     """
 
-    points: Any
-    once: Any
-    twice: Any
-    first: Any
-    second: Any
+    points: Reals
+    once: Reals
+    twice: Reals
+    first: Reals
+    second: Reals
 
 
 @lru_cache(maxsize=8)
@@ -51,7 +53,7 @@ def scheme(stages: int = STAGES) -> Scheme:
     return Scheme(points, once, once @ once, first, second)
 
 
-def _values(places: Any, series: Any) -> Any:
+def _values(places: Any, series: Reals) -> Reals:
     """Legendre series on [0, 1], one per row, at some places, shape (places, series)."""
     return legendre.legvander(2 * np.asarray(places) - 1, series.shape[-1] - 1) @ series.T
 
@@ -68,26 +70,26 @@ class Grid:
         Points in each.
     """
 
-    edges: Any
+    edges: Reals
     stages: int = STAGES
 
     @property
-    def steps(self) -> Any:
+    def steps(self) -> Reals:
         """Duration of every element [s], shape (elements,)."""
         return np.diff(self.edges)
 
     @cached_property
-    def nodes(self) -> Any:
+    def nodes(self) -> Reals:
         """The start and all points [s], shape (1 + elements stages,)."""
         points = self.edges[:-1, None] + self.steps[:, None] * scheme(self.stages).points
         return np.append(self.edges[0], points.ravel())
 
-    def at_nodes(self, values: Any) -> Any:
+    def at_nodes(self, values: Numbers) -> Numbers:
         """Values at all points but the start, shape (points, ...), and before them the first element's value there."""
         first = values[: self.stages].reshape(self.stages, -1)
         return np.concatenate(((_to_start(self.stages) @ first).reshape(1, *values.shape[1:]), values))
 
-    def rates(self, values: Any) -> tuple[Any, Any]:
+    def rates(self, values: Numbers) -> tuple[Numbers, Numbers]:
         """First and second derivative in time, at all points but the start, of values at the nodes.
 
         Parameters
@@ -105,7 +107,7 @@ class Grid:
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
 
-    def derivative(self, values: Any, order: int) -> Any:
+    def derivative(self, values: Numbers, order: int) -> Numbers:
         """Derivative in time of values at all points but the start, shape (points, ...), element by element.
 
         Not across their edges: elements short beside their neighbours would magnify what these leave unresolved.
@@ -114,18 +116,18 @@ class Grid:
         found = (_derivative(self.stages, order) @ own) / self.steps[:, None, None] ** order
         return found.reshape(values.shape)
 
-    def sampler(self, times: Any) -> Callable[[Any], Any]:
+    def sampler(self, times: Reals) -> Callable[[Any], Any]:
         """Interpolation of values at all points but the start, shape (points, ...), at instants in between."""
         element = np.clip(np.searchsorted(self.edges, times, side="right") - 1, 0, len(self.steps) - 1)
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
-        def sampled(values: Any) -> Any:
+        def sampled(values: Complexes) -> Complexes:
             own = values.reshape(len(self.steps), self.stages, -1)[element]
             return (weights[:, None] @ own)[:, 0].reshape(len(element), *values.shape[1:])
 
         return sampled
 
-    def tail(self, values: Any, greatest: float) -> Any:
+    def tail(self, values: Numbers, greatest: float) -> Reals:
         """Part of values at all points that the points of every element leave unresolved, shape (elements,).
 
         As a share of something greatest: the last two orders of the Legendre series, less by as much as these are less
@@ -138,14 +140,15 @@ class Grid:
         before, last = (np.sqrt(orders[:, part].sum(axis=1)) for part in (slice(-4, -2), slice(-2, None)))
         with np.errstate(invalid="ignore", divide="ignore"):
             fall = np.where(before > 0, np.minimum(last / before, 1.0), 1.0)
-        return last * fall / greatest
+        share: Reals = last * fall / greatest
+        return share
 
-    def smoothed(self, values: Any) -> Any:
+    def smoothed(self, values: Numbers) -> Numbers:
         """Values at all points without the highest order of the Legendre series of every element."""
         elements = values.reshape(len(self.steps), self.stages, -1)
         return (_without_highest(self.stages) @ elements).reshape(values.shape)
 
-    def divided(self, parts: Any) -> Grid:
+    def divided(self, parts: Integers) -> Grid:
         """With every element in so many equal parts, shape (elements,)."""
         pieces = [
             start + step * np.arange(count) / count
@@ -154,30 +157,30 @@ class Grid:
         return Grid(np.append(np.concatenate(pieces), self.edges[-1]), self.stages)
 
 
-def interpolation(nodes: Any, places: Any) -> Any:
+def interpolation(nodes: Reals, places: Reals) -> Reals:
     """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
     series = np.eye(len(nodes))
     return _values(places, series) @ np.linalg.inv(_values(nodes, series))
 
 
 @lru_cache(maxsize=8)
-def _spectrum(stages: int) -> Any:
-    return np.linalg.inv(_values(scheme(stages).points, np.eye(stages)))
+def _spectrum(stages: int) -> Reals:
+    return np.asarray(np.linalg.inv(_values(scheme(stages).points, np.eye(stages))), float)
 
 
 @lru_cache(maxsize=8)
-def _without_highest(stages: int) -> Any:
+def _without_highest(stages: int) -> Reals:
     kept = np.diag((np.arange(stages) < stages - 1).astype(float))
     return _values(scheme(stages).points, np.eye(stages)) @ kept @ _spectrum(stages)
 
 
 @lru_cache(maxsize=8)
-def _to_start(stages: int) -> Any:
+def _to_start(stages: int) -> Reals:
     return interpolation(scheme(stages).points, np.zeros(1))
 
 
 @lru_cache(maxsize=8)
-def _derivative(stages: int, order: int) -> Any:
+def _derivative(stages: int, order: int) -> Reals:
     """Matrix from values at the points of [0, 1] to derivatives there."""
     series = np.array([legendre.legder(row, order) for row in np.eye(stages)])
     return 2.0**order * _values(scheme(stages).points, series) @ _spectrum(stages)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from elastic.elastodynamics.time_elements import Propagation
 from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
 from rigid import Motion
+from rigid.arrays import Reals
 
 ELEMENTS = 12
 
@@ -57,11 +57,11 @@ def transient(
     return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static)
 
 
-def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Any:
+def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
     return np.zeros(2 * found.equations.load.shape[-1])
 
 
-def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Any:
+def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Reals:
     """Amplitudes of the quasi-static answer at the start, and their rates."""
     grid, structure = found.terms.grid, found.terms.kinematics.structure
     strains = found.terms.strains[0] if found.terms.strains.ndim == 3 else found.terms.strains

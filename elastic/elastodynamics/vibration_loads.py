@@ -23,12 +23,13 @@ from elastic.elastodynamics.time_grid import Grid
 from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
+from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.loads import beam_directions
 from rigid.plane import cross
 
 
 @lru_cache(maxsize=32)
-def to_powers(points: int) -> Any:
+def to_powers(points: int) -> Reals:
     """From values at Gauss points to coefficients in powers of xi, shape (points, points)."""
     nodes, _ = legendre.leggauss(points)
     series = np.linalg.inv(legendre.legvander(nodes, points - 1))
@@ -52,7 +53,7 @@ class ResidualResponse:
     """
 
     moved: Displacements
-    forces: Any
+    forces: Reals
 
     def __sub__(self, other: ResidualResponse) -> ResidualResponse:
         return ResidualResponse(self.moved - other.moved, self.forces - other.forces)
@@ -65,7 +66,7 @@ class ResidualResponse:
         moved = (grid.at_nodes(grid.smoothed(part[1:])) for part in vars(self.moved).values())
         return ResidualResponse(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
 
-    def viscous(self, found: Problem) -> Any:
+    def viscous(self, found: Problem) -> Reals:
         """Rates of the forces at the points, times beta, shape (points, rows)."""
         terms = found.terms
         beta = found.speed * terms.damping.per_row(terms.kinematics.structure)
@@ -82,16 +83,16 @@ class GatheredLoads:
         self.points: list[tuple[int, str, Any, Any]] = []
         self.blocks: list[tuple[int, Any, Any]] = []
 
-    def along_beams(self, force: Any) -> None:
+    def along_beams(self, force: Complexes) -> None:
         """A force per length at Gauss points in the beams' axes [N/m], complex, shape (positions, beams, points)."""
         self.q += force @ to_powers(force.shape[-1]).T
 
     @staticmethod
-    def positions_last(values: Any) -> Any:
+    def positions_last(values: Numbers) -> Numbers:
         """The same with powers first and positions last, which stood the other way round."""
         return np.moveaxis(values, (-1, 0), (0, -1))
 
-    def at_ends(self, directions: Any, start: Any, end: Any, moments: bool = False) -> None:
+    def at_ends(self, directions: Complexes, start: Numbers, end: Numbers, moments: bool = False) -> None:
         """Forces in the beams' axes, complex, or moments on the starts and ends of the beams, (positions, beams)."""
         for k, (at, beam) in enumerate(self.structure.mechanism.beams):
             for name, value in ((beam.start, start[:, k]), (beam.end, end[:, k])):
@@ -100,7 +101,7 @@ class GatheredLoads:
 
 
 def vibration_loads(
-    found: Problem, motion: Motion, history: tuple[Any, Any, Any], residual: ResidualResponse | None = None
+    found: Problem, motion: Motion, history: tuple[Reals, Reals, Reals], residual: ResidualResponse | None = None
 ) -> AddedLoads:
     """Loads at a grid's points, positions first, from the amplitudes and their rates, shape (points, r) each.
 
@@ -129,12 +130,14 @@ def vibration_loads(
     return AddedLoads(gathered.positions_last(gathered.q), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
 
-def _of_beams(gathered: GatheredLoads, found: Problem, directions: Any, slope: Any, inertia: Any) -> Any:
+def _of_beams(
+    gathered: GatheredLoads, found: Problem, directions: Complexes, slope: Reals, inertia: Complexes
+) -> Reals:
     """Add the inertia along the beams; returns the force that works on slopes [N], shape (positions, beams, points)."""
     structure, felt = gathered.structure, found.felt
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
-    force = inertia[:, :size].reshape(shape)
+    force: Complexes = inertia[:, :size].reshape(shape)
     if felt.turning is not None:
         force = force + 1j * felt.turning[1:] * slope
     gathered.along_beams(np.conj(directions)[..., None] * force / structure.weights)
@@ -144,7 +147,7 @@ def _of_beams(gathered: GatheredLoads, found: Problem, directions: Any, slope: A
     return flux / structure.weights
 
 
-def strain_rates(found: Problem, x: Any, x1: Any) -> Any:
+def strain_rates(found: Problem, x: Reals, x1: Reals) -> Reals:
     """Rates of the forces that strains make, times beta, shape (positions, rows)."""
     terms, structure = found.terms, found.terms.kinematics.structure
     rates = (terms.strains @ x1[..., None])[..., 0]
@@ -153,7 +156,7 @@ def strain_rates(found: Problem, x: Any, x1: Any) -> Any:
     return rates * (found.speed * rigidities(structure) * terms.damping.per_row(structure))
 
 
-def of_strain_rates(gathered: GatheredLoads, directions: Any, viscous: Any, flux: Any) -> None:
+def of_strain_rates(gathered: GatheredLoads, directions: Complexes, viscous: Reals, flux: Reals) -> None:
     """Add forces of the strains' rates, and those that work on slopes, as loads along the beams and on their ends."""
     structure = gathered.structure
     shape = (len(viscous), *structure.weights.shape)
@@ -171,7 +174,7 @@ def of_strain_rates(gathered: GatheredLoads, directions: Any, viscous: Any, flux
     gathered.at_ends(directions, bending[..., 0], -bending.sum(-1), moments=True)
 
 
-def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Any) -> None:
+def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Complexes) -> None:
     """Inertia of the lumps at their points."""
     lumps = lumps_of(gathered.structure.mechanism)
     first = inertia.shape[1] - 2 * len(lumps)
@@ -181,7 +184,9 @@ def of_lumps(gathered: GatheredLoads, motion: Motion, inertia: Any) -> None:
         gathered.points.append((at, lump.point, force, moment + cross(arm, force)))
 
 
-def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, residual: ResidualResponse | None) -> None:
+def _of_effects(
+    gathered: GatheredLoads, found: Problem, x: Reals, x1: Reals, residual: ResidualResponse | None
+) -> None:
     """Forces that displaced points feel."""
     if not found.felt.effects:
         return
@@ -204,12 +209,14 @@ def _of_effects(gathered: GatheredLoads, found: Problem, x: Any, x1: Any, residu
                 gathered.points.append((at, name, force, moment))
 
 
-def openings(gathered: GatheredLoads, motion: Motion, viscous: Any) -> tuple[Any, Any]:
+def openings(
+    gathered: GatheredLoads, motion: Motion, viscous: Reals
+) -> tuple[tuple[Columns, ...], tuple[Columns, ...]]:
     """Openings that dampers hold back in soft joints, per joint."""
     structure = gathered.structure
     joints = joints_of(structure.mechanism).joints
-    gaps: list[Any] = [0.0] * len(joints)
-    turns: list[Any] = [0.0] * len(joints)
+    gaps: list[Columns] = [0.0] * len(joints)
+    turns: list[Columns] = [0.0] * len(joints)
     first = len(structure.stiffness) - len(structure.soft)
     for number, freedom in enumerate(structure.soft):
         closed = -viscous[:, 3 * structure.weights.size + number] / structure.stiffness[first + number, first + number]
@@ -249,7 +256,7 @@ def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:
     """Loads at several speeds, each of columns (positions,), as one of columns (speeds, positions)."""
     count = found[0].q.shape[-1]
 
-    def side_by_side(*parts: Any) -> Any:
+    def side_by_side(*parts: Any) -> Numbers:
         return np.stack([np.broadcast_to(part, (*np.shape(part)[:-1], count)) for part in parts], axis=-2)
 
     return map_loads(side_by_side, *found)
