@@ -22,6 +22,7 @@ from rigid.analysis import reachable
 
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
+NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
 
 

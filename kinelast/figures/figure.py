@@ -34,5 +34,6 @@ def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
 def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
     """A peak with time and drive."""
     if math.isnan(peak.value):
-        return figure(math.nan, unit)
-    return figure(results.figures.rounded(peak.value, unit), unit, **more, **at_peak(results, peak))
+        return figure(math.nan, unit, **more)
+    place = at_peak(results, peak) if not math.isnan(peak.time) else {}
+    return figure(results.figures.rounded(peak.value, unit), unit, **more, **place)

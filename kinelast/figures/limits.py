@@ -57,10 +57,11 @@ def kept(verdicts: Iterable[Verdict]) -> Any:
 
 def _verdict(scene: Scene, limit: Limit, values: Any) -> Verdict:
     if values is None:
-        return Verdict(limit, np.nan, 0, False)
+        return Verdict(limit, np.float64(np.nan), np.zeros((), int), np.zeros((), bool))
     items = np.array([0] if limit.figure == OUTPUT_ERROR else bounded_beams(scene, limit), int)
     if not len(items):
-        return Verdict(limit, np.full(values.shape[1:], np.nan), np.zeros(values.shape[1:], int), False)
+        nothing = np.zeros(values.shape[1:], int)
+        return Verdict(limit, np.full(nothing.shape, np.nan), nothing, nothing != 0)
     values = values[items]
     row = values.argmin(axis=0) if limit.least else values.argmax(axis=0)  # one that is not known before all others
     value = np.take_along_axis(values, row[None], 0)[0]

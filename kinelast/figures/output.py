@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from kinelast.figures.cycle import Cycle, points_of
-from kinelast.figures.peaks import NOISE
-from kinelast.figures.registry import FIGURES, items_of
+from elastic import Deflection, displacement_of
+from elastic.assessment import angle_error
+from elastic.cycle_maxima import cycle_maxima
+from elastic.largest import largest
+from kinelast.figures.cycle import NOISE, points_of
 from kinelast.scene.data import Scene
+from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Output
-from kinelast.scene.motion import require_tables
+from kinelast.scene.motion import require_tables, scene_deflection
 from rigid import GROUND
 
 INSTANTS = 72  # of the run, at which the output is guessed
@@ -28,29 +32,50 @@ def output_of(scene: Scene) -> Output | None:
     """
     if scene.output is not None:
         return scene.output
-    times = scene.course.reached(scene.course.times(INSTANTS))
-    if not len(times):
+    bent = _deflection(scene)
+    if bent is None:
         return None
-    moved_at = scene.course.at(times)
-    require_tables(scene, moved_at)
-    cycle = Cycle(scene, moved_at, wanted=frozenset(("u", "w")))
     unit = next((limit.unit for limit in scene.limits if limit.figure == OUTPUT_ERROR), "")
-    moved = _sizes(cycle, "displacement")
-    along = [np.nanmax(np.abs(each.value), initial=0.0) for each in cycle.maxima.values()] if scene.labels else []
-    noise = NOISE * max([*along, *moved.values()], default=0.0)
+    owners = dict(points_of(scene.mechanism))
+    noise: float | None = None
     for names in (_traced(scene), slid(scene)) if unit != "rad" else ():
-        if name := _farthest({name: moved[name] for name in names if moved[name] > noise}):
-            return Output(next(link.name for link in scene.mechanism.links[1:] if name in link.points), name, True)
-    turned = _sizes(cycle, "angle_error")
-    name = _farthest({name: turned[name] for name in _turning(scene)}) if unit != "m" else ""
+        moved = {name: _size(displacement_of(bent, owners[name], name)) for name in names}
+        noise = _noise(bent) if noise is None and names else noise
+        if name := _farthest({name: size for name, size in moved.items() if size > (noise or 0.0)}):
+            return Output(scene.mechanism.links[owners[name]].name, name, guessed=True)
+    turned = {link: _angle(scene, bent, link) for link in _turning(scene)} if unit != "m" else {}
+    name = _farthest(turned)
     return Output(name, guessed=True) if name else None
 
 
-def _sizes(cycle: Cycle, key: str) -> dict[str, float]:
-    """Magnitudes of a figure by item; zero of what is not known."""
-    figure = next(figure for figure in FIGURES if figure.key == key)
-    sizes = np.nan_to_num(np.abs(cycle.of(figure).value)).tolist()
-    return dict(zip(items_of(cycle.scene, figure.of), sizes, strict=True))
+def _deflection(scene: Scene) -> Deflection | None:
+    """At so many instants of the run as are reached; None where none is."""
+    times = scene.course.times(INSTANTS)
+    try:
+        moved = scene.course.at(times)
+    except SceneError:
+        times = scene.course.reached(times)
+        if not len(times):
+            return None
+        moved = scene.course.at(times)
+    require_tables(scene, moved)
+    return scene_deflection(scene, moved)
+
+
+def _size(values: Any) -> float:
+    """Largest magnitude over the positions; zero where none is known."""
+    return float(np.nan_to_num(largest(np.atleast_1d(np.abs(values))).value))
+
+
+def _noise(bent: Deflection) -> float:
+    """Displacements that are round-off beside those of the links."""
+    along = cycle_maxima(bent, ("u", "w")).values() if bent.sections else ()
+    return NOISE * max((float(np.nanmax(each.value, initial=0.0)) for each in along), default=0.0)
+
+
+def _angle(scene: Scene, bent: Deflection, link: str) -> float:
+    points = scene.mechanism.links[scene.mechanism.index[link]].points
+    return max(_size(angle_error(bent, link, point)) for point in points)
 
 
 def _farthest(sizes: Mapping[str, float]) -> str:

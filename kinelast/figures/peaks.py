@@ -13,12 +13,11 @@ import numpy as np
 from elastic import FIELDS, Deflection, Kind
 from elastic.assessment import least_axial_force, stress_ends
 from elastic.largest import Largest
-from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
+from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
 from kinelast.figures.registry import FIXED, LARGEST, LEAST, NAMES, Figure, figures_of
 from kinelast.scene.limits import Output
 from rigid import Mechanism, Motion
 
-NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
 STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
 
 
@@ -201,10 +200,12 @@ def _rates(motion: Motion) -> Any:
     return np.array([np.fmin.reduce(rate, axis=-1), np.fmax.reduce(rate, axis=-1)])
 
 
-def greatest(peaks: Sequence[Peak]) -> int | None:
-    """Number of the item whose peak is greatest in magnitude; None where none is known."""
-    sizes = [abs(peak.value) if math.isfinite(peak.value) else -1.0 for peak in peaks]
-    return sizes.index(max(sizes)) if sizes and max(sizes) >= 0 else None
+def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
+    """Number of the item that has the greatest magnitude of those known; or the least, where all are known; or None."""
+    known = [number for number, peak in enumerate(peaks) if not math.isnan(peak.value)]
+    if over == LEAST:
+        return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
+    return max(known, key=lambda number: abs(peaks[number].value), default=None)
 
 
 def divided(mechanism: Mechanism) -> list[int]:

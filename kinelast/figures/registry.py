@@ -21,7 +21,8 @@ from rigid.analysis import transmission_angles
 from rigid.constants import mass_moments
 from rigid.friction import friction_power, rubbing_joints
 
-SCENE, BEAM, LINK, POINT, JOINT, RUBBING, DRIVE = "scene", "beam", "link", "point", "joint", "rubbing joint", "drive"
+SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
+RUBBING, FRICTION = "joint with friction", "scene with friction"
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 NAMES = {"w": "deflection", "mises": "stress"}  # of figures that are fields, where not the field's key
 HARMONICS = 6  # of the fastest drive, that natural frequencies are held against
@@ -40,7 +41,7 @@ class Figure:
     unit
         SI unit; of every item one where they differ.
     of
-        Of which items there is one: the scene, or every beam, link, point, joint, joint with friction, drive.
+        Of which items there is one: the scene, or every beam, link, point, joint, drive; see `items_of`.
     find
         From a cycle to the largest values of the items over the positions, shape (items, ...).
     over
@@ -112,6 +113,7 @@ def items_of(scene: Scene, of: str) -> list[str]:
     mechanism = scene.mechanism
     names: dict[str, Callable[[], Iterable[str]]] = {
         SCENE: lambda: [""],
+        FRICTION: lambda: [""] * bool(rubbing_joints(mechanism)),
         BEAM: lambda: scene.labels,
         LINK: lambda: [link.name for link in mechanism.links[1:]],
         POINT: lambda: [name for name, _ in points_of(mechanism)],
@@ -232,8 +234,8 @@ def _feedback(cycle: Cycle) -> Any:
 
 
 def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """A figure of the scene where a joint has friction; not known elsewhere."""
-    return lambda cycle: (whole(values) if cycle.scene.mechanism.friction else fixed(lambda _: np.nan))(cycle)
+    """A figure of the scene where a joint has friction."""
+    return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
 
 
 FIGURES: tuple[Figure, ...] = (
@@ -256,9 +258,9 @@ FIGURES: tuple[Figure, ...] = (
            DRIVE, each(lambda cycle: cycle.efforts)),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
-    Figure("friction_power", "power that friction takes", "W", SCENE,
+    Figure("friction_power", "power that friction takes", "W", FRICTION,
            _rubbing(lambda cycle: friction_power(cycle.motion, cycle.deflection.forces))),
-    Figure("friction_feedback", "what friction adds to itself", "1", SCENE, _rubbing(_feedback), everywhere=True),
+    Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback), everywhere=True),
     Figure("shaking_force", "force on the ground", "N", SCENE,
            whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force))),
     Figure("shaking_moment", "moment on the ground", "N m", SCENE,
@@ -292,8 +294,10 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
                lambda cycle: _sole(_angle_error(cycle, output.link))),
-        Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[0]), LEAST),
-        Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[1]), MOST),
+        Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[0]), LEAST,
+               asked=True),
+        Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[1]), MOST,
+               asked=True),
         Figure("output_travel", "travel of the output", "rad", SCENE, fixed(lambda cycle: _travel(*swing(cycle))),
                FIXED, asked=True),
     )  # fmt: skip

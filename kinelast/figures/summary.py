@@ -59,6 +59,7 @@ def summary(results: Results) -> dict[str, Any]:
         "largest_chord": _greatest(results, "chord"),
         "largest_stress": _greatest(results, "mises"),
         "strength": strength_figures(results),
+        "figures": registered_figures(results),
         "points": points,
         "angle_errors": angles,
         "output": output,
@@ -88,6 +89,22 @@ def summary(results: Results) -> dict[str, Any]:
         "not_computed": left_out(results),
     }
     return {**figures, "acceptance": acceptance(results, figures)}
+
+
+def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
+    """Every registered figure by key, of the item that has the largest, or the least; of every item if units differ."""
+    scene, found = results.scene, {}
+    for figure_ in results.figures.figures:
+        peaks, names = results.figures.peaks[figure_.key], items_of(scene, figure_.of)
+        units = figure_.units(scene)
+        alike = [range(len(names))] if len(set(units)) == 1 else [[item] for item in range(len(names))]
+        for items in alike:
+            best = greatest([peaks[item] for item in items], figure_.over)
+            item = items[0 if best is None else best]
+            key = figure_.key if len(items) == len(names) else f"{figure_.key}.{names[item]}"
+            on = {"on": names[item]} if names[item] else {}
+            found[key] = largest(results, peaks[item], units[item], name=figure_.name, **on)
+    return found
 
 
 def theory_figures(results: Results) -> dict[str, Any]:
@@ -208,7 +225,7 @@ def angle_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 def _angle(results: Results, link: str, peak: Peak) -> dict[str, Any]:
     points = [*results.mechanism.links[results.mechanism.index[link]].points]
-    return largest(results, peak, "rad", point=points[peak.row])
+    return largest(results, peak, "rad", **({} if math.isnan(peak.value) else {"point": points[peak.row]}))
 
 
 def output_figure(results: Results) -> dict[str, Any] | None:

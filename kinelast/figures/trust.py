@@ -14,10 +14,9 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from elastic.beams.cross_sections import POISSON
-from kinelast.figures.cycle import WELL
+from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.figure import at_peak
 from kinelast.figures.friction import friction_figures
-from kinelast.figures.peaks import NOISE
 from kinelast.figures.results import Results
 from kinelast.figures.strength import fastest_drive
 from kinelast.numbers import number, percent, quantity

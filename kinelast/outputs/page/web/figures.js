@@ -65,6 +65,17 @@ function forcesSection() {
     table(Object.entries(summary.shaking).map(([name, found]) => ({ name, found })), [{ name: "On the ground", text: (each) => `shaking ${each.name}` }, { name: "largest", text: (each) => figureWords(each.found) }, where("at", (each) => each.found)], "On the ground"));
 }
 
+function registerSection() {
+  const rows = Object.values(summary.figures).filter((each) => each.value !== null);
+  section("register", "All figures", "All figures", soft("As sweeps and optima name them in summary.json: the largest over the cycle, or the least where less is worse."),
+    h("details", {}, h("summary", {}, `${rows.length} figures`), table(rows, [
+      { name: "Figure", text: (each) => each.name },
+      { name: "value", text: (each) => figureAngle(each) },
+      { name: "on", text: (each) => each.on ?? "" },
+      { name: "at", text: (each) => (each.drive ? atWords(each) : "") },
+    ], "All figures")));
+}
+
 function checkSection() {
   const { check, links } = summary;
   if (!check || !links.length) return;

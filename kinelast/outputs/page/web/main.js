@@ -28,6 +28,7 @@ async function start() {
   errorsSection();
   forcesSection();
   vibrationSection();
+  registerSection();
   checkSection();
   trustSection();
   inputsSection();

@@ -1,0 +1,221 @@
+"""Claim: report, run in chunks, notebook, design, optimum and speed tell the same figures and the same verdicts.
+
+Each is held against the report of the scene, to 1e-12 of the figure or to what the scene's own scale calls round-off.
+"""
+
+import copy
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinelast import report, scene_from_dict, shipped_scenes
+from kinelast.compute import computed
+from kinelast.designs import evaluate
+from kinelast.designs.base import design_measures
+from kinelast.designs.studies import problem_of
+from kinelast.figures.cycle import NOISE, Cycle
+from kinelast.figures.limits import judged, magnitudes
+from kinelast.figures.long_runs import long_results
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import figures_of
+from kinelast.figures.speeds import speeds
+from kinelast.figures.summary import summary
+from kinelast.request import Request
+from kinelast.scene.error import SceneError
+from kinelast.scene.text import file_text, toml_tables
+from rigid.kinematics import repeated
+from tests.scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK
+
+NAMES = ("steel_four_bar", "offset_slider_crank", "quick_return", "drs_push_up", "five_points", "lightest_arm")
+FACTORS = (0.4, 1 - 1e-9, 1 + 1e-9, 3.0)
+
+
+def tables_of(text, positions):
+    tables = toml_tables(text, "")
+    run = {key: value for key, value in tables.get("run", {}).items() if key not in ("output", "accuracy")}
+    tables["run"] = {**run, "positions": positions, "theory": "quasi-static"}
+    return {key: value for key, value in tables.items() if key not in ("limits", "optimize", "sweep", "tolerances")}
+
+
+SHIPPED = [tables_of(file_text(shipped_scenes()[name]), 12) for name in NAMES]
+DRAWN = [tables_of(text, 12) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN)]
+
+
+def summary_of(tables):
+    return summary(computed(scene_from_dict(tables), Request()))
+
+
+@st.composite
+def scenes(draw):
+    """A scene whose sizes are drawn, with limits near its figures or far off, of its output named or guessed."""
+    tables = copy.deepcopy(draw(st.sampled_from(SHIPPED + DRAWN)))
+    for material in tables.get("materials", {}).values():
+        material["density"] = 7850 * draw(st.floats(0.3, 3.0))
+        if draw(st.booleans()):
+            material["yield"] = "200 MPa"
+    if draw(st.booleans()):
+        scene = scene_from_dict(tables)
+        names = [name for link in scene.mechanism.links[1:] for name in link.points
+                 if name not in scene.mechanism.links[0].points]  # fmt: skip
+        links = [f"{link.name}.angle" for link in scene.mechanism.links[1:]]
+        tables["run"]["output"] = draw(st.sampled_from(names + links))
+    figures = summary_of(tables)["figures"]
+    limits = {}
+    for key in draw(st.lists(st.sampled_from(("deflection", "chord", "safety", "output")), unique=True)):
+        figure = figures.get({"output": "output_error"}.get(key, key), {"value": None})
+        value = abs(figure["value"] or 1e-3) * draw(st.sampled_from(FACTORS))
+        limits[key] = value if key == "safety" else f"{value!r} {figure.get('unit', 'm')}"
+    labels = scene_from_dict(tables).labels
+    if labels and draw(st.booleans()):
+        link = labels[draw(st.integers(0, len(labels) - 1))].split(".")[0]
+        limits["links"] = {
+            link: {"chord": f"{draw(st.sampled_from(FACTORS)) * abs(figures['chord']['value'] or 1.0)!r} m"}
+        }
+    return {**tables, "limits": limits}
+
+
+@contextmanager
+def chunks(columns):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rigid.chunks.COLUMNS", columns)
+        patch.setattr("rigid.chunks.CELLS", columns)
+        yield
+
+
+def near(value, other, scale):
+    """Whether magnitudes are equal to 1e-12, or both less than the round-off of the scene."""
+    size, different = (np.nan if each is None else abs(each) for each in (value, other))
+    return (np.isnan(size) and np.isnan(different)) or abs(size - different) <= 1e-12 * max(size, different) + scale
+
+
+def check_doors(tables):
+    """Every figure and every verdict of a scene from every door that is not slow."""
+    scene = scene_from_dict(tables)
+    results = computed(scene, Request())
+    told = summary(results)
+    figures, verdicts = told["figures"], [row["passed"] for row in told["acceptance"]["limits"]]
+    noise = {unit: 2 * NOISE * scale for unit, scale in results.figures.scales.items()}
+
+    with chunks(5):
+        long = summary(long_results(scene, scene.course.times(), lambda *_: None, lambda *_: None))
+    assert (
+        long["acceptance"] == told["acceptance"] or [row["passed"] for row in long["acceptance"]["limits"]] == verdicts
+    )
+    for key, figure in figures.items():
+        assert near(figure["value"], long["figures"][key]["value"], noise.get(figure["unit"], 0.0)), ("long", key)
+
+    names = [name for name in design_measures(scene, output_of(scene)) if name in figures]
+    limited = ["acceptable"] if scene.limits else []
+    row = evaluate(tables, [], np.zeros((1, 0)), [*names, *limited])
+    assert row.reason[0] == ""
+    for key in names:
+        scale = noise.get(row.units[key], 0.0)
+        assert near(figures[key]["value"], finite(row.columns[key][0]), scale), ("design", key)
+    if scene.limits:
+        assert bool(row.columns["acceptable"][0]) == told["acceptance"]["passed"] == all(verdicts)
+
+    found = figures_of(output_of(scene))
+    found = [figure for figure in found if not figure.asked]
+    moved = scene.course.at(scene.course.times())
+    cycle = Cycle(scene, repeated(moved, (2, len(moved.time))))
+    sizes = magnitudes(cycle, found)
+    both = judged(scene, sizes)
+    assert [np.broadcast_to(verdict.kept, 2).tolist() for verdict in both] == [[passed] * 2 for passed in verdicts], (
+        "columns"
+    )
+    return told
+
+
+def finite(value):
+    return value if np.isfinite(value) else None
+
+
+def allowed(figure, factor):
+    """So many times a figure, with its unit."""
+    return f"{factor * abs(figure['value'])!r} {figure['unit']}"
+
+
+@settings(max_examples=25, deadline=None)
+@given(scenes())
+def test_a_scene_has_the_same_figures_and_verdicts_at_every_door(tables):
+    check_doors(tables)
+
+
+@pytest.mark.slow
+@settings(max_examples=300, deadline=None)
+@given(scenes())
+def test_many_scenes_have_the_same_figures_and_verdicts_at_every_door(tables):
+    check_doors(tables)
+
+
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("factor", FACTORS)
+def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
+    tables = copy.deepcopy(SHIPPED[0])
+    if named:
+        tables["run"]["output"] = "B"
+    figures = summary_of(tables)["figures"]
+    limits = {key: factor * abs(figures[key]["value"]) for key in ("deflection", "chord", "safety")}
+    tables["limits"] = {
+        **limits,
+        "output": f"{factor * abs(figures['output_error']['value'])!r} {figures['output_error']['unit']}",
+    }
+    rows = summary_of(tables)["acceptance"]["limits"]
+    assert {row["kind"]: row["passed"] for row in rows} == {
+        key: (factor > 1) != (key == "safety") for key in ("deflection", "chord", "safety", "output")
+    }
+    written = report(scene_from_dict(tables)).figures
+    assert written["acceptance"]["limits"] == rows
+    assert written["figures"] == summary_of(tables)["figures"]
+    tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
+    posed = problem_of(tables)
+    at = np.array([variable.base for variable in posed.sought.variables])
+    columns = posed.problem.figures_of(at[None]).columns
+    for row in rows:
+        key = {"output": "output_error"}.get(row["kind"], row["kind"])
+        own = [limit for limit in posed.sought.limits if limit.figure.split(".")[0] == key]
+        assert all(bool(limit.kept(columns[limit.figure][0])) for limit in own) == row["passed"], key
+
+
+def test_a_limit_of_an_unnamed_output_is_judged_alone():
+    """Neither a crash of the sweep, nor a limit that the optimum forgets; its unit tells that it is an angle."""
+    tables = {**copy.deepcopy(SHIPPED[0]), "limits": {"output": "5 deg"}}
+    told = summary_of(tables)
+    assert (told["output"]["kind"], told["output"]["name"], told["acceptance"]["passed"]) == ("angle", "rocker", True)
+    assert evaluate(tables, [], np.zeros((1, 0))).columns["acceptable"][0] == 1.0
+    tables["limits"] = {"output": "0.01 mm"}
+    told = summary_of(tables)
+    assert (told["output"], told["acceptance"]["passed"]) == (None, False)
+    assert evaluate(tables, [], np.zeros((1, 0)), ["acceptable"]).columns["acceptable"][0] == 0.0
+    tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
+    with pytest.raises(SceneError, match='it cannot be judged: the figure "output_error" is not known'):
+        problem_of(tables)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("named", [True, False])
+def test_a_speed_of_a_map_is_judged_as_its_report(named):
+    """At the scene's own speed, slow enough to vibrate little; maps look between the positions and settle to 0.2 %."""
+    tables = copy.deepcopy(SHIPPED[0])
+    tables["drives"][0]["speed"] = 20.0
+    tables["run"] |= {"positions": 720, "theory": "elastodynamic"}
+    if named:
+        tables["run"]["output"] = "B"
+    figures = summary_of(tables)["figures"]
+    for factor in (0.9, 1.1):
+        output = allowed(figures["output_error"], factor)
+        tables["limits"] = {"output": output, "deflection": 2 * abs(figures["deflection"]["value"])}
+        found = speeds(scene_from_dict(tables), (10.0, 20.0, 2))
+        assert (found.highest == 20.0) == (factor > 1)
+    for name, (measure, values) in found.figures.items():
+        if measure.items is None and name in figures and figures[name]["value"] is not None:
+            assert values[1] == pytest.approx(abs(figures[name]["value"]), rel=0.02, abs=1e-9), name
+
+
+def test_registered_figures_are_of_every_item():
+    scene = scene_from_dict(SHIPPED[0])
+    names = design_measures(scene, output_of(scene))
+    assert {"deflection.crank", "joint_force.A", "displacement.B", "angle_error.rocker", "buckling"} <= set(names)
