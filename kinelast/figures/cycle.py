@@ -17,8 +17,7 @@ from elastic.largest import Largest, largest
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import scene_deflection
 from kinelast.threads import one_thread
-from rigid import Mechanism, Motion, Reals, drive_efforts, structure
-from rigid.analysis import reachable
+from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them

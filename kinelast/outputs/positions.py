@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -84,6 +83,8 @@ class FieldFile:
 
     def close(self) -> None:
         """Make one file of all."""
+        import zipfile
+
         with zipfile.ZipFile(self._path, "w") as archive:
             for name, part in self._parts.items():
                 with part.open("rb") as source, archive.open(f"{name}.npy", "w", force_zip64=True) as target:
