@@ -44,4 +44,4 @@ class Posture:
 def posture(motion: Placed, places: object = ...) -> Posture:
     """The postures of a motion, or those at some of its columns."""
     at = (slice(None), *places) if isinstance(places, tuple) else (slice(None), places)
-    return Posture(motion.mechanism, motion.origin[at], motion.direction[at])
+    return Posture(motion.mechanism, np.asarray(motion.origin)[at], np.asarray(motion.direction)[at])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Reals
+from rigid.arrays import Integers, Reals
 from rigid.dynamics.effort import equation_of_motion, unit_motions
 from rigid.dynamics.leading import Stretch
 from rigid.kinematics import Motion, motion, with_rates
@@ -44,7 +44,7 @@ class Effort:
 
     law: Law | float = 0.0
 
-    def __call__(self, motion: Motion) -> Any:
+    def __call__(self, motion: Motion) -> Reals:
         """The effort, shape (..., positions)."""
         return self.law(motion) if callable(self.law) else np.full(motion.columns, float(self.law))
 
@@ -94,14 +94,14 @@ def motion_during(course: IntegratedMotion, time: Any) -> Motion:
     return motion(course.mechanism, drive, rate, rate2, time, Posture(course.mechanism, *places))
 
 
-def _nearest(stretch: Stretch, time: Reals) -> Any:
+def _nearest(stretch: Stretch, time: Reals) -> Integers:
     """Numbers of the steps next to some times."""
     step = np.clip(np.searchsorted(stretch.time, time), 1, len(stretch.time) - 1)
     step -= time - stretch.time[step - 1] < stretch.time[step] - time
     return step
 
 
-def _near(stretch: Stretch, time: Reals) -> dict[int, Any]:
+def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
     """Coordinates of the drives that others lead at the steps next to some times."""
     return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
 
@@ -138,7 +138,7 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
     return with_rates(coasting, rate, rate2)
 
 
-def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Any:
+def effort_of(drive: Effort | MotionLaw, motion: Motion) -> Reals:
     """The effort of a drive that is given as one, shape (..., positions)."""
     assert isinstance(drive, Effort)
     return drive(motion)

@@ -59,7 +59,7 @@ class PinJoint(Joint):
         """From the parent's point to the child's [m]."""
         return self.sense * opening_of(placed, self)
 
-    def within(self, gap: Columns, angle: float, length: Columns) -> Any:
+    def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
         """See `Joint`."""
         return np.abs(gap) <= length
 

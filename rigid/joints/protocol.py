@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Complexes
 from rigid.mechanism import Mechanism
 from rigid.parts import Complex, PinDrive, Real, SliderDrive
 from rigid.plane import ZERO
@@ -29,11 +29,11 @@ class Placed(Protocol):
         """The mechanism of the links."""
 
     @property
-    def origin(self) -> Any:
+    def origin(self) -> Sequence[Columns] | Complexes:
         """Of every link's axes [m], complex."""
 
     @property
-    def direction(self) -> Any:
+    def direction(self) -> Sequence[Columns] | Complexes:
         """Unit vector of every link's x' axis, complex."""
 
 
@@ -44,10 +44,10 @@ class Drawn(Protocol):
     def mechanism(self) -> Mechanism:
         """The drawn mechanism."""
 
-    def at(self, point: str) -> Any:
+    def at(self, point: str) -> Columns:
         """Drawn place of a point [m]."""
 
-    def direction(self, link: int) -> Any:
+    def direction(self, link: int) -> Columns:
         """Unit vector of a link's axes as drawn."""
 
 
@@ -209,7 +209,7 @@ class Joint(ABC):
         """Opening of any size when cut, child from parent, as `JointPlace.row` gives it for a small one."""
 
     @abstractmethod
-    def within(self, gap: Columns, angle: float, length: Columns) -> Any:
+    def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
         """Whether a gap of the cut joint is within an angle [rad] and a length [m]."""
 
     @abstractmethod

@@ -92,7 +92,7 @@ class SliderJoint(Joint):
         turned = placed.direction[self.block] * np.conj(placed.direction[self.owner] * self.slider.turn)
         return self.sense * np.angle(turned) + 1j * cross(self.along(placed), opened)
 
-    def within(self, gap: Columns, angle: float, length: Columns) -> Any:
+    def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
         """See `Joint`."""
         return (np.abs(np.real(gap)) <= angle) & (np.abs(np.imag(gap)) <= length)
 

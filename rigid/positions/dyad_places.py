@@ -20,7 +20,7 @@ from rigid.positions.partial_posture import PartialPosture
 AT_MOST = 1e-6  # slack behind a singular position
 
 
-def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any) -> Any:
+def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
     """Place the two bodies of a dyad; `flip` is -1 where it folds the other way than drawn."""
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
@@ -43,7 +43,7 @@ def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
     return solve, one, other, inner
 
 
-def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Any) -> Any:
+def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
     """Place a dyad; where a singular position before it has cost digits, it may miss by as many."""
     sine = place_dyad(placed, group, drawing, flip)
     if placed.sine and np.isnan(np.min(sine)):
@@ -66,7 +66,9 @@ def _carry(placed: PartialPosture, outer: Joint) -> Columns:
     return outer.sense * outer.along(placed)
 
 
-def _two_pins(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _two_pins(
+    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Columns
+) -> Columns:
     first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
     drawn = _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
     side = flip * (drawn if drawing.rows is None or not np.ndim(drawn) else drawn[drawing.rows])
@@ -88,7 +90,7 @@ def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> Any:
 
 
 def _pin_and_slide(
-    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any
+    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)
@@ -105,7 +107,9 @@ def _pin_and_slide(
     return sine
 
 
-def _two_slides(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any) -> Columns:
+def _two_slides(
+    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Columns
+) -> Columns:
     along, across = _carry(placed, one), _carry(placed, other)
     starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (one, other)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
@@ -115,7 +119,7 @@ def _two_slides(placed: PartialPosture, one: Joint, other: Joint, inner: Joint, 
 
 
 def _slide_between(
-    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Any
+    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
     owner, block = (one, other) if one.child == inner.owner else (other, one)
     pins = [point_of(placed, joint.parent, joint.at_parent) for joint in (owner, block)]
@@ -131,7 +135,7 @@ def _slide_between(
 
 
 def _slide_on_slide(
-    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Any
+    placed: PartialPosture, pin: Joint, slide: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
     center = point_of(placed, pin.parent, pin.at_parent)
     along = _carry(placed, slide)

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.plane import ROUND_OFF, cross, dot
 
 
-def _root(square: Any, slack: Any) -> Any:
+def _root(square: Any, slack: Columns) -> Columns:
     """Square root; 0 just below zero, nan further below."""
     if not np.asarray(square).min() >= 0.0:
         square = np.where((square < 0.0) & (square > -slack), 0.0, square)
@@ -22,8 +23,8 @@ def _root(square: Any, slack: Any) -> Any:
 
 
 def circle_circle(
-    first: Any, second: Any, arm_first: Any, arm_second: Any, side: Any, slack: Any = ROUND_OFF
-) -> tuple[Any, Any, Any]:
+    first: Columns, second: Numbers, arm_first: Columns, arm_second: Columns, side: Columns, slack: Columns = ROUND_OFF
+) -> tuple[Complexes, Complexes, Reals]:
     """RRR: directions of two links with outer pins at `first` and `second` that share a pin.
 
     Parameters
@@ -53,8 +54,8 @@ def circle_circle(
 
 
 def circle_line(
-    center: Any, arm: Any, point: Any, along: Any, side: Any, slack: Any = ROUND_OFF
-) -> tuple[Any, Any, Any]:
+    center: Columns, arm: Columns, point: Columns, along: Columns, side: Columns, slack: Columns = ROUND_OFF
+) -> tuple[Columns, Columns, Columns]:
     """RRP: a link pinned at `center` and at a point that is carried along a line.
 
     Parameters
@@ -81,7 +82,9 @@ def circle_line(
     return along * turned * (length / arm), length * s - dot(along, behind), s
 
 
-def slotted(owner: Any, block: Any, foot: Any, along: Any, side: Any, slack: Any = ROUND_OFF) -> tuple[Any, Any, Any]:
+def slotted(
+    owner: Columns, block: Complexes, foot: Any, along: Any, side: Columns, slack: Any = ROUND_OFF
+) -> tuple[Complexes, Reals, Reals]:
     """RPR: two links pinned at `owner` and `block`, one sliding on the other.
 
     Parameters
@@ -108,7 +111,7 @@ def slotted(owner: Any, block: Any, foot: Any, along: Any, side: Any, slack: Any
     return base / (distance * along * seen), distance * s - dot(along, foot), s
 
 
-def line_line(gap: Any, along: Any, other: Any) -> tuple[Any, Any, Any]:
+def line_line(gap: Complexes, along: Columns, other: Columns) -> tuple[Reals, Reals, Columns]:
     """PRP, RPP: slides x and y with `x along - y other = gap`, and s = sine of the angle between the lines."""
     s = cross(other, along)
     return cross(other, gap) / s, cross(along, gap) / s, s

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Reals
 from rigid.drawing import Drawing
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
@@ -22,14 +22,14 @@ class PartialPosture:
     """Links placed so far: origins [m] and unit vectors of their axes, per link, shape (..., positions)."""
 
     mechanism: Mechanism
-    drive: Any
+    drive: Reals
     origin: list[Columns]
     direction: list[Columns]
     sine: list[Columns] = field(default_factory=list)  # of every group but the driven links
     slack: Columns = ROUND_OFF  # how far below zero the square of a sine is still zero
     near: Posture | None = None  # as for `motion`
     shape: tuple[int, ...] = ()  # of the columns
-    led: dict[Any, Any] = field(default_factory=dict)  # about where the joints are that drive gears [rad]
+    led: dict[Any, Reals] = field(default_factory=dict)  # about where the joints are that drive gears [rad]
     seen: dict[Any, Any] = field(default_factory=dict)  # and where they are
 
     def coordinate(self, joint: Joint) -> Columns:
@@ -48,7 +48,7 @@ class PartialPosture:
             return found
         return self._nearest(joint, found, 2 * np.pi * joint.gear.ratio)
 
-    def _nearest(self, joint: Joint, coordinate: Any, turn: float) -> Columns:
+    def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
         """A follower's angle with that number of its driver's turns that puts it nearest to a posture."""
         assert self.near is not None
         seen = self.near.direction[joint.child] * np.conj(self.direction[joint.parent])
