@@ -53,6 +53,11 @@ class Column:
         """Whether it is an array of numbers."""
         return isinstance(self.values, np.ndarray) and self.values.dtype.kind in "fiu"
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether it is an array of numbers without infinity, for which JSON has no word."""
+        return self.is_numeric and not np.isinf(self.values).any()
+
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -93,18 +98,27 @@ def csv_bytes(table: Table, head: bool = True) -> bytes:
     A text that a spreadsheet would take for a formula has a quote before it.
     """
     lines = [",".join(map(_quoted, table.headings)).encode()] if head else []
-    lines += map(b",".join, zip(*map(_cells, table.columns), strict=True))
+    lines += _lines(table.columns)
     return b"\n".join([*lines, b""])
+
+
+def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
+    """The rows of CSV; row by row where there are but real numbers, which is quicker."""
+    if all(column.is_finite and column.values.dtype.kind == "f" for column in columns):
+        import msgspec
+
+        encode = msgspec.json.Encoder().encode
+        lines = (encode(row)[1:-1] for row in np.array([column.values for column in columns]).T.tolist())
+        return (line.replace(b"null", b"") for line in lines)
+    return map(b",".join, zip(*map(_cells, columns), strict=True))
 
 
 def _cells(column: Column) -> list[bytes]:
     """The cells of a column of CSV."""
-    if not column.is_numeric:
-        return [_cell(value) for value in column.values]
+    if not column.is_finite:
+        return [_cell(value) for value in (column.values.tolist() if column.is_numeric else column.values)]
     if not len(column.values):
         return []
-    if column.values.dtype.kind == "f" and np.isinf(column.values).any():  # for which JSON has no word
-        return [_cell(value) for value in column.values.tolist()]
     import msgspec
 
     return msgspec.json.encode(column.values.tolist())[1:-1].replace(b"null", b"").split(b",")
