@@ -19,14 +19,14 @@ from typing import Any
 
 import measuring
 import numpy as np
-from sweeping import POSITIONS, four_bars, identity, tree  # before numpy: one thread
+from sweeping import CHUNK, POSITIONS, four_bars, identity, tree  # before numpy: one thread
 
 from kinelast.sweep import store
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import CSV, PARQUET, encoded
 
 JOBS = 2
-DESIGNS = four_bars(1_000_000).chunk
+DESIGNS = CHUNK
 FEW_AND_MANY = 40, 240  # chunks of which nothing is computed: what one more of them costs
 HERE = "this process"
 
@@ -129,7 +129,7 @@ def swept(count: int) -> dict[str, Any]:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         own = resource.getrusage(resource.RUSAGE_SELF)
         start = time.perf_counter()
-        outcome = run_plan(count, evaluation, Path(folder) / "sweep", identity(evaluation), evaluation.chunk, jobs=JOBS)
+        outcome = run_plan(count, evaluation, Path(folder) / "sweep", identity(evaluation), CHUNK, jobs=JOBS)
         taken = time.perf_counter() - start
         for process in multiprocessing.active_children():
             process.join()  # which counts what it took

@@ -14,6 +14,7 @@ from kinelast.designs.evaluation import Evaluation
 from kinelast.scene.document import read_document
 
 POSITIONS = 72
+CHUNK = 4629  # designs, about a second's
 BOUNDS = {  # path: lowest and highest value [m]
     "links.crank.length": (0.08, 0.12),
     "links.coupler.length": (0.27, 0.33),

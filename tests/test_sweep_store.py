@@ -16,6 +16,7 @@ import pytest
 from sweeps import IDENTITY, Parabolas, tree
 
 from kinelast.outputs.outbox import held
+from kinelast.progress import Progress
 from kinelast.request import RequestError
 from kinelast.sweep import cluster, running, store
 from kinelast.sweep.manifest import read_manifest
@@ -228,6 +229,113 @@ def test_a_lost_file_is_made_again(tmp_path, whole, kind):
     (tmp_path / "whole" / ".designs.csv.part").write_text("torn")
     sweep(tmp_path / "whole", resume=True)
     assert tree(tmp_path / "whole") == whole
+
+
+def cut(path, content):
+    path.write_bytes(content[: len(content) // 2])
+
+
+def emptied(path, _):
+    path.write_bytes(b"")
+
+
+def one_more(path, content):
+    path.write_bytes(content + content[-40:])
+
+
+def one_digit(path, content):
+    at = next(at for at in range(len(content) // 2, len(content)) if content[at : at + 1].isdigit())
+    path.write_bytes(content[:at] + (b"1" if content[at : at + 1] != b"1" else b"2") + content[at + 1 :])
+
+
+def flipped(path, content):
+    at = random.Random(len(content)).randrange(len(content))
+    path.write_bytes(content[:at] + bytes([content[at] ^ 16]) + content[at + 1 :])
+
+
+def swapped(path, content):
+    """Two chunks in each other's place; of one file its halves."""
+    other = path.with_name(path.name.replace("4", "5")) if path.parent.name != "whole" else path
+    path.write_bytes(
+        other.read_bytes() if other != path else content[len(content) // 2 :] + content[: len(content) // 2]
+    )
+    if other != path:
+        other.write_bytes(content)
+
+
+FAULTS = [cut, emptied, one_more, one_digit, flipped, swapped]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_finished_store_that_is_not_as_it_was_kept_is_computed_again_and_said(fault, tmp_path, whole, kind):
+    path = tmp_path / "whole" / ("designs.csv" if kind == "csv" else "designs.parquet/0000000004.parquet")
+    fault(path, path.read_bytes())
+    told = Told()
+    assert sweep(tmp_path / "whole", resume=True, progress=told).kept == COUNT
+    assert tree(tmp_path / "whole") == whole
+    assert "is not as it was written" in told.sentences[0]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_chunk_that_is_not_as_it_was_kept_is_computed_again_first_and_said(fault, tmp_path, whole, kind):
+    begun = sweep(tmp_path / "begun", Parabolas(fails=frozenset({1000})))
+    assert begun.kept == COUNT - 50
+    (path,) = (tmp_path / "begun").glob("designs.*/0000000004.*")
+    fault(path, path.read_bytes())
+    told, compute = Told(), Listed()
+    assert sweep(tmp_path / "begun", compute, resume=True, progress=told).kept == COUNT
+    again = [400, 500] if fault is swapped else [400]
+    assert compute.asked == [*again, 1000]
+    assert "computed again, as not as they were kept: chunk" in told.sentences[0]
+    assert tree(tmp_path / "begun") == whole
+
+
+def test_of_a_store_cut_in_half_the_first_half_is_not_computed_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "SMALL", 10**9)
+    sweep(tmp_path)
+    path, compute = tmp_path / "designs.csv", Listed()
+    cut(path, path.read_bytes())
+    sweep(tmp_path, compute, resume=True)
+    assert compute.asked[0] == 500
+    assert len(compute.asked) == 6
+
+
+def test_a_foreign_file_among_the_chunks_is_named(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    monkeypatch.setattr(store, "SMALL", 0)
+    sweep(tmp_path)
+    chunk = tmp_path / "designs.parquet" / "0000000004.parquet"
+    chunk.with_name("0000000077.parquet").write_bytes(chunk.read_bytes())
+    with pytest.raises(RequestError, match=r"0000000077.parquet is of no chunk of this sweep: move it"):
+        sweep(tmp_path, resume=True)
+
+
+def test_a_manifest_that_was_edited_is_not_gone_on_with(tmp_path):
+    sweep(tmp_path)
+    path = tmp_path / "manifest.json"
+    path.write_text(path.read_text().replace('"tip": "m"', '"tip": "mm"'))
+    with pytest.raises(RequestError, match="it is not as it was written"):
+        sweep(tmp_path, resume=True)
+
+
+class Told(Progress):
+    """Sentences that were told."""
+
+    def __init__(self):
+        self.sentences = []
+
+    def tell(self, sentence):
+        self.sentences.append(sentence)
+
+
+class Listed(Parabolas):
+    """Parabolas, and the first designs of the chunks that were asked for."""
+
+    asked = ()
+
+    def __call__(self, first, last):
+        object.__setattr__(self, "asked", [*self.asked, first])
+        return super().__call__(first, last)
 
 
 def started(folder, kind, seconds, jobs=2):

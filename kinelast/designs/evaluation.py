@@ -11,8 +11,6 @@ from kinelast.designs.base import Base, base_of
 from kinelast.designs.evaluate import evaluated
 from kinelast.scene.document import Document
 
-WORK = 1_000_000  # positions of beams that take about a second, with a handful of figures
-
 
 class Plan(Protocol):
     """Which designs there are: the values of numbers of a scene, by the number of the design alone."""
@@ -55,12 +53,6 @@ class Evaluation:
         """Units of the columns."""
         numbers = {place.variable.path: place.variable.unit for place in self.base.places}
         return {**numbers, **{measure.name: measure.unit for measure in self.base.measures}}
-
-    @property
-    def chunk(self) -> int:
-        """Designs that take about a second; the same on every machine, as the files of a sweep depend on it."""
-        scene = self.document.scene
-        return max(1, min(self.plan.count, WORK // (scene.run.positions * max(1, len(scene.labels)))))
 
     def __call__(self, first: int, last: int) -> tuple[dict[str, Any], Sequence[str]]:
         """Columns of designs first to last - 1, and why some have no figures."""

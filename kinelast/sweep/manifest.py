@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cache
@@ -22,10 +22,29 @@ SHOWN = 60  # letters of a value in a message
 
 
 @dataclass(frozen=True)
+class Kept:
+    """What the content of a chunk is known by: how many designs and bytes it has, and their SHA-256."""
+
+    rows: int
+    size: int
+    sha256: str
+
+    @classmethod
+    def of(cls, rows: int, content: bytes) -> Kept:
+        """What a chunk's content is known by."""
+        return cls(rows, len(content), hashlib.sha256(content).hexdigest())
+
+    def fits(self, content: bytes) -> bool:
+        """Whether a content is the one that was kept."""
+        return len(content) == self.size and hashlib.sha256(content).hexdigest() == self.sha256
+
+
+@dataclass(frozen=True)
 class Manifest:
     """A sweep and how far it is.
 
-    A chunk is done where its file is there, see `store`; failed where it is named here; in flight or to come elsewhere.
+    A chunk is done where its content is what it is known by, see `store`; failed where it is named here; in flight
+    or to come elsewhere.
 
     Attributes
     ----------
@@ -39,6 +58,8 @@ class Manifest:
         Names of the columns and their units, in the order of the store; empty until a chunk is done.
     failed
         Why chunks failed, by their number.
+    kept
+        What the chunks of a complete store are known by, in their order.
     complete
         Whether every design is in the store.
     """
@@ -49,6 +70,7 @@ class Manifest:
     store: str
     columns: Mapping[str, str] = field(default_factory=dict)
     failed: Mapping[int, str] = field(default_factory=dict)
+    kept: Sequence[Kept] = ()
     complete: bool = False
 
     @property
@@ -60,7 +82,7 @@ class Manifest:
         """The first design of a chunk, and the one after its last."""
         return number * self.chunk, min((number + 1) * self.chunk, self.designs)
 
-    def count(self, numbers: set[int]) -> int:
+    def count(self, numbers: Collection[int]) -> int:
         """How many designs some chunks hold."""
         last = self.chunks - 1
         return len(numbers) * self.chunk - (self.chunks * self.chunk - self.designs if last in numbers else 0)
@@ -79,14 +101,13 @@ def manifest_bytes(manifest: Manifest) -> bytes:
     """A manifest as JSON, the same for the same content."""
     data = asdict(manifest)
     data["identity"] = dict(manifest.identity)
-    data["sha256"] = digest(manifest.identity)
     data["failed"] = {str(number): why for number, why in sorted(manifest.failed.items())}
-    return json_bytes(data, indent=1) + b"\n"
+    return json_bytes({**data, "sha256": _digest(data)}, indent=1) + b"\n"
 
 
-def digest(identity: Mapping[str, Any]) -> str:
-    """One word for an identity."""
-    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+def _digest(data: Mapping[str, Any]) -> str:
+    """What a manifest is known by."""
+    return hashlib.sha256(json.dumps(json.loads(json_bytes(data)), sort_keys=True).encode()).hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -102,8 +123,10 @@ def read_manifest(folder: Path) -> Manifest | None:
         return None
     try:
         data = json.loads(path.read_bytes())
+        if data.pop("sha256") != _digest(data):
+            raise ValueError("it is not as it was written")
         data["failed"] = {int(number): str(why) for number, why in data["failed"].items()}
-        del data["sha256"]
+        data["kept"] = [Kept(**each) for each in data["kept"]]
         return Manifest(**data)
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         told = plain(str(error), 200)

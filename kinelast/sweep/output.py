@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import time
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import Plan, Rows, plan_of
-from kinelast.numbers import quantity
+from kinelast.numbers import quantity, round_down
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, attempted
 from kinelast.outputs.outbox import json_bytes, put
 from kinelast.processes import cores
@@ -21,7 +23,7 @@ from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.text import file_bytes, of_file
-from kinelast.sweep.manifest import Manifest
+from kinelast.sweep.manifest import Manifest, read_manifest
 from kinelast.sweep.pages import design_text, write_pages
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
@@ -31,6 +33,8 @@ from kinelast.version import VERSION
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes
 TRIED = 200  # designs by which that is known
 PAGED = 1_000_000  # designs of which there is a page
+TICK = 1e-7  # [s] that a design takes at least
+CHUNK = 1.0  # [s] on one core, of a chunk: what a run that is ended loses
 SLOW = 0.3  # [s] a design, of which no more are tried
 FEWER = "positions or --jobs"
 REASONS = 20  # that are counted by name
@@ -76,7 +80,8 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         plan = plan_of(document, task.path.parent)
         figures, aim = _asked_of(document, plan)
     evaluation = Evaluation(document, plan, figures)
-    takes = _duration(evaluation) / (batch.jobs or cores())
+    each = _duration(evaluation)
+    takes = each * plan.count / (batch.jobs or cores())
     if plan.count > batch.most:
         advice = "ask for fewer, or allow so many by --most"
         raise RequestError(f"{plan.count:.6g} designs would take about {_words(takes)}: {advice}")
@@ -92,7 +97,7 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         evaluation,
         task.folder,
         identity,
-        evaluation.chunk,
+        _chunk(task.folder if batch.resume else None, each, plan.count),
         batch.jobs or cores(),
         batch.scheduler,
         progress,
@@ -133,7 +138,7 @@ def _asked_of(document: Document, plan: Plan) -> tuple[tuple[str, ...], Aim]:
 
 
 def _duration(evaluation: Evaluation) -> float:
-    """How long a sweep takes on one core [s], by its first designs."""
+    """How long a design takes on one core [s], by the first ones."""
     evaluation(0, 1)  # what is done once
     count, took = 0, 0.0
     for count in (1, min(TRIED, evaluation.plan.count)):
@@ -142,7 +147,15 @@ def _duration(evaluation: Evaluation) -> float:
         took = time.process_time() - begin
         if took > SLOW:
             break
-    return took / count * evaluation.plan.count
+    return took / count
+
+
+def _chunk(folder: Path | None, each: float, count: int) -> int:
+    """How many designs are kept together: about a second's, in steps; those of the sweep in a folder that is gone on with."""
+    with suppress(RequestError):  # told where the sweep begins
+        if folder and (kept := read_manifest(folder)):
+            return kept.chunk
+    return min(count, max(1, int(round_down(CHUNK / max(each, TICK)))))
 
 
 def _words(seconds: float) -> str:

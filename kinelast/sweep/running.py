@@ -17,9 +17,10 @@ from kinelast.progress import SILENT, Progress
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
-from kinelast.sweep.store import Store, encoded, store_name
+from kinelast.sweep.store import CSV, Store, encoded, store_name
 
 TRIES = 3  # of a chunk whose process dies
+MOST_NAMED = 5  # chunks in a message
 MOST_FAILED = 10  # chunks of a run: what fails so often fails always
 
 
@@ -49,6 +50,7 @@ class Chunk:
 
     content: bytes
     columns: tuple[str, ...]
+    rows: int
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Work:
             return "out of memory: ask for smaller chunks"
         except Exception:  # one chunk that the program fails on must not take the others with it
             return traceback.format_exc()
-        return Chunk(content, tuple(columns))
+        return Chunk(content, tuple(columns), len(reasons))
 
 
 def run_plan(
@@ -118,14 +120,13 @@ def run_plan(
     with held(folder, patience=0.0):
         try:
             manifest = _begun(store, manifest, resume)
-            done = store.done(manifest)
-            manifest = replace(manifest, complete=manifest.complete and len(done) == manifest.chunks)
-            manifest = _computed(store, manifest, done, compute, jobs, scheduler, progress)
-            return Outcome(folder, _finished(store, manifest, done), manifest.count(done))
+            manifest, wrong = _checked(store, manifest, progress)
+            manifest = _computed(store, manifest, wrong, compute, jobs, scheduler, progress)
+            return Outcome(folder, _finished(store, manifest), manifest.count(store.kept))
         except RequestError:
             raise
         except BaseException as stop:
-            kept = f"{manifest.count(store.done(manifest))} of {count} designs are kept; --resume goes on from there"
+            kept = f"{manifest.count(store.kept)} of {count} designs are kept; --resume goes on from there"
             if isinstance(stop, ConnectionError):
                 raise RequestError(f"{stop}; {kept}") from stop
             if isinstance(stop, OSError):
@@ -146,7 +147,7 @@ def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
         return kept
     else:
         old = Store(folder, kept.store)
-        if not kept.complete and (done := old.done(kept)):
+        if not kept.complete and (done := old.checked(kept)[0]):
             held = f"{kept.count(done)} of {kept.designs} designs of a sweep that was not finished"
             raise RequestError(f"{folder} holds {held}: --resume goes on with it, or remove it")
         old.clear()
@@ -154,19 +155,45 @@ def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
     return asked
 
 
+def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
+    """The manifest of what is in the folder as it was kept, and numbers of the chunks that are not any more."""
+    done, wrong = store.checked(manifest)
+    if not manifest.complete:
+        if wrong:
+            progress.tell(f"{store.folder}: computed again, as not as they were kept: {_chunks(wrong)}")
+        return manifest, wrong
+    if len(done) == manifest.chunks and store.is_whole(manifest):
+        return manifest, []
+    told = f"computed again: {_chunks(wrong)}" if wrong else "joined again"
+    progress.tell(f"{store.folder / store.name} is not as it was written; {told}")
+    if store.name == CSV:
+        store.part(manifest)
+    else:
+        store.note_kept()
+    manifest = replace(manifest, complete=False, kept=())
+    store.note(manifest)
+    return manifest, wrong
+
+
+def _chunks(numbers: Sequence[int]) -> str:
+    """Chunks by their numbers, few of many."""
+    more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
+    return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MOST_NAMED]))}{more}"
+
+
 def _computed(
     store: Store,
     manifest: Manifest,
-    done: set[int],
+    wrong: Sequence[int],
     compute: Compute,
     jobs: int,
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute the chunks that are not done, and keep each as it comes; the manifest with what was found of them."""
+    """Compute the chunks that are not done, what is wrong first, and keep each as it comes; the manifest of that."""
     failed: dict[int, str] = {}
-    ahead = (number for number in range(manifest.chunks) if number not in done)
-    with closing(_source(Work(compute, manifest), ahead, min(jobs, manifest.chunks - len(done)), scheduler)) as coming:
+    first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
+    with closing(_source(Work(compute, manifest), iter(first), min(jobs, len(first)), scheduler)) as coming:
         for number, answer in coming:
             chunk = _agreeing(answer, manifest)
             if isinstance(chunk, str):
@@ -180,9 +207,8 @@ def _computed(
                 units = compute.units
                 manifest = replace(manifest, columns={name: units.get(name, "") for name in chunk.columns})
                 store.note(manifest)
-            store.keep(number, chunk.content)
-            done.add(number)
-            progress("designs", manifest.count(done), manifest.designs)
+            store.keep(number, chunk.rows, chunk.content)
+            progress("designs", manifest.count(store.kept), manifest.designs)
     return replace(manifest, failed=failed)
 
 
@@ -208,12 +234,15 @@ def _agreeing(answer: Chunk | str | Lost, manifest: Manifest) -> Chunk | str:
     return answer
 
 
-def _finished(store: Store, manifest: Manifest, done: set[int]) -> Manifest:
+def _finished(store: Store, manifest: Manifest) -> Manifest:
     """The manifest of a sweep that has come to its end, as it stands in the folder then."""
-    whole = replace(manifest, complete=len(done) == manifest.chunks)
-    if whole.complete and not manifest.complete:
+    if len(store.kept) < manifest.chunks:
+        whole = replace(manifest, complete=False, kept=())
+        store.note(whole)
+        return whole
+    whole = replace(manifest, complete=True, kept=[store.kept[number] for number in range(manifest.chunks)])
+    if not manifest.complete:
         store.join(whole)
     store.note(whole)
-    if whole.complete:
-        store.drop_parts()
+    store.drop_parts()
     return whole

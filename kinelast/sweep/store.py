@@ -23,11 +23,12 @@ import numpy as np
 from kinelast.outputs.outbox import UNFINISHED, put
 from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes
 from kinelast.request import RequestError
-from kinelast.sweep.manifest import NAME, Manifest, manifest_bytes
+from kinelast.sweep.manifest import NAME, Kept, Manifest, manifest_bytes
 
 SMALL = 100_000  # designs
 BLOCK = 10_000  # rows that are read at once
 CSV, PARQUET = "designs.csv", "designs.parquet"
+JOURNAL = "kept.txt"  # what chunks are known by, until they are all there
 NUMBER, REASON = "design", "reason"  # the columns that every store has
 
 Columns = Mapping[str, Any]
@@ -71,15 +72,72 @@ class Store:
         self.folder, self.name = folder, name
         self.parts = folder / (PARQUET if name == PARQUET else f"{CSV}.parts")
         self._end = Path(name).suffix
+        self.kept: dict[int, Kept] = {}
 
-    def done(self, manifest: Manifest) -> set[int]:
-        """Numbers of the chunks whose files are there."""
-        if self.name == CSV and manifest.complete and (self.folder / CSV).exists():
-            return set(range(manifest.chunks))
+    def checked(self, manifest: Manifest) -> tuple[set[int], list[int]]:
+        """Numbers of the chunks that are as they were kept, and of those that are not any more.
+
+        Raises
+        ------
+        RequestError
+            A file among the chunks' is of none of them.
+        """
+        if manifest.complete and self.name == CSV:
+            contents = self._parted(manifest)
+        else:
+            self._require_own(manifest)
+            contents = map(_content, map(self._place, range(manifest.chunks)))
+        known = dict(enumerate(manifest.kept)) if manifest.complete else self._noted()
+        self.kept, wrong = {}, []
+        for number, content in enumerate(contents):
+            entry = known.get(number)
+            if entry and entry.fits(content):
+                self.kept[number] = entry
+            elif entry:
+                wrong.append(number)
+        return set(self.kept), wrong
+
+    def _place(self, number: int) -> Path:
+        return self.parts / f"{number:010}{self._end}"
+
+    def _require_own(self, manifest: Manifest) -> None:
+        """Raise where a reader of the data set would take a file for one of its chunks that is none."""
         with suppress(OSError):
-            found = (entry.name.removesuffix(self._end) for entry in os.scandir(self.parts))
-            return {int(name) for name in found if name.isdecimal() and int(name) < manifest.chunks}
-        return set()
+            for entry in sorted(os.scandir(self.parts), key=lambda each: each.name):
+                name = entry.name.removesuffix(self._end)
+                if not entry.name.startswith(".") and not (name.isdecimal() and int(name) < manifest.chunks):
+                    raise RequestError(f"{entry.path} is of no chunk of this sweep: move it")
+
+    def _noted(self) -> dict[int, Kept]:
+        """What chunks were noted as known by, a line each; a line that was torn is as if it had not been."""
+        noted = {}
+        for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
+            with suppress(ValueError):
+                number, rows, size, sha256 = line.split(" ")
+                noted[int(number)] = Kept(int(rows), int(size), sha256)
+        return noted
+
+    def _parted(self, manifest: Manifest) -> Iterator[bytes]:
+        """The one file of CSV as its chunks."""
+        content = _content(self.folder / CSV)
+        at = len(_head(manifest))
+        for entry in manifest.kept:
+            yield content[at : at + entry.size]
+            at += entry.size
+
+    def part(self, manifest: Manifest) -> None:
+        """Make files of the chunks of the one file of CSV that are as they were kept."""
+        for number, content in enumerate(self._parted(manifest)):
+            if number in self.kept:
+                self.keep(number, self.kept[number].rows, content)
+
+    def is_whole(self, manifest: Manifest) -> bool:
+        """Whether all there is stands in its place, nothing before, between or behind."""
+        if self.name == PARQUET:
+            return True
+        head = _head(manifest)
+        content = _content(self.folder / CSV)
+        return content.startswith(head) and len(content) == len(head) + sum(entry.size for entry in manifest.kept)
 
     def require_free(self) -> None:
         """Raise where somebody else's files have the names of the store."""
@@ -91,7 +149,7 @@ class Store:
 
     def clear(self) -> None:
         """Away with all that a sweep has left here, its manifest last."""
-        for name in (CSV, PARQUET, f"{CSV}.parts", NAME):
+        for name in (CSV, PARQUET, f"{CSV}.parts", JOURNAL, NAME):
             path = self.folder / name
             if path.is_dir():
                 shutil.rmtree(path)
@@ -105,10 +163,22 @@ class Store:
                 for path in folder.glob(f".*{UNFINISHED}"):
                     path.unlink()
 
-    def keep(self, number: int, content: bytes) -> None:
-        """Put the file of a chunk into its place."""
+    def keep(self, number: int, rows: int, content: bytes) -> None:
+        """Put the file of a chunk into its place, and note what it is known by."""
         self.parts.mkdir(parents=True, exist_ok=True)
-        put(self.parts / f"{number:010}{self._end}", content)
+        entry = Kept.of(rows, content)
+        put(self._place(number), content)
+        self.kept[number] = entry
+        self._journal({number: entry})
+
+    def note_kept(self) -> None:
+        """Note what the chunks that are there are known by."""
+        self._journal(self.kept)
+
+    def _journal(self, entries: Mapping[int, Kept]) -> None:
+        with (self.folder / JOURNAL).open("ab") as file:
+            for number, entry in entries.items():
+                file.write(f"{number} {entry.rows} {entry.size} {entry.sha256}\n".encode())
 
     def note(self, manifest: Manifest) -> None:
         """Put the manifest into its place."""
@@ -118,16 +188,28 @@ class Store:
     def join(self, manifest: Manifest) -> None:
         """Make the one file of CSV of the chunks' in their order; a Parquet data set is whole as it is."""
         if self.name == CSV:
-            none = np.zeros(0)
-            names = (Column(name, none, unit) for name, unit in manifest.columns.items())
-            head = csv_bytes(Table((Column(NUMBER, none), *names, Column(REASON, none))))
-            parts = (self.parts / f"{number:010}.csv" for number in range(manifest.chunks))
-            put(self.folder / CSV, head, *parts)
+            put(self.folder / CSV, _head(manifest), *map(self._place, range(manifest.chunks)))
 
     def drop_parts(self) -> None:
-        """Away with the chunks' files where they were joined."""
+        """Away with the chunks' files where they were joined, and with the notes on them."""
         if self.name == CSV:
             shutil.rmtree(self.parts, ignore_errors=True)
+        (self.folder / JOURNAL).unlink(missing_ok=True)
+
+
+def _content(path: Path) -> bytes:
+    """The content of a file; empty where there is none."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
+
+
+def _head(manifest: Manifest) -> bytes:
+    """The headings of the one file of CSV."""
+    none = np.zeros(0)
+    names = (Column(name, none, unit) for name, unit in manifest.columns.items())
+    return csv_bytes(Table((Column(NUMBER, none), *names, Column(REASON, none))))
 
 
 def stored_chunks(folder: Path, manifest: Manifest) -> Iterator[tuple[dict[str, Any], list[str]]]:
