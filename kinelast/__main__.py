@@ -2,7 +2,7 @@
 
 import sys
 
-from kinelast.cli.command import main
+from kinelast.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -9,10 +9,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
-from kinelast.stopping import without_interrupts
+from kinelast.stopping import ignored_interrupts, without_interrupts
 
 GRACE = 2.0  # [s] that a worker has to end by itself
 T = TypeVar("T")
@@ -97,7 +98,8 @@ def answers(
                         continue
                 yield task, answer
     finally:
-        _end(workers)
+        with ignored_interrupts():
+            _end(workers)
 
 
 def cores() -> int:
@@ -109,6 +111,7 @@ def _started(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
+    resource_tracker.ensure_running()  # else it is started meanwhile, and lets interrupts through again
     with without_interrupts():
         process.start()
     there.close()

@@ -43,6 +43,19 @@ def stoppable() -> Iterator[None]:
 
 
 @contextmanager
+def ignored_interrupts() -> Iterator[None]:
+    """Ignore the keyboard's interrupt, while what it has ended is tidied up."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+@contextmanager
 def without_interrupts() -> Iterator[None]:
     """Hold the keyboard's interrupt back; processes that are started meanwhile never see it."""
     if not hasattr(signal, "pthread_sigmask"):

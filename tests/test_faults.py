@@ -136,6 +136,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(name, jobs, tmp_pa
     if name != "SIGKILL":
         assert "after 2 of 4 scenes; finished scenes are kept, --resume goes on from there" in said
         assert "2 done, 0 failed, 0 skipped" in said
+        assert "Traceback" not in said
         assert hidden(out) == []
     assert whole_folders(out) == {"s0", "s1"}
     scenes(tmp_path / "in", 4)
@@ -191,6 +192,59 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
     assert hidden(tmp_path / "out") == []
     assert main([*call, "--positions", "9", "--resume"]) == 0
     require_whole(tmp_path / "out" / "s0")
+
+
+def test_no_process_at_work_ever_sees_an_interrupt():
+    """Not the first one either, for which multiprocessing starts a tracker that would let interrupts through."""
+    code = (
+        "import signal; from functools import partial; from kinelast.processes import answers\n"
+        "masks = answers(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
+        "assert all(signal.SIGINT in mask for _, mask in masks)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_full_disk_leaves_nothing_of_a_structure_behind(tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("kinelast.outputs.outbox.write_json", full)
+        assert main(["quick_return", "--structure", "-o", str(tmp_path / "out")]) == 2
+    assert "quick_return: not written: no space left on device" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert hidden(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["positions.csv", "summary.json", "report.html"])
+def test_results_that_are_not_as_they_were_written_are_computed_again_and_said(name, tmp_path, capsys):
+    call = ["steel_four_bar", "--positions", "9", "--theory", "quasi-static", "-o", str(tmp_path)]
+    assert main([*call, "--quiet"]) == 0
+    path = tmp_path / "steel_four_bar" / name
+    before = path.read_bytes()
+    at = before.index(b"9")
+    path.write_bytes(before[:at] + b"8" + before[at + 1 :])
+    assert main([*call, "--resume"]) == 0
+    said = capsys.readouterr()
+    assert (
+        f"steel_four_bar: computed again: {'its ' * (name == 'summary.json')}{name} is not as it was written"
+        in said.err
+    )
+    assert path.read_bytes() == before
+    assert main([*call, "--resume"]) == 0
+    assert "finished before" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("files", ["[[1]]", "3", '{"a": {}}', '["summary.json", null]'])
+def test_a_summary_that_was_edited_is_no_fault_of_the_program(files, tmp_path, capsys):
+    call = ["steel_four_bar", "--positions", "9", "--theory", "quasi-static", "--quiet", "-o", str(tmp_path)]
+    assert main(call) == 0
+    path = tmp_path / "steel_four_bar" / "summary.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "files": json.loads(files)}))
+    assert main([*call, "--resume"]) in (0, 2)
+    path.write_text(json.dumps({**json.loads(path.read_text()), "files": json.loads(files)}))
+    assert main(call) in (0, 2)
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_a_summary_that_cannot_be_written_leaves_the_older_one(tmp_path, monkeypatch, capsys):

@@ -8,6 +8,7 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -410,6 +411,18 @@ def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
     assert not bomb.exists()
     assert tree(tmp_path / "dask") == whole
     assert tree(tmp_path / "lost") == whole
+
+
+@SLOW
+def test_a_scheduler_without_workers_is_waited_for_and_said(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+    told = Told()
+    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=None) as cluster:
+        timer = threading.Timer(1.0, cluster.scale, [1])
+        timer.start()
+        assert sweep(tmp_path, scheduler=cluster.scheduler_address, progress=told).kept == COUNT
+        timer.join()
+    assert "has no worker yet, waiting for one: dask worker tcp://" in told.sentences[0]
 
 
 def test_no_scheduler_is_told(tmp_path, monkeypatch):

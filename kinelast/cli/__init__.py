@@ -1,1 +1,15 @@
 """The deflection-report command: its options, what it prints, and scenes side by side."""
+
+import signal
+import sys
+
+
+def main() -> int:
+    """Run the command with the arguments of the process; an interrupt while it is loaded ends it without a word."""
+    try:
+        from kinelast.cli.command import main
+    except KeyboardInterrupt:
+        return 130
+    status = main(sys.argv[1:])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to be interrupted but the end
+    return status

@@ -18,19 +18,19 @@ from kinelast.cli.workers import Work, one_by_one, side_by_side
 from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
 from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.error import plain
-from kinelast.stopping import StoppedError, stoppable
+from kinelast.stopping import StoppedError, ignored_interrupts, stoppable
 from kinelast.version import VERSION
 
 BY_SIGNAL, INTERRUPTED = 128, 130
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str]) -> int:
     """Run the command.
 
     Parameters
     ----------
     argv
-        The arguments; those of the process where left out.
+        The arguments.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault(name, "1")  # before numpy is loaded: last digits do not depend on --jobs
     try:
         with stoppable():
-            return _answer(*parsed(sys.argv[1:] if argv is None else argv))
+            return _answer(*parsed(argv))
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except (KeyboardInterrupt, StoppedError) as stop:
@@ -147,15 +147,25 @@ def _run(request: Request, batch: Batch) -> int:
                 if outcome.interrupted:
                     raise KeyboardInterrupt
     except (KeyboardInterrupt, StoppedError) as stop:
-        status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes")
-    if len(tasks) + len(problems) > 1 and not (batch.structure or batch.sweep or batch.design is not None):
-        _summarize(outcomes, batch.out)
-        states = Counter(outcome.state for _, outcome in outcomes)
-        states[FAILED] += len(problems)
-        if not batch.quiet:
-            counts = ", ".join(f"{states[state]} {state}" for state in ("done", "failed", "skipped"))
-            say(f"{counts}, {time.monotonic() - begin:.1f} s", sys.stderr)
+        with ignored_interrupts():
+            status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes")
+            _close(outcomes, len(tasks), len(problems), batch, begin)
+        return status
+    _close(outcomes, len(tasks), len(problems), batch, begin)
     return status
+
+
+def _close(outcomes: Sequence[tuple[Task, Outcome]], tasks: int, refused: int, batch: Batch, begin: float) -> None:
+    """Say how all scenes went, where there are several reports."""
+    if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
+        return
+    if outcomes:
+        _summarize(outcomes, batch.out)
+    states = Counter(outcome.state for _, outcome in outcomes)
+    states[FAILED] += refused
+    if not batch.quiet:
+        counts = ", ".join(f"{states[state]} {state}" for state in ("done", "failed", "skipped"))
+        say(f"{counts}, {time.monotonic() - begin:.1f} s", sys.stderr)
 
 
 def _tell(task: Task, outcome: Outcome, quiet: bool) -> None:
@@ -175,13 +185,11 @@ def _named_once(line: str, task: Task) -> str:
 
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
-    """A table of all scenes, where there is anything to tell."""
+    """A table of all scenes."""
     from dataclasses import replace
 
     from kinelast.outputs.batch import summary_row, write_batch
 
-    if not (outcomes or out.is_dir()):
-        return
     rows = {}
     for task, outcome in outcomes:
         name = str(task.folder.relative_to(out))
@@ -192,7 +200,3 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path) -> None:
         write_batch(out, {row[0]: row for row in rows.values()}, seconds)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +15,8 @@ from kinelast.scene.data import Scene
 
 if TYPE_CHECKING:
     from animations import Style
+
+LITTLE = 1_000_000  # bytes that are free on a disk that is full to an encoder, which writes by blocks
 
 
 def require_rendering() -> None:
@@ -33,12 +38,26 @@ def draw_film(
     ------
     ValueError
         More frames than positions; a field that is not known.
+    OSError
+        It cannot be written, as where the disk is full.
     """
     from animations import movie
     from animations.files import RATE
 
     target, rate = part / f"{diagram}.{request.picture}", request.fps or RATE
-    movie(results.deflection, diagram, target, request.frames, style_of(results.scene, request), on_frame, rate)
+    try:
+        movie(results.deflection, diagram, target, request.frames, style_of(results.scene, request), on_frame, rate)
+    except OSError as error:
+        raise _without_encoder(error, target) from None
+
+
+def _without_encoder(error: OSError, target: Path) -> OSError:
+    """A fault of writing in the system's words: where the encoder has died of it, its own are a command line."""
+    if error.errno not in (None, errno.EPIPE):
+        return error
+    if shutil.disk_usage(target.parent).free < LITTLE:
+        return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
+    return OSError(errno.EPIPE, "the encoder of films (ffmpeg) ended before its time", str(target))
 
 
 def style_of(scene: Scene, request: Request) -> Style:

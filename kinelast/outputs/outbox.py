@@ -119,23 +119,26 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
     _require_place(folder)
     with held(folder) as hidden:
         _refuse_to_replace(folder, {*texts, SUMMARY})
-        folder.mkdir(exist_ok=True)
         known = _summary_in(folder) or {}
         part = folder.with_name(f"{hidden}.part")
         part.mkdir()
-        for name, text in texts.items():
-            (part / name).write_text(text, encoding="utf-8", newline="")
-        whole = {**(known or summary), "files": {**_files(known), **sizes(part)}}
-        digests = known.get("sha256")
-        whole["sha256"] = {
-            **(digests if isinstance(digests, dict) else {}),
-            **_digests(part),
-            SUMMARY: _own_digest(whole),
-        }
-        write_json(part / SUMMARY, whole)
-        for entry in sorted(part.iterdir(), key=lambda each: each.name == SUMMARY):
-            entry.replace(folder / entry.name)
-        part.rmdir()
+        try:
+            _add(folder, part, texts, known or summary)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str, Any]) -> None:
+    """Put texts into a folder by way of a hidden one, its summary last."""
+    for name, text in texts.items():
+        (part / name).write_text(text, encoding="utf-8", newline="")
+    whole = {**known, "files": {**_files(known), **sizes(part)}}
+    before = known.get("sha256")
+    digests = {**(before if isinstance(before, dict) else {}), **_digests(part)}
+    write_json(part / SUMMARY, {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}})
+    folder.mkdir(exist_ok=True)
+    for entry in sorted(part.iterdir(), key=lambda each: each.name == SUMMARY):
+        entry.replace(folder / entry.name)
 
 
 def write_json(path: Path, data: Any) -> None:
@@ -318,6 +321,9 @@ def _clean(folder: Path, hidden: str) -> None:
     if not folder.exists():
         old.rename(folder)
         return
+    for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
+        with suppress(OSError):
+            place.chmod(0o700)  # so that what was written to be read alone goes away, too
     for name in foreign(old):
         (old / name).rename(folder / name)
     shutil.rmtree(old, ignore_errors=True)

@@ -15,6 +15,7 @@ from itertools import islice
 from typing import Any, TypeVar
 
 from kinelast.processes import Lost
+from kinelast.progress import SILENT, Progress
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import versions
@@ -26,7 +27,7 @@ A = TypeVar("A")
 
 
 def cluster_answers(
-    work: Callable[[int], A], numbers: Iterator[int], address: str
+    work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
     """Numbers with their answers, as they come from the workers of a scheduler; see `kinelast.processes.answers`.
 
@@ -48,6 +49,9 @@ def cluster_answers(
     name = f"kinelast-{secrets.token_hex(8)}"
     try:
         _send(client, name, work)
+        if not client.nthreads():
+            shown = plain(address, 200)
+            progress.tell(f'--scheduler: "{shown}" has no worker yet, waiting for one: dask worker {shown}')
         yield from _collected(client, name, numbers)
     finally:
         with suppress(Exception):  # a scheduler that is gone has nothing to forget

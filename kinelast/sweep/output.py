@@ -151,7 +151,7 @@ def _duration(evaluation: Evaluation) -> float:
 
 
 def _chunk(folder: Path | None, each: float, count: int) -> int:
-    """How many designs are kept together: about a second's, in steps; those of the sweep in a folder that is gone on with."""
+    """How many designs are kept together: about a second's, in steps; as before in a folder that is gone on with."""
     with suppress(RequestError):  # told where the sweep begins
         if folder and (kept := read_manifest(folder)):
             return kept.chunk

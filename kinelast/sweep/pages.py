@@ -139,5 +139,6 @@ def _folders(
             lasting = {"kinelast": VERSION, "made_from": made, "pages": pages, "failed": failed}
             seal(part, lasting)
     except (RequestError, OSError) as error:
-        return [], FINE, plain(f"no pages of single designs: {error}", MESSAGE)
+        told = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
+        return [], BAD_INPUT, plain(f"no pages of single designs: {told}", MESSAGE)
     return pages, status, "\n".join(failed)

@@ -193,7 +193,7 @@ def _computed(
     """Compute the chunks that are not done, what is wrong first, and keep each as it comes; the manifest of that."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
-    with closing(_source(Work(compute, manifest), iter(first), min(jobs, len(first)), scheduler)) as coming:
+    with closing(_source(Work(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)) as coming:
         for number, answer in coming:
             chunk = _agreeing(answer, manifest)
             if isinstance(chunk, str):
@@ -213,13 +213,13 @@ def _computed(
 
 
 def _source(
-    work: Work, numbers: Iterator[int], jobs: int, scheduler: str | None
+    work: Work, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
     """Chunks as they come, from wherever they are computed."""
     if scheduler is not None:
         from kinelast.sweep.cluster import cluster_answers
 
-        return cluster_answers(work, numbers, scheduler)
+        return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:
         return answers(work, numbers, jobs, TRIES)
     return ((number, work(number)) for number in numbers)
