@@ -28,7 +28,7 @@ MASSLESS = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class CycleModes:
     """The elastic coordinates over a cycle, none left out.
 
     Attributes
@@ -53,7 +53,7 @@ class Cycle:
     bent: Reals
 
 
-def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> Cycle:
+def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Deflection]) -> CycleModes:
     """Modes of a structure over some positions of its cycle, and how it is bent by the loads of some deflections."""
     stiffness = structure.stiffness
     scale = 1.0 / np.sqrt(np.diagonal(stiffness))
@@ -70,10 +70,10 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
         omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
     strains = strain_rows(structure, basis).swapaxes(-1, -2)
     bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
-    return Cycle(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
+    return CycleModes(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
-def reduced_basis(cycle: Cycle, modes: int, besides: float) -> Reals:
+def reduced_basis(cycle: CycleModes, modes: int, besides: float) -> Reals:
     """Basis of some modes and of the bending by their inertia, shape (n, r); the mean mass is the unit matrix.
 
     Parameters
@@ -102,7 +102,7 @@ def _with_more(basis: Reals, others: Reals, least: float) -> Reals:
     return np.concatenate((basis, more - basis @ (basis.T @ more)), axis=1)
 
 
-def near_modes(cycle: Cycle) -> int:
+def near_modes(cycle: CycleModes) -> int:
     """How many modes are near the lowest one."""
     moving = cycle.values > MASSLESS * cycle.values[0]
     near = int((cycle.values > cycle.values[0] / NEAR**2).sum())

@@ -17,7 +17,7 @@ from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
 from elastic.elastodynamics.exact_steps import Settled
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
-from elastic.elastodynamics.reduction import Cycle, cycle_of, near_modes, reduced_basis
+from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import resampled
@@ -109,7 +109,7 @@ class Model:
     damping: Damping
     looked_at: Motion
     structure: ElasticStructure
-    cycle: Cycle | None
+    cycle: CycleModes | None
     inner: int
 
 
@@ -135,7 +135,7 @@ def vibrating_model(
 
 def _coordinates(
     motion: Motion, sections: Sequence[Section], joints: Mapping[str, JointCompliance], inner: int
-) -> tuple[ElasticStructure, Cycle | None]:
+) -> tuple[ElasticStructure, CycleModes | None]:
     structure = elastic_structure(motion.mechanism, sections, joints, inner)
     if not len(structure.stiffness):
         return structure, None

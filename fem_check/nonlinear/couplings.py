@@ -15,7 +15,7 @@ import numpy as np
 from rigid import Reals
 
 
-class Kind(IntEnum):
+class CouplingKind(IntEnum):
     """Kinds of c: parts of the gap between two points, the angle, the gap seen from the first node, the distance."""
 
     X = 0
@@ -27,13 +27,13 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True)
-class Coupling:
+class NodeCoupling:
     """A function c of two nodes.
 
     Attributes
     ----------
     kind
-        Of `Kind`.
+        Of `CouplingKind`.
     parent, child
         Numbers of the nodes.
     at_parent, at_child
@@ -42,7 +42,7 @@ class Coupling:
         Unit vector of ALONG and ACROSS in the axes of the parent's link.
     """
 
-    kind: Kind
+    kind: CouplingKind
     parent: int
     child: int
     at_parent: complex = 0.0
@@ -59,28 +59,28 @@ class CouplingState:
     second: Reals
 
 
-def coupling_state(couplings: tuple[Coupling, ...], q: Reals) -> CouplingState:
+def coupling_state(couplings: tuple[NodeCoupling, ...], q: Reals) -> CouplingState:
     """All couplings for nodes at q, shape (instants, nodes, 3)."""
     shape = (len(q), len(couplings))
     value, gradient, second = np.zeros(shape), np.zeros((*shape, 6)), np.zeros((*shape, 6, 6))
     for number, own in enumerate(couplings):
-        here = _turn(own, q) if own.kind is Kind.TURN else _gap(own, q)
+        here = _turn(own, q) if own.kind is CouplingKind.TURN else _gap(own, q)
         value[:, number], gradient[:, number], second[:, number] = here
     return CouplingState(value, gradient, second)
 
 
-def _turn(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
+def _turn(own: NodeCoupling, q: Reals) -> tuple[Any, Any, Any]:
     return q[:, own.child, 2] - q[:, own.parent, 2], np.array([0, 0, -1.0, 0, 0, 1.0]), 0.0
 
 
-def _gap(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
+def _gap(own: NodeCoupling, q: Reals) -> tuple[Any, Any, Any]:
     """The gap u of the two points, or u seen from the parent's line, as a complex number; then the part that counts."""
     (zp, ep), (zc, ec) = (
         (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (own.parent, own.child)
     )
     arm = own.at_child * ec
     d, dd = np.zeros((len(q), 6), complex), np.zeros((len(q), 6, 6), complex)
-    if own.kind in (Kind.ALONG, Kind.ACROSS):
+    if own.kind in (CouplingKind.ALONG, CouplingKind.ACROSS):
         back = np.conj(own.line * ep)
         u = back * (zc + arm - zp)
         d[:, 2], dd[:, 2, 2] = -1j * u, -u
@@ -96,8 +96,8 @@ def _gap(own: Coupling, q: Reals) -> tuple[Any, Any, Any]:
         d[:, 2], dd[:, 2, 2] = -1j * own.at_parent * ep, own.at_parent * ep
     d[:, 0], d[:, 1], d[:, 3], d[:, 4], d[:, 5] = -back, -1j * back, back, 1j * back, 1j * arm * back
     dd[:, 5, 5] = -arm * back
-    if own.kind is not Kind.DISTANCE:
-        part = np.real if own.kind in (Kind.X, Kind.ALONG) else np.imag
+    if own.kind is not CouplingKind.DISTANCE:
+        part = np.real if own.kind in (CouplingKind.X, CouplingKind.ALONG) else np.imag
         return part(u), part(d), part(dd)
     reach = np.abs(u)
     unit = np.conj(u / reach)

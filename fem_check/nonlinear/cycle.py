@@ -30,7 +30,7 @@ KRYLOV = 120
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class Period:
     """A period: instants [s], coordinates and their rates, multipliers, and the state of the elements with them."""
 
     time: Reals
@@ -64,7 +64,7 @@ def fourier_matrices(count: int, period: float) -> tuple[Reals, Reals]:
     return first, second
 
 
-def cycle(system: System, period: float, count: int, progress: Progress | None = None) -> Cycle:
+def cycle(system: System, period: float, count: int, progress: Progress | None = None) -> Period:
     """The periodic motion of a system at `count` instants of a period, from its start.
 
     Raises
@@ -99,7 +99,7 @@ class Collocation:
         kinds = [system.ties.couplings[own.parts[0][0]].kind for own in system.ties.conditions]
         self.gap = np.array([1.0 if kind == 2 else size for kind in kinds])
 
-    def solved(self, progress: Progress) -> Cycle:
+    def solved(self, progress: Progress) -> Period:
         """Newton's method from the rigid places."""
         q = self.rigid.copy()
         self.system.prescribe(q, self.drives)
@@ -122,7 +122,7 @@ class Collocation:
                 break
             if fading < SETTLED and share == 1.0:
                 v, a = self._rates(q)
-                return Cycle(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
+                return Period(self.time, self.rigid, q, v, a, self.pulls, state, total, step + 1)
         raise DoesNotCloseError(
             f"no periodic motion found in {STEPS} steps of Newton's method: the last changed {fading:.1e}"
         )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastic import Section
-from fem_check.nonlinear.couplings import Kind
+from fem_check.nonlinear.couplings import CouplingKind
 from fem_check.nonlinear.end_shares import inertia_shares, line_shares
 from fem_check.nonlinear.loads import line_loads
 from fem_check.nonlinear.system import State, System
@@ -197,7 +197,7 @@ def _joint_force(system: System, source: JointSource, found: Instants) -> JointF
         return JointForce(source.name, names[0], names[1], _complex(needed), moment)
     one, other = source.couplings
     own = system.ties.couplings[one]
-    if own.kind is Kind.X:
+    if own.kind is CouplingKind.X:
         return JointForce(source.name, names[0], names[1], -(pull[:, one] + 1j * pull[:, other]), moment)
     across = 1j * own.line * np.exp(1j * found.q[:, system.of_node[own.parent, 2]])
     return JointForce(source.name, names[0], names[1], -pull[:, one] * across, -pull[:, other])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance
-from fem_check.nonlinear.couplings import Coupling, Kind, coupling_state
+from fem_check.nonlinear.couplings import CouplingKind, NodeCoupling, coupling_state
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
 from rigid import Gear, Mechanism, PinDrive, Reals, Slider, SliderDrive, Spring, TorsionSpring, structure
 
@@ -72,7 +72,7 @@ class Ties:
         Per drive, what its coordinate is less than the angle between its links as they were drawn: whole turns [rad].
     """
 
-    couplings: list[Coupling] = field(default_factory=list)
+    couplings: list[NodeCoupling] = field(default_factory=list)
     conditions: list[Condition] = field(default_factory=list)
     gives: list[Give] = field(default_factory=list)
     shared: list[tuple[int, int]] = field(default_factory=list)
@@ -142,12 +142,12 @@ class _Builder:
         """Node that carries a link's point, and the point from there."""
         return place_of(self.mechanism, self.nodes, link, point)
 
-    def couple(self, coupling: Coupling) -> int:
+    def couple(self, coupling: NodeCoupling) -> int:
         """Number of a new coupling."""
         self.ties.couplings.append(coupling)
         return len(self.ties.couplings) - 1
 
-    def _drawn_value(self, coupling: Coupling) -> float:
+    def _drawn_value(self, coupling: NodeCoupling) -> float:
         return float(coupling_state((coupling,), self.drawn).value[0, 0])
 
     def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
@@ -163,7 +163,7 @@ class _Builder:
                 self.ties.shared.append((p, c))
             self.ties.joints.append(JointSource(point, parent, child, c, (), turn))
             return
-        pair = tuple(self.couple(Coupling(kind, p, c, at_p, at_c)) for kind in (Kind.X, Kind.Y))
+        pair = tuple(self.couple(NodeCoupling(kind, p, c, at_p, at_c)) for kind in (CouplingKind.X, CouplingKind.Y))
         for number, target in zip(pair, (complex(gap).real, complex(gap).imag), strict=True):
             self._closed(number, target, own.translation)
         self.ties.joints.append(JointSource(point, parent, child, None, pair, turn))
@@ -175,7 +175,7 @@ class _Builder:
         else:
             self.ties.conditions.append(Condition(((coupling, 1.0),), target, drive))
 
-    def _rail(self, slider: Slider, kind: Kind) -> Coupling:
+    def _rail(self, slider: Slider, kind: CouplingKind) -> NodeCoupling:
         index = self.mechanism.index
         owner = index[slider.on]
         rigid = [node for node, link in enumerate(self.nodes.link) if link == owner]
@@ -185,14 +185,14 @@ class _Builder:
                 "on the ground and on rigid links"
             )
         child, at = self.place(index[slider.link], slider.point)
-        return Coupling(kind, rigid[0], child, complex(slider.origin), at, complex(slider.direction))
+        return NodeCoupling(kind, rigid[0], child, complex(slider.origin), at, complex(slider.direction))
 
     def _slider(self, slider: Slider) -> None:
         index = self.mechanism.index
         own = self.soft.get(slider.name, JointCompliance())
         if own.gap:
             raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
-        rail = self._rail(slider, Kind.ACROSS)
+        rail = self._rail(slider, CouplingKind.ACROSS)
         across = self.couple(rail)
         ends = (index[slider.on], rail.parent), (index[slider.link], rail.child)
         turn = self._turn(slider.name, *ends, complex(slider.turn), own)
@@ -203,7 +203,7 @@ class _Builder:
         self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, own: JointCompliance
     ) -> int:
         """Hold the angle of a child on a parent, both given as link and node, in the drawn number of whole turns."""
-        coupling = Coupling(Kind.TURN, parent[1], child[1])
+        coupling = NodeCoupling(CouplingKind.TURN, parent[1], child[1])
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
         number = self.couple(coupling)
@@ -211,14 +211,14 @@ class _Builder:
         self._closed(number, angle + sense * own.turn, own.rotation)
         return number
 
-    def _coordinate(self, drive: PinDrive | SliderDrive) -> Coupling:
+    def _coordinate(self, drive: PinDrive | SliderDrive) -> NodeCoupling:
         """The coupling that is a drive's coordinate."""
         index = self.mechanism.index
         if isinstance(drive, PinDrive):
             parent, child = (self.place(index[name], drive.at)[0] for name in (drive.on, drive.link))
-            return Coupling(Kind.TURN, parent, child)
+            return NodeCoupling(CouplingKind.TURN, parent, child)
         slider = next(slider for slider in self.mechanism.sliders if slider.name == drive.slider)
-        return self._rail(slider, Kind.ALONG)
+        return self._rail(slider, CouplingKind.ALONG)
 
     def _winding(self, drive: PinDrive | SliderDrive, first: float) -> float:
         if not drive.turns:
@@ -257,14 +257,14 @@ class _Builder:
     def _spring(self, spring: Spring) -> None:
         index = self.mechanism.index
         (p, at_p), (c, at_c) = self.place(index[spring.on], spring.anchor), self.place(index[spring.link], spring.point)
-        number = self.couple(Coupling(Kind.DISTANCE, p, c, at_p, at_c))
+        number = self.couple(NodeCoupling(CouplingKind.DISTANCE, p, c, at_p, at_c))
         damping, preload = float(spring.damping), float(spring.preload)
         self.ties.gives.append(Give(number, float(spring.stiffness), float(spring.length), None, damping, preload))
 
     def _torsion(self, spring: TorsionSpring) -> None:
         index = self.mechanism.index
         parent, child = (self.place(index[name], spring.at)[0] for name in (spring.on, spring.link))
-        number = self.couple(Coupling(Kind.TURN, parent, child))
+        number = self.couple(NodeCoupling(CouplingKind.TURN, parent, child))
         rest, wraps = float(spring.angle), True
         for k, drive in enumerate(self.mechanism.drives):
             if not isinstance(drive, PinDrive) or drive.at != spring.at:
