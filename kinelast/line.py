@@ -67,8 +67,11 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
     if theory["error"] is not None:
         words.append(f"{theory['name']}, about {percent(theory['error'])} off")
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
-        if figures[key] and figures[key]["largest"] is not None:
+        if figures[key] and "problem" in figures[key]:
+            words.append(f"{name} CANNOT BE MADE: {figures[key]['problem']}")
+        elif figures[key] and figures[key]["largest"] is not None:
             failed = " FAILED" if figures[key].get("passed") is False else ""
+            failed += " TOO NEAR TO CALL" if figures[key].get("too_near_to_call") else ""
             without = figures[key].get("left_out")
             more = f", without {', '.join(without)}" if without else ""
             words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart{more})")

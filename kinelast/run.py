@@ -249,6 +249,7 @@ def _drawings(
 
 
 def _differs(figures: Mapping[str, Any]) -> bool:
-    """Whether the check failed or a limit of the scene is not kept."""
-    checks = (figures.get("check"), figures.get("nonlinear_check"), figures.get("acceptance"))
-    return any(one is not None and one["passed"] is False for one in checks)
+    """Whether a check failed, cannot be made or called, or a limit of the scene is not kept."""
+    checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check", "acceptance")]
+    made = [check for check in checks if check is not None]
+    return any(check.get("passed") is False or check.get("problem") or check.get("too_near_to_call") for check in made)

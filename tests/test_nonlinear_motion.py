@@ -19,7 +19,10 @@ from fem_check.nonlinear import (
     nonlinear_equilibrium,
     nonlinear_steady_state,
     nonlinear_transient,
+    refined_deflection,
 )
+from fem_check.nonlinear.collocation import Collocation
+from fem_check.nonlinear.system import system_of
 from rigid import (
     Beam,
     ConstantSpeed,
@@ -376,3 +379,64 @@ def test_progress_is_told():
     assert shares == sorted(shares)
     assert 0 < shares[-1] <= 1
     assert all("Newton" in words for _, words in told)
+
+
+# To a tolerance
+
+
+def refined_four_bar(speed, tolerance, closed=True, **more):
+    mechanism, sections = steel_four_bar_of_known_area()
+    turn = 2 * math.pi / speed
+    times = np.arange(64) * turn / 64
+    given = mechanism, sections, [ConstantSpeed(0.0, speed)], times, turn, closed, tolerance
+    return refined_deflection(*given, damping=40e-6, **more)
+
+
+@pytest.mark.parametrize("speed", [30.0, pytest.param(100.0, marks=pytest.mark.slow)])
+def test_steps_and_elements_are_refined_to_the_tolerance(speed):
+    """Of the largest deflection of the worst beam, against harmonics in time and 8 elements."""
+    found, true = refined_four_bar(speed, 5e-3), steady_four_bar(speed, 8, 64)
+    assert found.error <= 5e-3
+    count = min(found.elements, 8)
+    off = np.abs(found.chord[..., :: found.elements // count] - true.chord[..., :: 8 // count]).max(axis=(1, 2))
+    assert (off <= 5e-3 * np.abs(true.chord).max(axis=(1, 2))).all()
+
+
+def test_few_steps_say_that_they_are_few():
+    """A rough tolerance is reached by fewer steps, and the error that is told is not below the true one."""
+    rough, fine = refined_four_bar(60.0, 0.1), refined_four_bar(60.0, 2e-3)
+    assert rough.steps < fine.steps
+    stride = fine.elements // rough.elements
+    apart = np.abs(rough.chord - fine.chord[..., ::stride]).max(axis=(1, 2)) / np.abs(fine.chord).max(axis=(1, 2))
+    assert apart.max() <= rough.error + fine.error
+
+
+def test_a_course_that_does_not_close_is_that_of_small_steps():
+    """Bent quasi-statically at first, then marched: by another formula of integration, in 2,000 steps."""
+    found = refined_four_bar(60.0, 5e-3, closed=False)
+    mechanism, sections = steel_four_bar_of_known_area()
+    turn = 2 * math.pi / 60.0
+    times = np.arange(0, 64, 8) * turn / 64
+    law = [ConstantSpeed(0.0, 60.0)]
+    marched = nonlinear_transient(mechanism, sections, law, times, turn / 2000, 8, None, 40e-6, "quasi-static")
+    stride = 8 // found.elements
+    off = np.abs(found.chord[:, ::8] - marched.chord[..., ::stride]).max(axis=(1, 2))
+    assert (off <= 5e-3 * np.abs(marched.chord).max(axis=(1, 2))).all()
+
+
+def test_collocation_is_of_the_fifth_order():
+    """A mass on a spring and damper, pushed by a sine: its periodic motion in closed form, at the ends of the steps."""
+    links = Link("ground", {"O": 0, "W": 1.0}), Link("block", {"P": 0}, (), (Lump("P", 2.0),))
+    spring = Spring("block", "P", anchor="O", stiffness=18.0, length=1.0, damping=1.5)
+    push = PointLoad("block", "P", force=1.0, law=law_of_time(np.sin))
+    slider = Slider("guide", "block", "ground", "P", 0.0, 1.0)
+    mechanism = Mechanism(links, (), {"O": 0, "P": 1.0}, (slider,), loads=(spring, push))
+    system = system_of(mechanism, [], [], 0.0, 1, None, 0.0)
+    errors = []
+    for steps in (8, 16):
+        edges = np.linspace(0.0, 2 * np.pi, steps + 1)
+        found = Collocation(system, edges, None).solved(settled=1e-12)
+        exact = 1.0 + (np.exp(1j * edges[1:]) / (18.0 - 2.0 + 1.5j)).imag
+        block = system.of_node[np.flatnonzero(system.nodes.link == 1)[0], 0]
+        errors.append(np.abs(found.q[:, -1, block] - exact).max())
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.3)

@@ -13,11 +13,11 @@ from scene_texts import FOUR_BAR, edited
 
 from elastic import deflection, sample
 from elastic.elastodynamics import buckling_factor
-from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
+from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.compute import computed
 from kinelast.figures.checks import nonlinear_check, solid_check
-from kinelast.figures.results import Results
+from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
 from kinelast.figures.speeds import speeds
 from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.request import Request
@@ -227,10 +227,36 @@ class TestFurtherChecks:
         assert found.passed is False
         assert found.largest == max(found.without_vibration.values()) > 3 * found.estimate
 
-    def test_it_takes_a_cycle(self):
-        scene = scene_at(FAST, 'duration = "50 ms"')
-        with pytest.raises(SceneError, match="takes a turn of drives"):
-            nonlinear_check(Results(scene, deflection(scene_motion(scene), scene.sections)))
+    def test_an_answer_that_is_not_as_near_as_it_says_is_told_by_less_than_beam_theory(self):
+        """The beams of the check are those of the answer: what these leave out is no excuse for a difference."""
+        right = results_at(FAST, 'theory = "elastodynamic"')
+        off = replace(right.answer, errors={**right.answer.errors, "beam theory": 1.0})
+        found = nonlinear_check(replace(right, deflection=right.quasi_static, answer=off))
+        assert found.passed is False
+
+    def test_it_takes_a_course_that_is_no_cycle(self):
+        """Vibration from the quasi-static deflection on, marched by either side."""
+        found = nonlinear_check(results_at("30 rad/s", 'duration = "50 ms"\ntheory = "elastodynamic"'))
+        assert found.passed is True
+        assert found.largest < 0.01 < min(found.without_vibration.values())
+
+    @pytest.mark.parametrize(("largest", "passed"), [(0.055, True), (0.0605, None), (0.07, False)])
+    def test_its_own_error_is_in_its_verdict(self, largest, passed):
+        """Twice 3 % are allowed, and the check knows its own difference to 0.1 %."""
+        found = NonlinearCheck(4, 48, 360, {"bar": largest}, {"bar": largest}, {"bar": 1e-3}, 0.03, 8e-4, 2e-4)
+        assert (found.passed, found.near) == (passed, passed is None)
+        assert nonlinear_figures(found)["too_near_to_call"] is (passed is None)
+
+    def test_a_check_that_cannot_be_made_is_a_line_in_a_report(self, tmp_path, capsys):
+        """The report is there all the same, says why, and the status is not that of a check that agrees."""
+        rubbing = edited(FOUR_BAR, ('"100 rad/s"', '"30 rad/s"')) + '[joints.A]\nfriction = 0.1\nradius = "5 mm"\n'
+        (tmp_path / "bars.toml").write_text(rubbing)
+        assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "nonlinear"]) == 1
+        assert "nonlinear check CANNOT BE MADE: friction of joints" in capsys.readouterr().out
+        told = json.loads((tmp_path / "bars" / "summary.json").read_text())["nonlinear_check"]
+        assert (told["passed"], told["largest"]) == (None, None)
+        assert "friction" in told["problem"]
+        assert "friction of joints" in (tmp_path / "bars" / "report.html").read_text()
 
     def test_plane_bodies_tell_what_beam_theory_leaves_out(self):
         found = solid_check(results_at(FAST))

@@ -6,6 +6,7 @@ It shares no computation with `rigid` and `elastic`: of them it takes the mechan
 from fem_check.nonlinear.equilibrium import nonlinear_equilibrium
 from fem_check.nonlinear.errors import ErrorEstimate, estimated_errors
 from fem_check.nonlinear.nodes import NotCheckedError
+from fem_check.nonlinear.refinement import RefinedDeflection, refined_deflection
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.solution import JointForce, NonlinearSolution
 from fem_check.nonlinear.steady import nonlinear_steady_state
@@ -17,8 +18,10 @@ __all__ = [
     "JointForce",
     "NonlinearSolution",
     "NotCheckedError",
+    "RefinedDeflection",
     "estimated_errors",
     "nonlinear_equilibrium",
     "nonlinear_steady_state",
     "nonlinear_transient",
+    "refined_deflection",
 ]

@@ -22,6 +22,8 @@ STRIDE = 0.05
 CLOSED = 1e-13
 MISSED = 1e-9
 STEPS = 30
+SAMPLES = 2001
+"""Of the drives' laws, by which strides are measured."""
 
 
 class DoesNotCloseError(ValueError):
@@ -94,14 +96,15 @@ class RigidPlaces:
         ]
         self.size = max([*reach, 1e-12])
         want = first + self.ties.winding
-        have = self._closed(self.drawn, None)
-        now = np.array([self._coordinate(have, k) for k in range(len(want))])
+        have = self._closed(self.drawn[None], None)
+        now = np.array([self._coordinate(have[0], k) for k in range(len(want))])
         for share in np.linspace(0.0, 1.0, self._strides(want - now) + 1)[1:]:
-            have = self._closed(have, now + share * (want - now))
-        self.begin = have
+            have = self._closed(have, (now + share * (want - now))[None])
+        self.begin = have[0]
+        self.trail: tuple[list[float], list[Reals]] = [start], [self.begin]
 
     def at(self, time: Any) -> Reals:
-        """x, y and angle of every link, shape (instants, links, 3), at times that grow from the start.
+        """x, y and angle of every link, shape (instants, links, 3), at any times from the start on.
 
         Raises
         ------
@@ -109,17 +112,33 @@ class RigidPlaces:
             The joints do not close.
         """
         time = np.asarray(time, float)
-        found = np.empty((len(time), *self.begin.shape))
-        here, now = self.begin, self.start
-        value = coordinates(self.laws, now)[0]
-        for number, instant in enumerate(time):
-            change = coordinates(self.laws, instant)[0] - value
-            inner = np.linspace(now, instant, self._strides(change) + 1)[1:]
-            before = here
-            for wanted in coordinates(self.laws, inner):
-                here, before = self._closed(here + (here - before), wanted + self.ties.winding, instant), here
-            found[number], now, value = here, instant, value + change
-        return found
+        if not len(time):
+            return np.empty((0, *self.begin.shape))
+        self._follow(float(time.max()))
+        instants, places = np.array(self.trail[0]), np.array(self.trail[1])
+        after = np.clip(np.searchsorted(instants, time), 1, len(instants) - 1)
+        share = (time - instants[after - 1]) / (instants[after] - instants[after - 1])
+        near = places[after - 1] + share[:, None, None] * (places[after] - places[after - 1])
+        return self._closed(near, coordinates(self.laws, time) + self.ties.winding, time)
+
+    def _follow(self, end: float) -> None:
+        """Go on with the trail, which is followed in small strides from the start, up to a time."""
+        instants, places = self.trail
+        begin = instants[-1]
+        if end <= begin and len(instants) > 1:
+            return
+        end = max(end, begin + 1e-9 * max(1.0, abs(begin)))
+        fine = np.linspace(begin, end, SAMPLES)
+        scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
+        moved = (np.abs(np.diff(coordinates(self.laws, fine), axis=0)) / scale).max(axis=1, initial=0.0)
+        gone = np.concatenate([[0.0], np.cumsum(np.maximum(moved, 1e-12 / SAMPLES))])
+        strides = max(1, int(np.ceil(gone[-1] / STRIDE)))
+        for time in np.interp(np.linspace(0.0, gone[-1], strides + 1)[1:], gone, fine):
+            here = places[-1]
+            ahead = here + (here - places[-2]) if len(places) > 1 else here
+            wanted = coordinates(self.laws, time)[0] + self.ties.winding
+            places.append(self._closed(ahead[None], wanted[None], np.array([time]))[0])
+            instants.append(float(time))
 
     def _strides(self, change: Reals) -> int:
         scale = np.array([1.0 if drive.turns else self.size for drive in self.mechanism.drives])
@@ -133,61 +152,66 @@ class RigidPlaces:
         assert mover is not None
         return float(coupling_state((ties.couplings[mover],), places[self.nodes.link][None]).value[0, 0])
 
-    def _closed(self, near: Reals, wanted: Reals | None, time: float | None = None) -> Reals:
-        """The places nearest to others at which all joints close; the drives are left free without a coordinate."""
+    def _closed(self, near: Reals, wanted: Reals | None, time: Reals | None = None) -> Reals:
+        """The places nearest to others at which all joints close, (instants, links, 3).
+
+        The drives are left free without their coordinates, (instants, drives).
+        """
         places = near.copy()
+        unit = np.array([self.size, self.size, 1.0])
         for _ in range(STEPS):
             gaps, rows = self._equations(places, wanted)
-            step = np.linalg.lstsq(rows, -gaps, rcond=1e-12)[0].reshape(-1, 3) * [self.size, self.size, 1.0]
-            longest = np.abs(step / [self.size, self.size, 1.0]).max(initial=0.0)
-            places[1:] += step * min(1.0, 0.5 / max(longest, 1e-300))
-            if longest < CLOSED:
+            step = -(np.linalg.pinv(rows, rcond=1e-12) @ gaps[..., None])[..., 0].reshape(len(places), -1, 3)
+            longest = np.abs(step).max(axis=(1, 2), initial=0.0)
+            places[:, 1:] += step * unit * np.minimum(1.0, 0.5 / np.maximum(longest, 1e-300))[:, None, None]
+            if longest.max(initial=0.0) < CLOSED:
                 break
         gaps, _ = self._equations(places, wanted)
-        if not np.abs(gaps).max(initial=0.0) < MISSED:
-            when = "as drawn" if time is None else f"at {time:.6g} s"
+        open_ = ~(np.abs(gaps).max(axis=1, initial=0.0) < MISSED)
+        if open_.any():
+            when = "as drawn" if time is None else f"at {time[open_][0]:.6g} s"
             raise DoesNotCloseError(f"the joints of the rigid links do not close {when}")
         return places
 
     def _equations(self, places: Reals, wanted: Reals | None) -> tuple[Reals, Reals]:
-        """Gaps, and their derivatives by places over size and by angles."""
-        ties, link, count = self.ties, self.nodes.link, len(places)
-        state = coupling_state(tuple(ties.couplings), places[link][None])
-        gaps: list[float] = []
+        """Gaps, (instants, rows), and their derivatives by places over size and by angles."""
+        ties, link, count = self.ties, self.nodes.link, places.shape[1]
+        state = coupling_state(tuple(ties.couplings), places[:, link])
+        gaps: list[Any] = []
         rows: list[Reals] = []
 
-        def add(parts: Sequence[tuple[int, int, float]], gap: float, scale: float) -> None:
-            row = np.zeros((count, 3))
+        def add(parts: Sequence[tuple[int, int, Any]], gap: Any, scale: float) -> None:
+            row = np.zeros((len(places), count, 3))
             for node, component, value in parts:
-                row[link[node], component] += value * (self.size if component < 2 else 1.0)
-            rows.append(row[1:].ravel() / scale)
+                row[:, link[node], component] += value * (self.size if component < 2 else 1.0)
+            rows.append(row[:, 1:].reshape(len(places), -1) / scale)
             gaps.append(gap / scale)
 
         for node, held in ties.held.items():
             for component, value in enumerate((complex(held).real, complex(held).imag)):
-                add([(node, component, 1.0)], float(places[link[node], component]) - value, self.size)
+                add([(node, component, 1.0)], places[:, link[node], component] - value, self.size)
         for one, other in ties.shared:
             for component in (0, 1):
-                gap = float(places[link[other], component] - places[link[one], component])
+                gap = places[:, link[other], component] - places[:, link[one], component]
                 add([(other, component, 1.0), (one, component, -1.0)], gap, self.size)
         for drive, node in ties.driven.items():
             if wanted is not None:
-                add([(node, 2, 1.0)], float(places[link[node], 2] - wanted[drive]), 1.0)
+                add([(node, 2, 1.0)], places[:, link[node], 2] - wanted[:, drive], 1.0)
         for condition in ties.conditions:
             if condition.drive is not None and wanted is None:
                 continue
-            gap = -condition.target - (
-                wanted[condition.drive] if wanted is not None and condition.drive is not None else 0.0
-            )
+            gap = np.full(len(places), -condition.target)
+            if wanted is not None and condition.drive is not None:
+                gap -= wanted[:, condition.drive]
             parts = []
             for number, factor in condition.parts:
                 own = ties.couplings[number]
-                gap += factor * state.value[0, number]
-                slope = factor * state.gradient[0, number]
+                gap += factor * state.value[:, number]
+                slope = factor * state.gradient[:, number]
                 parts += [
-                    (node, c, float(slope[3 * k + c]))
-                    for k, node in enumerate((own.parent, own.child))
-                    for c in range(3)
+                    (node, c, slope[:, 3 * k + c]) for k, node in enumerate((own.parent, own.child)) for c in range(3)
                 ]
-            add(parts, float(gap), 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
-        return np.array(gaps), np.array(rows).reshape(len(gaps), 3 * (count - 1))
+            add(parts, gap, 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
+        empty = np.zeros((0, len(places)))
+        table = np.array(rows).reshape(len(rows), len(places), 3 * (count - 1))
+        return np.array(gaps or empty).reshape(len(gaps), len(places)).T, np.swapaxes(table, 0, 1)

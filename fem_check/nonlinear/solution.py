@@ -141,27 +141,35 @@ def _complex(values: Reals) -> Any:
 
 def _fields(system: System, k: int, xi: Reals, found: Instants) -> Reals:
     """u, w, phi, N, V and M of a beam, shape (6, positions, nodes)."""
+    moved = displacements(system, k, xi, found.q, found.rigid)
+    if not system.nodes.along[k]:
+        return np.concatenate([moved, np.full(moved.shape, np.nan)])
+    at, beam = system.mechanism.beams[k]
+    points = system.mechanism.links[at].points
+    way = complex(points[beam.end]) - complex(points[beam.start])
+    return np.concatenate([moved, _section_forces(system, k, xi, way / abs(way), found)])
+
+
+def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
+    """u, w and phi of a beam from its place on the rigid link, in its axes there, shape (3, positions, nodes).
+
+    `q`, `rigid`: coordinates of the system and of the rigid mechanism, (positions, coordinates).
+    """
     at, beam = system.mechanism.beams[k]
     link, along = system.mechanism.links[at], list(system.nodes.along[k])
     start, end = complex(link.points[beam.start]), complex(link.points[beam.end])
     axis = (end - start) / abs(end - start)
-    now, rigid = (values[:, system.of_node] for values in (found.q, found.rigid))
-    if not along:
-        node = system.nodes.at[at, beam.start][0]
-        arm = start + xi * (end - start)
-        place, was = (_complex(all_[:, [node]]) + arm * np.exp(1j * all_[:, [node], 2]) for all_ in (now, rigid))
-        turned, first = now[:, [node], 2] + 0 * xi, rigid[:, [node], 2]
-        inner = np.full((3, *turned.shape), np.nan)
+    if along:
+        now, was = (values[:, system.of_node[along]] for values in (q, rigid))
+        turned, first, moved = now[..., 2], was[..., 2], _complex(now - was)
     else:
-        place, was, turned, first = (
-            _complex(now[:, along]),
-            _complex(rigid[:, along]),
-            now[:, along, 2],
-            rigid[:, along, 2],
-        )
-        inner = _section_forces(system, k, xi, axis, found)
-    moved = np.conj(axis * np.exp(1j * first)) * (place - was)
-    return np.stack([moved.real, moved.imag, turned - first, *inner])
+        node = system.nodes.at[at, beam.start][0]
+        now, was = (values[:, system.of_node[[node]]] for values in (q, rigid))
+        arm = start + xi * (end - start)
+        turned, first = now[..., 2] + 0 * xi, was[..., 2]
+        moved = _complex(now - was) + arm * (np.exp(1j * now[..., 2]) - np.exp(1j * first))
+    seen = np.conj(axis * np.exp(1j * first)) * moved
+    return np.stack([seen.real, seen.imag, turned - first])
 
 
 def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Instants) -> Reals:

@@ -275,8 +275,9 @@ def system_of(
     elements: int,
     joints: Mapping[str, JointCompliance] | None,
     damping: float | Sequence[float],
+    rigid: RigidPlaces | None = None,
 ) -> System:
-    """A mechanism with its drives' laws, ready to be computed from a time on.
+    """A mechanism with its drives' laws, ready to be computed from a time on; `rigid`: places that are known.
 
     Raises
     ------
@@ -294,7 +295,7 @@ def system_of(
         raise ValueError(f"{len(laws)} laws for {len(mechanism.drives)} drives")
     if elements < 1:
         raise ValueError(f"{elements} elements: a beam takes one or more")
-    rigid = RigidPlaces(mechanism, laws, start)
+    rigid = rigid or RigidPlaces(mechanism, laws, start)
     nodes = nodes_of(mechanism, sections, elements, damping)
     first = coordinates(laws, start)[0]
     ties = ties_of(mechanism, nodes, joints or {}, rigid.drawn, first)

@@ -23,7 +23,7 @@ from rigid import Mechanism, Motion, Reals
 if TYPE_CHECKING:
     from fem_check import Comparison
     from fem_check.solid.comparison import SolidComparison
-    from kinelast.figures.comparisons import NonlinearCheck
+    from kinelast.figures.comparisons import NonlinearCheck, NotMade
     from kinelast.figures.theory import Answer
 
 FEW = 16  # positions that tell too little of a cycle
@@ -53,8 +53,8 @@ class Results:
     left_out: int = 0
     run: RunFigures | None = None
     answer: Answer | None = None
-    nonlinear: NonlinearCheck | None = None
-    solid: SolidComparison | None = None
+    nonlinear: NonlinearCheck | NotMade | None = None
+    solid: SolidComparison | NotMade | None = None
 
     @property
     def vibrates(self) -> bool:

@@ -84,7 +84,13 @@ function tiles() {
     const besides = theory.name === "quasi-static" || theory.without_vibration === null ? "" : `without vibration ${share(theory.without_vibration)} off`;
     shown.push(tile("How far off", `about ${share(theory.error)}`, [theory.name, besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > summary.limits.vibration.watch ? "caution" : "good", means: "what the theory leaves out, as a share of the largest deflection of the worst link" }));
   }
-  if (nonlinear) shown.push(tile("Nonlinear check", nonlinear.passed === false ? "differs" : `${share(nonlinear.largest)} apart`, nonlinear.passed === false ? `${share(nonlinear.largest)} apart, more than twice what was said` : `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, { level: nonlinear.passed === false ? "poor" : "good", means: "the whole mechanism solved once more from its geometry and masses alone" }));
+  if (nonlinear) {
+    const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]
+      : nonlinear.too_near_to_call ? ["too near to call", `${share(nonlinear.largest)} apart, about twice what was said`, "caution"]
+      : nonlinear.passed === false ? ["differs", `${share(nonlinear.largest)} apart, more than twice what was said`, "poor"]
+      : [`${share(nonlinear.largest)} apart`, `finite elements that vibrate and move as far as they will, ${nonlinear.elements} a beam`, "good"];
+    shown.push(tile("Nonlinear check", value, note, { level, means: "the whole mechanism solved once more from its geometry and masses alone" }));
+  }
   const nothing = check && check.passed === null;
   shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : `largest difference ${number(check.largest, 2)} of the maximum`, { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
   return shown;

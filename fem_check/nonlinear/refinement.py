@@ -1,0 +1,288 @@
+"""The deflection to a tolerance: steps of time are halved, and then elements, until neither changes it any more.
+
+Every solution begins where the last one ended. Where Newton's method finds none, steps are halved first, and then the
+motion is followed from one that is damped more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic import JointCompliance, Section, reference_deflection
+from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
+from fem_check.nonlinear.marching import Marcher
+from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
+from fem_check.nonlinear.solution import displacements
+from fem_check.nonlinear.system import System, system_of
+from rigid import Mechanism, Reals
+
+ELEMENTS = 2, 4, 8, 16
+STRIDE = 0.3
+"""Of the drives in the first steps [rad], or share of the mechanism's size."""
+FEWEST, MOST = 16, 1600
+"""Steps."""
+MESH_ORDER = 3
+"""Of convergence: of nodes between those of the coarser mesh, with which no comparison is made, too."""
+SLOWEST_FASTEST = 2.0, 8.0
+"""Ratio of the changes by halving the steps once and once more, as far as the error is told by it."""
+STEP_SHARE = 1 / 3
+"""Of the tolerance, that the steps may take."""
+SETTLED = 0.01
+"""Newton's method ends at so much of the tolerance."""
+MORE = 30.0, 900.0
+"""Times the damping, where Newton's method finds nothing with the damping that is."""
+CLOSEST = 1.05
+"""Ratio of two dampings, below which the motion is not followed any more."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedDeflection:
+    """Deflection from the line through the displaced ends at given times, and how far it is off.
+
+    Attributes
+    ----------
+    xi
+        Nodes of every beam, x'/l, shape (elements + 1,).
+    chord
+        [m], shape (beams, instants, elements + 1).
+    steps
+        Of time.
+    mesh, step
+        Estimated errors of elements and steps: shares of the largest deflection of the worst beam.
+    """
+
+    xi: Reals
+    chord: Reals
+    steps: int
+    mesh: float
+    step: float
+
+    @property
+    def elements(self) -> int:
+        """To a beam."""
+        return len(self.xi) - 1
+
+    @property
+    def error(self) -> float:
+        """Both errors together."""
+        return self.mesh + self.step
+
+
+def refined_deflection(
+    mechanism: Mechanism,
+    sections: Sequence[Section],
+    laws: Sequence[DriveLaw],
+    times: Reals,
+    end: float,
+    closed: bool,
+    tolerance: float,
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: float | Sequence[float] = 0.0,
+    progress: Progress | None = None,
+) -> RefinedDeflection:
+    """Deflection of the moving mechanism, displacements of any size, to a tolerance.
+
+    Parameters
+    ----------
+    times
+        At which it is wanted [s], growing; the first is the start.
+    end
+        Of the period, or of the course [s].
+    closed
+        Whether the motion is periodic; else it starts as bent as the inertia of the rigid motion and the loads bend it.
+    tolerance
+        Share of the largest deflection of the worst beam. Where more steps and elements than there may be are needed,
+        `mesh` and `step` say how near the answer is.
+    mechanism, sections, laws, joints, damping, progress
+        As of `nonlinear_steady_state`.
+
+    Raises
+    ------
+    NotCheckedError
+        What this check does not know how to treat, by name.
+    DoesNotCloseError
+        Joints do not close, the motion does not repeat, or no motion is found.
+    """
+    given = _Problem(mechanism, tuple(sections), tuple(laws), joints, damping, times, end, closed, tolerance, progress)
+    return given.refined()
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """A motion with so many elements and steps, and its chord deflection at the times that are asked for."""
+
+    system: System
+    course: CollocatedMotion
+    chord: Reals
+
+    @property
+    def steps(self) -> int:
+        """Of time."""
+        return len(self.course.edges) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """The mechanism, its course, and the times at which its deflection is wanted."""
+
+    mechanism: Mechanism
+    sections: tuple[Section, ...]
+    laws: tuple[DriveLaw, ...]
+    joints: Mapping[str, JointCompliance] | None
+    damping: Any
+    times: Reals
+    end: float
+    closed: bool
+    tolerance: float
+    progress: Callable[[float, str], None] | None
+
+    @cached_property
+    def places(self) -> RigidPlaces:
+        """Of the rigid links: the same for all elements."""
+        return RigidPlaces(self.mechanism, self.laws, float(self.times[0]))
+
+    @cached_property
+    def rigid(self) -> Reals:
+        """x, y and angle of the rigid links at the times that are asked for."""
+        return self.places.at(self.times)
+
+    def system(self, elements: int) -> System:
+        """With so many elements."""
+        given = self.mechanism, self.sections, self.laws, float(self.times[0]), elements, self.joints, self.damping
+        return system_of(*given, rigid=self.places)
+
+    def refined(self) -> RefinedDeflection:
+        """The deflection to the tolerance."""
+        here = self._solved_anyhow(self.system(ELEMENTS[0]), self._first_steps(), None)
+        step = mesh = changed = np.inf
+        while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MOST:
+            finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
+            changed = _change(here.chord, finer.chord) if finer.steps == 2 * here.steps else np.inf
+            faster = before / changed if 0.0 < changed and np.isfinite(before) else SLOWEST_FASTEST[0]
+            step, here = float(changed / (np.clip(faster, *SLOWEST_FASTEST) - 1)), finer
+            self._tell(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
+        for elements in ELEMENTS[1:]:
+            finer = self._solved_anyhow(self.system(elements), here.steps, here)
+            mesh, here = _change(here.chord, finer.chord) / (2**MESH_ORDER - 1), finer
+            self._tell(f"{elements} elements: {mesh:.1e} off")
+            if mesh <= (1 - STEP_SHARE) * self.tolerance:
+                break
+        return RefinedDeflection(np.linspace(0, 1, here.chord.shape[-1]), here.chord, here.steps, mesh, step)
+
+    def _tell(self, words: str) -> None:
+        if self.progress:
+            self.progress(0.5, words)
+
+    def _first_steps(self) -> int:
+        """So many that the drives make small strides."""
+        value = coordinates(self.laws, np.linspace(self.times[0], self.end, 2001))
+        scale = np.array([1.0 if drive.turns else self.places.size for drive in self.mechanism.drives])
+        gone = (np.abs(np.diff(value, axis=0)).sum(axis=0) / scale).max(initial=0.0)
+        return int(np.clip(np.ceil(gone / STRIDE), FEWEST, MOST // 4))
+
+    def _solved_anyhow(self, system: System, steps: int, near: _Solved | None) -> _Solved:
+        """The motion from one near by; with more steps where Newton's method fails; or followed from more damping."""
+        tries: list[tuple[int, _Solved | None]] = [(steps, near)] if near is not None else []
+        tries += [(count, None) for count in (steps, 2 * steps, 4 * steps) if count <= 2 * MOST]
+        for count, begin in tries:
+            try:
+                return self._solved(system, count, begin)
+            except DoesNotCloseError as error:
+                last = error
+        for more in MORE:
+            for count in (steps, 2 * steps, 4 * steps):
+                try:
+                    return self._less_damped(system, count, more)
+                except DoesNotCloseError:
+                    continue
+        raise last
+
+    def _less_damped(self, system: System, steps: int, more: float) -> _Solved:
+        """The motion followed from that of a mechanism with `more` times the damping."""
+        here, factor, share = self._solved(_damped(system, more), steps, None), more, 0.25
+        while factor > 1.0:
+            to = max(1.0, factor * share)
+            try:
+                here, factor = self._solved(_damped(system, to), steps, here), to
+                share = share**1.5 if share > 1e-2 else share
+            except DoesNotCloseError:
+                share = share**0.5
+                if share > 1 / CLOSEST:
+                    raise
+        return here
+
+    def _solved(self, system: System, steps: int, near: _Solved | None) -> _Solved:
+        edges = np.linspace(self.times[0], self.end, steps + 1)
+        start = None if self.closed else self._start(system)
+        equations, guess = Collocation(system, edges, start), None
+        if near is not None:
+            moved = near.course.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
+            if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
+                moved = _on_finer_mesh(near.system, system, moved, equations.rigid)
+            guess = moved, near.course.pulls_at(equations.time)
+        course = equations.solved(guess, SETTLED * self.tolerance, self.progress)
+        return _Solved(system, course, self._chord(system, course))
+
+    def _start(self, system: System) -> Beginning:
+        """Quasi-statically bent."""
+        marcher = Marcher(system, 1.0)
+        marcher.start(float(self.times[0]), (self.end - float(self.times[0])) / 1000, "quasi-static")
+        return Beginning(marcher.q[0], marcher.v[0])
+
+    def _chord(self, system: System, course: CollocatedMotion) -> Reals:
+        """Chord deflection at the times that are asked for, (beams, instants, nodes)."""
+        q, rigid = course.at(self.times), system.rigid_coordinates(self.rigid)
+        count = max((len(along) for along in system.nodes.along), default=0) or 2
+        xi = np.linspace(0.0, 1.0, count)
+        w = np.stack([displacements(system, k, xi, q, rigid)[1] for k in range(len(self.sections))])
+        return w - w[..., :1] * (1 - xi) - w[..., -1:] * xi
+
+
+def _damped(system: System, more: float) -> System:
+    elements = replace(system.nodes.elements, damping=more * system.nodes.elements.damping)
+    return replace(system, nodes=replace(system.nodes, elements=elements))
+
+
+def _change(coarse: Reals, fine: Reals) -> float:
+    """Greatest difference of two deflections, as a share of the largest of the worst beam."""
+    base = reference_deflection(np.abs(fine).max(axis=(1, 2)))
+    stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
+    apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
+    return float((apart / np.where(base > 0, base, 1.0)).max(initial=0.0))
+
+
+def _on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
+    """Displacements from the rigid places on twice the elements: cubics through places and rotations of the nodes."""
+    found = np.zeros_like(rigid)
+    for link in range(len(fine.mechanism.links)):
+        mine, other = (np.flatnonzero(own.nodes.link == link) for own in (fine, coarse))
+        if len(mine) == len(other):
+            found[:, fine.of_node[mine]] = moved[:, coarse.of_node[other]]
+    for k, (along, rough) in enumerate(zip(fine.nodes.along, coarse.nodes.along, strict=True)):
+        if not along:
+            continue
+        at, beam = fine.mechanism.beams[k]
+        points = fine.mechanism.links[at].points
+        way = complex(points[beam.end]) - complex(points[beam.start])
+        h = abs(way) / (len(rough) - 1)
+        axis = way / abs(way) * np.exp(1j * rigid[:, fine.of_node[along[0], 2]])[:, None]
+        own = moved[:, coarse.of_node[list(rough)]]
+        z, phi = np.conj(axis) * (own[..., 0] + 1j * own[..., 1]), own[..., 2]
+        way_of = np.diff(z, axis=1) + h
+        grown = np.abs(way_of) / h * (1 + np.diff(phi, axis=1) ** 2 / 24)
+        first, last = (h * (grown * np.exp(1j * turn) - 1) for turn in (phi[:, :-1], phi[:, 1:]))
+        middle = (z[:, :-1] + z[:, 1:]) / 2 + (first - last) / 8
+        slope = 1.5 * np.diff(z, axis=1) - (first + last) / 4
+        new_z = np.empty((len(z), len(along)), complex)
+        new_phi = np.empty(new_z.shape)
+        new_z[:, ::2], new_z[:, 1::2] = z, middle
+        new_phi[:, ::2], new_phi[:, 1::2] = phi, np.angle(h + slope)
+        turned = axis * new_z
+        numbers = fine.of_node[list(along)]
+        found[:, numbers] = np.stack([turned.real, turned.imag, new_phi], axis=-1)
+    return found
