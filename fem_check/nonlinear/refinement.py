@@ -163,7 +163,7 @@ class _Problem:
         while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MOST:
             finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
             changed = _change(here.chord, finer.chord) if finer.steps == 2 * here.steps else np.inf
-            faster = before / changed if 0.0 < changed and np.isfinite(before) else SLOWEST_FASTEST[0]
+            faster = before / changed if changed > 0.0 and np.isfinite(before) else SLOWEST_FASTEST[0]
             step, here = float(changed / (np.clip(faster, *SLOWEST_FASTEST) - 1)), finer
             self._tell(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
         for elements in ELEMENTS[1:]:
