@@ -145,10 +145,12 @@ def _masses(mechanism: Mechanism) -> _Masses:
     rows: list[tuple[int, Any, Any, Any]] = []
     for at, beam in mechanism.beams:
         points = mechanism.links[at].points
-        way = points[beam.end] - points[beam.start]
+        vector = points[beam.end] - points[beam.start]
         for xi, weight in zip(*_gauss(), strict=True):
-            mass = beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * np.abs(way) * weight
-            rows.append((at, points[beam.start] + xi * way, mass, 0.0))
+            mass = (
+                beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * np.abs(vector) * weight
+            )
+            rows.append((at, points[beam.start] + xi * vector, mass, 0.0))
     rows += [
         (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia)
         for at, link in enumerate(mechanism.links)
@@ -285,12 +287,12 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
     at = motion.mechanism.index[load.link]
     link = motion.mechanism.links[at]
     beam = link.beams[load.beam]
-    start, way = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
-    axis = motion.direction[at] * way / np.abs(way) if load.turning else 1.0
-    factor = (1.0 if load.law is None else load.law(motion)) * axis * np.abs(way)
+    start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+    axis = motion.direction[at] * vector / np.abs(vector) if load.turning else 1.0
+    factor = (1.0 if load.law is None else load.law(motion)) * axis * np.abs(vector)
     return [
         (
-            motion.origin[at] + motion.direction[at] * (start + xi * way),
+            motion.origin[at] + motion.direction[at] * (start + xi * vector),
             (load.start + xi * (load.end - load.start)) * factor * weight,
             0.0,
         )

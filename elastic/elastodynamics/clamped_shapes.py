@@ -42,10 +42,10 @@ def clamped_link(link: Link, sections: Sequence[Section], root: str, inner: int,
     The link may turn neither nor move at `root`.
     """
     scale = max(float(np.abs(np.ravel(place)[0])) for place in link.points.values()) or 1.0
-    own, parts = of_design(link, sections, scale, 0)
-    lengths = [abs(complex(own.points[beam.end]) - complex(own.points[beam.start])) for beam in own.beams]
+    scaled, parts = of_design(link, sections, scale, 0)
+    lengths = [abs(complex(scaled.points[beam.end]) - complex(scaled.points[beam.start])) for beam in scaled.beams]
     shapes = [beam_shapes(length, part, inner, points) for length, part in zip(lengths, parts, strict=True)]
-    whole = link_coordinates(own, parts, [shape.u.shape[1] for shape in shapes])
+    whole = link_coordinates(scaled, parts, [shape.u.shape[1] for shape in shapes])
     clamped = null_space(whole.place(root))
     rows = [coordinates @ whole.free @ clamped for coordinates in whole.beams]
     stiffness = np.zeros((clamped.shape[1],) * 2)

@@ -29,61 +29,61 @@ CORRECTIONS = 8
 FALL = 0.5  # of the error by a correction, below which more coordinates are the shorter way
 
 
-def corrected(found: Vibration, tolerance: float) -> tuple[Vibration, float]:
+def corrected(answer: Vibration, tolerance: float) -> tuple[Vibration, float]:
     """The vibration with the forces of its residual response, and the error that is left in its answer.
 
     That is what another correction would change, of the largest displacement: more than the tolerance where corrections
     do not get there; 0 without beams, where nothing is left out.
     """
-    kinds = found.problem.terms.kinematics
-    best, least = found, np.inf
-    greatest = np.abs(found.displacements).max() if kinds.structure.weights.size else 0.0
+    kinds = answer.problem.terms.kinematics
+    best, least = answer, np.inf
+    greatest = np.abs(answer.displacements).max() if kinds.structure.weights.size else 0.0
     if not greatest:
-        return found, 0.0
+        return answer, 0.0
     for _ in range(CORRECTIONS):
-        missed = _left_out(found)
-        change = missed if found.residual is None else missed - found.residual
-        more = found.under(inertia_load(found, change))
-        error = float(max(np.abs(change.moved.beams[1:]).max(), np.abs(found.places(more[0])).max()) / greatest)
+        missed = _left_out(answer)
+        change = missed if answer.residual is None else missed - answer.residual
+        more = answer.under(inertia_load(answer, change))
+        error = float(max(np.abs(change.moved.beams[1:]).max(), np.abs(answer.places(more[0])).max()) / greatest)
         before = least
         if error < least:
-            best, least = found, error
+            best, least = answer, error
         if error <= tolerance or not error <= FALL * before:
             break
-        x, x1, x2 = (part + added for part, added in zip(found.history, more, strict=True))
-        found = replace(found, history=(x, x1, x2), residual=missed)
+        x, x1, x2 = (part + added for part, added in zip(answer.history, more, strict=True))
+        answer = replace(answer, history=(x, x1, x2), residual=missed)
     return best, least
 
 
-def inertia_load(found: Vibration, residual: ResidualResponse) -> Reals:
+def inertia_load(vibration: Vibration, residual: ResidualResponse) -> Reals:
     """Load of the residual response on the coordinates, shape (points, r)."""
-    terms, felt, speed = found.problem.terms, found.problem.felt, found.problem.speed
+    terms, felt, speed = vibration.problem.terms, vibration.problem.felt, vibration.problem.speed
     kinds = terms.kinematics
-    moved = mass_rows(kinds.structure, found.motion, kinds.chosen, residual.moved)[1:]
+    moved = mass_rows(kinds.structure, vibration.motion, kinds.chosen, residual.moved)[1:]
     inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
     load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, residual.moved)[1:]
-    return -(load + terms.strains.swapaxes(-1, -2) @ residual.viscous(found.problem)[..., None])[..., 0]
+    return -(load + terms.strains.swapaxes(-1, -2) @ residual.viscous(vibration.problem)[..., None])[..., 0]
 
 
-def _left_out(found: Vibration) -> ResidualResponse:
+def _left_out(vibration: Vibration) -> ResidualResponse:
     """Residual response: the exact answer less that of the coordinates."""
-    terms = found.problem.terms
-    structure, x = terms.kinematics.structure, terms.grid.at_nodes(found.history[0])[..., None]
+    terms = vibration.problem.terms
+    structure, x = terms.kinematics.structure, terms.grid.at_nodes(vibration.history[0])[..., None]
     strains = strain_rows(structure, terms.kinematics.basis)
-    forces = given_forces(structure, found.deflection) - rigidities(structure) * (strains @ x)[..., 0]
+    forces = given_forces(structure, vibration.deflection) - rigidities(structure) * (strains @ x)[..., 0]
     forces[:, forces.shape[1] - len(structure.soft) :] = 0.0
-    return ResidualResponse(displacements_of(found, found.deflection) - terms.kinematics.unit @ x, forces)
+    return ResidualResponse(displacements_of(vibration, vibration.deflection) - terms.kinematics.unit @ x, forces)
 
 
-def displacements_of(found: Vibration, bent: Deflection) -> Displacements:
+def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
     """Of a deflection at the nodes, of one kind."""
-    structure, motion = found.problem.terms.kinematics.structure, found.motion
+    structure, motion = vibration.problem.terms.kinematics.structure, vibration.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)
     shear = np.array([rigidity(section, "kGA", structure.xi) for section in structure.sections])[..., None]
     slope = phi - V / shear
     moves, turns = [], []
-    for at, name in found.problem.terms.kinematics.chosen:
+    for at, name in vibration.problem.terms.kinematics.chosen:
         if name.startswith(UNDER):
             move, turn = (part[..., 0] for part in below(structure, motion, name, beams, slope))
         else:

@@ -140,11 +140,11 @@ def _springs(turned: Turned) -> Iterator[Load]:
             yield (*both[1], 0.0, moment)
 
 
-def _pull(spring: Spring, way: Complexes, opening: Complexes) -> Complexes:
+def _pull(spring: Spring, vector: Complexes, opening: Complexes) -> Complexes:
     """Pull of a spring between two points so far apart [N], complex."""
-    reach = np.abs(way)
+    reach = np.abs(vector)
     with np.errstate(invalid="ignore", divide="ignore"):
-        unit = np.where(reach > 0, way / reach, 0.0)
+        unit = np.where(reach > 0, vector / reach, 0.0)
     tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * dot(unit, opening)
     pull: Complexes = tension * unit
     return pull

@@ -193,7 +193,7 @@ def unit_displacements(
         for part in (carried.shift, carried.angle)
     )
     per = basis[:, None] if wide else basis
-    own = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
+    local_fields = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
     links = [at for at, _ in motion.mechanism.beams]
     starts = _starts(structure)
     directions = beam_directions(motion).T
@@ -201,12 +201,12 @@ def unit_displacements(
         structure.length[:, None] * structure.xi
     )
     turned = angle[:, links, None]
-    local = directions[:, :, None, None] * (own["u"] + 1j * own["w"])
+    local = directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
     beams = shift[:, links, None] + 1j * turned * arms[..., None] + local
     moves, turns = [], []
     for at, name in chosen:
         if name.startswith(UNDER):
-            found = below(structure, motion, name, beams, turned + own["slope"])
+            found = below(structure, motion, name, beams, turned + local_fields["slope"])
             moves.append(found[0])
             turns.append(found[1])
             continue
@@ -220,8 +220,8 @@ def unit_displacements(
     shape = (len(chosen), len(angle), angle.shape[-1])
     return Displacements(
         beams,
-        turned + own["slope"],
-        turned + own["phi"],
+        turned + local_fields["slope"],
+        turned + local_fields["phi"],
         angle,
         np.moveaxis(np.array(moves, complex).reshape(shape), 0, 1),
         np.moveaxis(np.array(turns, float).reshape(shape), 0, 1),

@@ -130,19 +130,19 @@ def _soft_freedoms(
     mechanism: Mechanism, joints: Mapping[str, JointCompliance]
 ) -> tuple[tuple[SoftFreedom, ...], list[float]]:
     """The ways in which soft joints open, and their compliances."""
-    found, softness = [], []
+    freedoms, softness = [], []
     for number, joint in enumerate(structure(mechanism).joints):
-        own = joints.get(joint.name)
-        if own is None:
+        compliance = joints.get(joint.name)
+        if compliance is None:
             continue
         kinds = ["x", "y"] if joint.turns else ["across", "along"] if joint.moved else ["across"]
-        for kind in kinds if own.translation else ():
-            found.append(SoftFreedom(number, kind))
-            softness.append(own.translation)
-        if own.rotation and (not joint.turns or joint.moved):
-            found.append(SoftFreedom(number, "turn"))
-            softness.append(own.rotation)
-    return tuple(found), softness
+        for kind in kinds if compliance.translation else ():
+            freedoms.append(SoftFreedom(number, kind))
+            softness.append(compliance.translation)
+        if compliance.rotation and (not joint.turns or joint.moved):
+            freedoms.append(SoftFreedom(number, "turn"))
+            softness.append(compliance.rotation)
+    return tuple(freedoms), softness
 
 
 def way_of(freedom: SoftFreedom, motion: Motion) -> Columns:

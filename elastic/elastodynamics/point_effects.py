@@ -97,24 +97,24 @@ class PointEffect:
 
 def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
     """The points that anything but beams depends on: of lumps, loads, springs, and one of every rigid link."""
-    found = [(at, lump.point) for at, lump in lumps_of(mechanism)]
+    points = [(at, lump.point) for at, lump in lumps_of(mechanism)]
     for load in mechanism.loads:
         if isinstance(load, Spring):
-            found += [(mechanism.index[load.link], load.point), (mechanism.index[load.on], load.anchor)]
+            points += [(mechanism.index[load.link], load.point), (mechanism.index[load.on], load.anchor)]
         if isinstance(load, TorsionSpring):
-            found += [(mechanism.index[link], load.at) for link in (load.link, load.on)]
+            points += [(mechanism.index[link], load.at) for link in (load.link, load.on)]
         if isinstance(load, PointLoad):
-            found.append((mechanism.index[load.link], load.point))
+            points.append((mechanism.index[load.link], load.point))
     for at, link in enumerate(mechanism.links):
         if at and not link.beams:
-            found.append((at, next(iter(link.points))))
+            points.append((at, next(iter(link.points))))
     rails = trees_of(mechanism).rails
     for number, joint in enumerate(structure(mechanism).joints):
         if not joint.turns:
-            found.append((joint.block, joint.point(joint.block) or ""))
+            points.append((joint.block, joint.point(joint.block) or ""))
             if number in rails:
-                found.append((joint.owner, under(number)))
-    return tuple(dict.fromkeys(found))
+                points.append((joint.owner, under(number)))
+    return tuple(dict.fromkeys(points))
 
 
 def lumps_of(mechanism: Mechanism) -> list[tuple[int, Lump]]:
@@ -126,15 +126,15 @@ def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
     """Forces on displaced points per displacement, from the forces of the quasi-static answer."""
     motion = bent.motion
     numbers = {where: number for number, where in enumerate(chosen)}
-    found = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
+    effects = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
     for load in motion.mechanism.loads:
         if isinstance(load, Spring):
-            found += _spring(motion, load, numbers)
+            effects += _spring(motion, load, numbers)
         if isinstance(load, TorsionSpring):
-            found.append(_torsion_spring(motion, load, numbers))
+            effects.append(_torsion_spring(motion, load, numbers))
         if isinstance(load, PointLoad) and load.turning:
-            found += _turning_load(motion, load, numbers)
-    return found
+            effects += _turning_load(motion, load, numbers)
+    return effects
 
 
 Numbers = Mapping[tuple[int, str], int]
@@ -205,11 +205,11 @@ def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointE
     """Along the spring its stiffness and damping, across it its tension over its length."""
     index = motion.mechanism.index
     ends = (index[spring.link], spring.point), (index[spring.on], spring.anchor)
-    way = position_of(motion, *ends[0]) - position_of(motion, *ends[1])
+    vector = position_of(motion, *ends[0]) - position_of(motion, *ends[1])
     opening = velocity_of(motion, *ends[0]) - velocity_of(motion, *ends[1])
-    reach = np.abs(way)
+    reach = np.abs(vector)
     with np.errstate(invalid="ignore", divide="ignore"):
-        unit = np.where(reach > 0, way / reach, 1.0)
+        unit = np.where(reach > 0, vector / reach, 1.0)
         rate = dot(unit, opening)
         tension = spring.preload + spring.stiffness * (reach - spring.length) + spring.damping * rate
         if not (np.any(spring.preload) or np.any(spring.length)):

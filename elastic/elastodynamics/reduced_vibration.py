@@ -95,7 +95,7 @@ def vibration(terms: MotionTerms, bent: Deflection, start: Start | None = None, 
     Without a `start` for the state that comes back at the grid's end. The motion is passed at `speed` times the grid's
     time, in which the history is.
     """
-    found = problem(terms, bent, speed)
-    steps = propagation(terms.grid, found.equations)
-    begin = start(steps, found, bent) if start else steps.periodic_start()
-    return Vibration(bent, found, steps, steps.history(begin), start is None)
+    posed = problem(terms, bent, speed)
+    steps = propagation(terms.grid, posed.equations)
+    begin = start(steps, posed, bent) if start else steps.periodic_start()
+    return Vibration(bent, posed, steps, steps.history(begin), start is None)

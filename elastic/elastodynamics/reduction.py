@@ -62,15 +62,15 @@ def cycle_of(structure: ElasticStructure, motion: Motion, loaded: Sequence[Defle
     basis = own_basis(structure, carried, unstrained)
     moved = unit_displacements(structure, motion, carried, basis, chosen)
     rows = np.sqrt(masses(structure))[:, None] * mass_rows(structure, motion, chosen, moved)
-    own = (np.conj(rows).swapaxes(-1, -2) @ rows).real
-    values, modes = np.linalg.eigh(own.mean(axis=0))
+    reduced_mass = (np.conj(rows).swapaxes(-1, -2) @ rows).real
+    values, modes = np.linalg.eigh(reduced_mass.mean(axis=0))
     values = values[::-1]
-    greatest = np.linalg.eigvalsh(own)[:, -1]
+    greatest = np.linalg.eigvalsh(reduced_mass)[:, -1]
     with np.errstate(divide="ignore"):
         omega = np.where(greatest > MASSLESS * values[0], 1.0 / np.sqrt(np.maximum(greatest, 0.0)), np.inf)
     strains = strain_rows(structure, basis).swapaxes(-1, -2)
     bent = [(strains @ given_forces(structure, one)[..., None])[..., 0].T for one in loaded]
-    return CycleModes(unstrained, own, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
+    return CycleModes(unstrained, reduced_mass, omega, values, modes[:, ::-1], np.concatenate(bent, axis=1))
 
 
 def reduced_basis(cycle: CycleModes, modes: int, besides: float) -> Reals:

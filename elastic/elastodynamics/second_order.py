@@ -20,7 +20,7 @@ from rigid.arrays import Complexes, Reals
 from rigid.loads import beam_directions
 
 
-def second_order(found: Vibration, stations: Reals) -> tuple[Reals, Reals]:
+def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
     """Deflection from the chord of linear vibration at the points of its grid, and its increment of second order.
 
     Rigid links' own turns are left out but for the forces on them.
@@ -34,26 +34,26 @@ def second_order(found: Vibration, stations: Reals) -> tuple[Reals, Reals]:
     -------
     Both of shape (beams, points, stations) [m].
     """
-    x = found.history[0]
-    at_nodes = found.problem.terms.grid.at_nodes(x)
-    load = _across(found, found.deflection, at_nodes) + _nearer(found, at_nodes)
-    unit = found.problem.terms.kinematics.unit.beams[1:]
-    both = (x, found.under(load)[0])
-    linear, more = (chord_of(found, (unit @ each[:, None, :, None])[..., 0], stations) for each in both)
+    x = vibration.history[0]
+    at_nodes = vibration.problem.terms.grid.at_nodes(x)
+    load = _across(vibration, vibration.deflection, at_nodes) + _nearer(vibration, at_nodes)
+    unit = vibration.problem.terms.kinematics.unit.beams[1:]
+    both = (x, vibration.under(load)[0])
+    linear, more = (chord_of(vibration, (unit @ each[:, None, :, None])[..., 0], stations) for each in both)
     return linear, more
 
 
-def _across(found: Vibration, bent: Deflection, x: Reals) -> Reals:
+def _across(vibration: Vibration, bent: Deflection, x: Reals) -> Reals:
     """Load of the forces that vibration adds to those of the rigid motion, shape (points, r)."""
-    kinds, problem = found.problem.terms.kinematics, found.problem
+    kinds, problem = vibration.problem.terms.kinematics, vibration.problem
     moved = kinds.unit @ x[..., None]
     whole = geometric_stiffness(kinds.structure, bent, kinds.chosen).stiffness(kinds.unit, moved)
     return (problem.felt.stiffness(kinds.unit, moved) - whole)[1:, :, 0]
 
 
-def _nearer(found: Vibration, x: Reals) -> Reals:
+def _nearer(vibration: Vibration, x: Reals) -> Reals:
     """Load of inertia of the shortening of rotated beam pieces along their rigid places, shape (points, r)."""
-    terms, motion = found.problem.terms, found.motion
+    terms, motion = vibration.problem.terms, vibration.motion
     kinds = terms.kinematics
     structure = kinds.structure
     slope = (kinds.unit @ x[..., None]).slope
@@ -67,10 +67,10 @@ def _nearer(found: Vibration, x: Reals) -> Reals:
     moved = unit_displacements(structure, motion, kinds.carried, own, kinds.chosen)
     acceleration = terms.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
     heavy = np.conj(kinds.rows[1:]) * masses(structure)[:, None]
-    return -(found.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
+    return -(vibration.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
 
 
-def chord_of(found: Vibration, along: Complexes, stations: Reals) -> Reals:
+def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:
     """Deflection from the chord at a grid's points, shape (beams, points, stations).
 
     Parameters
@@ -78,7 +78,7 @@ def chord_of(found: Vibration, along: Complexes, stations: Reals) -> Reals:
     along
         Displacements of the beams in the ground's axes [m], complex, shape (points, beams, Gauss points).
     """
-    w = (np.conj(beam_directions(found.motion)).T[1:, :, None] * along).imag
-    nodes = found.problem.terms.kinematics.structure.xi
+    w = (np.conj(beam_directions(vibration.motion)).T[1:, :, None] * along).imag
+    nodes = vibration.problem.terms.kinematics.structure.xi
     start, end = (w @ interpolation(nodes, np.array([place])).T for place in (0.0, 1.0))
     return np.moveaxis(w @ interpolation(nodes, stations).T - start * (1 - stations) - end * stations, 1, 0)

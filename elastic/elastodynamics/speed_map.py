@@ -220,8 +220,8 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     while True:
         base, terms = course.here()
         plain = deflection(_passed(base, ratio), model.sections, model.joints)
-        found = vibration(terms, plain, speed=ratio)
-        error, finer = time_error(found, course.resolved)
+        answer = vibration(terms, plain, speed=ratio)
+        error, finer = time_error(answer, course.resolved)
         if finer is None:
             break
         course.level += 1
@@ -229,11 +229,11 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
             course.grids.append(finer)
     if error < course.resolved / COARSER:  # the next speed may do with less
         course.level = max(course.level - 1, 0)
-    growth = float(np.abs(found.propagation.multipliers).max())
+    growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
         return _Steady(ratio, terms.grid, growth, error, math.nan, None)
-    found, reduced = corrected(found, tolerance)
-    return _Steady(ratio, terms.grid, growth, error, reduced, found.loads)
+    answer, reduced = corrected(answer, tolerance)
+    return _Steady(ratio, terms.grid, growth, error, reduced, answer.loads)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:

@@ -38,32 +38,32 @@ class TheoryError:
     large_displacement: float
 
 
-def theory_error(found: Elastodynamic) -> TheoryError:
+def theory_error(answer: Elastodynamic) -> TheoryError:
     """Error of the quasi-static answer by vibration: the difference of the two answers, computed."""
-    plain, vibrating = (_chord(bent) for bent in (found.quasi_static, found.deflection))
-    own = np.abs(vibrating).max(axis=(1, 2))
-    stretch = np.abs(sample(found.deflection, "u", np.ones(1)))
-    greatest = np.maximum(reference_deflection(own), max(STRAIGHT * stretch.max(initial=0.0), TINY))
+    plain, vibrating = (_chord(bent) for bent in (answer.quasi_static, answer.deflection))
+    vibrating_peak = np.abs(vibrating).max(axis=(1, 2))
+    stretch = np.abs(sample(answer.deflection, "u", np.ones(1)))
+    greatest = np.maximum(reference_deflection(vibrating_peak), max(STRAIGHT * stretch.max(initial=0.0), TINY))
     history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
-    peak = np.abs(np.abs(plain).max(axis=(1, 2)) - own) / greatest
-    return TheoryError(history, peak, large_displacement_error(found))
+    peak = np.abs(np.abs(plain).max(axis=(1, 2)) - vibrating_peak) / greatest
+    return TheoryError(history, peak, large_displacement_error(answer))
 
 
-def large_displacement_error(found: Elastodynamic) -> float:
+def large_displacement_error(answer: Elastodynamic) -> float:
     """Error of linear theory by the links' large displacement, as a share of the worst beam's deflection.
 
     Of an exact answer it is the last step's change. Else the terms of second order, solved for; and the square of the
     greatest rotation for those of third order, which are what there is where links bend without vibrating.
     """
-    if found.vibration is None or not found.stable:
-        return 0.0 if found.vibration is None else math.nan
+    if answer.vibration is None or not answer.stable:
+        return 0.0 if answer.vibration is None else math.nan
     stations = np.linspace(0.0, 1.0, STATIONS)
-    if found.exact is not None:
-        whole, change = found.exact.displaced.moved.beams[1:, ..., 0], found.exact.change
-        chord, changed = (chord_of(found.vibration, each, stations) for each in (whole, change))
+    if answer.exact is not None:
+        whole, change = answer.exact.displaced.moved.beams[1:, ..., 0], answer.exact.change
+        chord, changed = (chord_of(answer.vibration, each, stations) for each in (whole, change))
         return float((_greatest(changed) / np.maximum(reference_deflection(_greatest(chord)), TINY)).max(initial=0.0))
-    linear, more = second_order(found.vibration, stations)
-    rotation = cycle_maxima(found.deflection, ["phi"])["phi"].value.max(initial=0.0)
+    linear, more = second_order(answer.vibration, stations)
+    rotation = cycle_maxima(answer.deflection, ["phi"])["phi"].value.max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
     share = _greatest(more) / reference_deflection(_greatest(linear))

@@ -75,7 +75,7 @@ class Propagation:
 
     def loaded(self, load: Reals) -> Propagation:
         """The same under another load, shape (points, r)."""
-        own, count = scheme(self.grid.stages), len(self.grid.steps)
+        radau, count = scheme(self.grid.stages), len(self.grid.steps)
         states, accelerations = self.states.copy(), self.accelerations.copy()
         right = load.reshape(count, -1, 1)
         for part, steps, equations in _parts(self.grid, self.equations):
@@ -83,7 +83,7 @@ class Propagation:
             x2 = np.linalg.solve(matrix, right[part]).reshape(len(steps), self.grid.stages, -1)
             h = steps[:, None]
             accelerations[part, ..., -1] = x2
-            states[part, :, -1] = np.concatenate((h**2 * (own.twice[-1] @ x2), h * (own.once[-1] @ x2)), axis=1)
+            states[part, :, -1] = np.concatenate((h**2 * (radau.twice[-1] @ x2), h * (radau.once[-1] @ x2)), axis=1)
         return Propagation(self.grid, replace(self.equations, load=load), states, accelerations, self.matrix)
 
     def periodic_start(self) -> Reals:
@@ -93,7 +93,7 @@ class Propagation:
 
     def history(self, start: Reals) -> tuple[Reals, Reals, Reals]:
         """x, x', x'' at all points but the start, shape (points, r), from the state at the start."""
-        own, r = scheme(self.grid.stages), len(start) // 2
+        radau, r = scheme(self.grid.stages), len(start) // 2
         states = [start]
         for step in self.states[:-1]:
             states.append(step[:, :-1] @ states[-1] + step[:, -1])
@@ -101,20 +101,20 @@ class Propagation:
         x2 = (self.accelerations @ begin[:, None, :, None])[..., 0]
         h = self.grid.steps[:, None, None]
         at_start, rate = begin[:, None, :r], begin[:, None, r : 2 * r]
-        x1 = rate + h * (own.once @ x2)
-        x = at_start + h * own.points[:, None] * rate + h**2 * (own.twice @ x2)
+        x1 = rate + h * (radau.once @ x2)
+        x = at_start + h * radau.points[:, None] * rate + h**2 * (radau.twice @ x2)
         return x.reshape(-1, r), x1.reshape(-1, r), x2.reshape(-1, r)
 
 
 def propagation(grid: Grid, equations: Equations) -> Propagation:
     """Solve all elements at once, for unit states at their starts and for the load."""
     count, r = len(grid.steps), equations.load.shape[-1]
-    states, found = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
+    states, accelerations = np.empty((count, 2 * r, 2 * r + 1)), np.empty((count, grid.stages, r, 2 * r + 1))
     matrix: Any = None
     for part, steps, own in _parts(grid, equations):
         matrix = _matrix(steps, own)
-        states[part], found[part] = _elements(matrix, steps, own)
-    return Propagation(grid, equations, states, found, matrix if count <= TOGETHER else None)
+        states[part], accelerations[part] = _elements(matrix, steps, own)
+    return Propagation(grid, equations, states, accelerations, matrix if count <= TOGETHER else None)
 
 
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
@@ -129,11 +129,11 @@ def _matrix(steps: Reals, equations: Equations) -> Reals:
     """Of the accelerations at the points of elements, shape (elements, s r, s r)."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
-    own = scheme(s)
+    radau = scheme(s)
     mass, damping, stiffness = (
         part.reshape(count, s, r, r) for part in (equations.mass, equations.damping, equations.stiffness)
     )
-    ways = np.stack((steps[:, None, None] * own.once, np.square(steps)[:, None, None] * own.twice), axis=-1)
+    ways = np.stack((steps[:, None, None] * radau.once, np.square(steps)[:, None, None] * radau.twice), axis=-1)
     both = np.stack((damping, stiffness), axis=2).reshape(count, s, 2, r * r)
     blocks = (ways @ both).reshape(count, s, s, r, r)
     diagonal = np.arange(s)
@@ -145,17 +145,20 @@ def _elements(matrix: Reals, steps: Reals, equations: Equations) -> tuple[Reals,
     """States at the ends of elements, and accelerations at their points, per state at their starts and 1."""
     count, r = len(steps), equations.load.shape[-1]
     s = len(equations.load) // count
-    own = scheme(s)
+    radau = scheme(s)
     damping, stiffness = (part.reshape(count, s, r, r) for part in (equations.damping, equations.stiffness))
     h = steps[:, None, None, None]
-    rate = -(stiffness * (h * own.points[:, None, None]) + damping)
+    rate = -(stiffness * (h * radau.points[:, None, None]) + damping)
     right = np.concatenate((-stiffness, rate, equations.load.reshape(count, s, r, 1)), axis=-1)
-    found: Any = np.linalg.solve(matrix, right.reshape(count, s * r, -1))
-    found = found.reshape(count, s, r, -1)
+    accelerations: Any = np.linalg.solve(matrix, right.reshape(count, s * r, -1))
+    accelerations = accelerations.reshape(count, s, r, -1)
     h = h[..., 0]
-    x1, x = h * np.tensordot(own.once[-1], found, (0, 1)), h**2 * np.tensordot(own.twice[-1], found, (0, 1))
+    x1, x = (
+        h * np.tensordot(radau.once[-1], accelerations, (0, 1)),
+        h**2 * np.tensordot(radau.twice[-1], accelerations, (0, 1)),
+    )
     unit = np.eye(r)
     x[:, :, :r] += unit
     x[:, :, r : 2 * r] += h * unit
     x1[:, :, r : 2 * r] += unit
-    return np.concatenate((x, x1), axis=1), found
+    return np.concatenate((x, x1), axis=1), accelerations

@@ -61,10 +61,10 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
     return np.zeros(2 * found.equations.load.shape[-1])
 
 
-def _quasi_static(_: Propagation, found: Problem, bent: Deflection) -> Reals:
+def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
     """Amplitudes of the quasi-static answer at the start, and their rates."""
-    grid, structure = found.terms.grid, found.terms.kinematics.structure
-    strains = found.terms.strains[0] if found.terms.strains.ndim == 3 else found.terms.strains
+    grid, structure = posed.terms.grid, posed.terms.kinematics.structure
+    strains = posed.terms.strains[0] if posed.terms.strains.ndim == 3 else posed.terms.strains
     forces = given_forces(structure, bent)
     rate = grid.at_nodes(grid.rates(forces)[0])[0]
     across = strains.T

@@ -129,12 +129,12 @@ def _pins(mechanism: Mechanism) -> Iterator[Pair]:
         for start, end in (*welds, *drives, *((links[0], link) for link in links[1:])):
             if together[start] is together[end]:
                 continue
-            one, other = mechanism.index[start], mechanism.index[end]
-            places = mechanism.links[one].points[point], mechanism.links[other].points[point]
+            first, second = mechanism.index[start], mechanism.index[end]
+            places = mechanism.links[first].points[point], mechanism.links[second].points[point]
             if (start, end) in welds:
-                yield Pair(point, "weld", start, end, WeldJoint(point, one, other, *places, weld=welds[start, end]))
+                yield Pair(point, "weld", start, end, WeldJoint(point, first, second, *places, weld=welds[start, end]))
             else:
-                joint = PinJoint(point, one, other, *places)
+                joint = PinJoint(point, first, second, *places)
                 yield Pair(point, "pin", start, end, joint, None, drives.get((start, end)))
             joined = together[start] | together[end]
             together.update(dict.fromkeys(joined, joined))
