@@ -102,7 +102,7 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
     """The results of a long run, whose tables are written on the way."""
-    instants = scene.course.times(request.positions)
+    instants = scene.course.times()
     count = len(instants)
     if request.reachable:
         instants = scene.course.reached(instants)

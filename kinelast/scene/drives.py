@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from kinelast.scene.error import fault, known_name, likely
+from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import DriveTable, JointNameTable
 from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
@@ -98,9 +98,9 @@ def _require_one_way(where: str, table: DriveTable) -> None:
     ways = [key for key in ("law", "motion", "effort") if getattr(table, key) is not None]
     if len(ways) > 1 or (not ways and table.speed is None) or (ways and ways != ["effort"] and table.speed is not None):
         raise fault(where, "speed", "expected one of speed, law, motion and effort, how the drive moves")
-    for key in ("table", "against", "extend"):
-        if table.effort is None and getattr(table, key) is not None:
-            raise fault(where, key, "belongs to an effort; a motion through places is motion = [[time, place], ...]")
+    if table.effort is None:
+        places = "belongs to an effort; a motion through places is motion = [[time, place], ...]"
+        require_absent(where, table, ("table", "against", "extend"), places)
     if table.repeat and ways not in (["law"], ["motion"]):
         raise fault(where, "repeat", "belongs to a law or a motion")
 

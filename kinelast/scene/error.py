@@ -52,6 +52,13 @@ def fault(table: str, key: str, problem: str) -> SceneError:
     return SceneError("", table, key, problem)
 
 
+def require_absent(where: str, table: object, keys: Iterable[str], problem: str) -> None:
+    """Raise where a table has one of some keys, which belong to another kind of it."""
+    for key in keys:
+        if getattr(table, key) is not None:
+            raise fault(where, key, problem)
+
+
 def plain(text: str, longest: int) -> str:
     """A text as it can be printed anywhere: on one line, without control characters, its middle left out if long."""
     if len(text) > longest:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from kinelast.scene.error import fault, known_name
+from kinelast.scene.error import fault, known_name, require_absent
 from kinelast.scene.format_motion import DriveTable, LoadTable
 from rigid import Law, Reals, TableError
 
@@ -131,9 +131,7 @@ def factor_law(
     `links`, `sliders` are the names that there are.
     """
     if table.table is None:
-        for key in ("against", "extend"):
-            if getattr(table, key) is not None:
-                raise fault(where, key, "belongs to a table: give that too")
+        require_absent(where, table, ("against", "extend"), "belongs to a table: give that too")
         return None
     from rigid.analysis import Slide
     from rigid.dynamics import law_of, law_of_time, table_curve

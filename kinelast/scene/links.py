@@ -10,7 +10,7 @@ from operator import or_
 from typing import Any
 
 from elastic.links.beam_trees import lined_up
-from kinelast.scene.error import fault, likely
+from kinelast.scene.error import fault, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.many import quotient, real, require, some, vector
 from kinelast.scene.points import Points, known_point, own_points
@@ -119,10 +119,11 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
     stiff = table.rigid or len(points) == 1 or scene.structure_only
-    for key in ("strain", "temperature") if stiff else ("mass", "center", "inertia"):
-        if getattr(table, key) is not None:
-            advice = "elastic links take it" if stiff else "rigid links take it: add rigid = true, or use masses"
-            raise fault(where, key, f"only {advice}")
+    if stiff:
+        require_absent(where, table, ("strain", "temperature"), "only elastic links take it")
+    else:
+        advice = "only rigid links take it: add rigid = true, or use masses"
+        require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     lumps = [Lump(point, mass) for point, mass in held.items()]
     if not pieces and not scene.structure_only:

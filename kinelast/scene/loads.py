@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from kinelast.scene.error import fault, known_name
+from kinelast.scene.error import fault, known_name, require_absent
 from kinelast.scene.format_motion import LoadTable, SpringTable
 from kinelast.scene.laws import factor_law
 from kinelast.scene.many import real, some, vector
@@ -37,9 +37,8 @@ def build_load(
 
 def _point_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law | None) -> PointLoad:
     assert table.point is not None
-    for key in ("start", "end"):
-        if getattr(table, key) is not None:
-            raise fault(where, key, "belongs to a load along a beam; at a point give force or moment")
+    along = "belongs to a load along a beam; at a point give force or moment"
+    require_absent(where, table, ("start", "end"), along)
     if table.force is None and table.moment is None:
         raise fault(where, "force", "the key is missing: a load at a point needs force or moment")
     _reached(where, "point", table.point, link)
@@ -55,9 +54,8 @@ def _reached(where: str, key: str, point: str, link: Link) -> None:
 
 
 def _line_load(where: str, table: LoadTable, link: Link, turning: bool, law: Law | None) -> LineLoad:
-    for key in ("force", "moment"):
-        if getattr(table, key) is not None:
-            raise fault(where, key, "belongs to a load at a point; along a beam give start and end, forces per length")
+    at_point = "belongs to a load at a point; along a beam give start and end, forces per length"
+    require_absent(where, table, ("force", "moment"), at_point)
     if table.start is None:
         raise fault(where, "start", 'the key is missing: expected forces per length, as in ["0 N/m", "-40 N/m"]')
     start = vector(table.start)
@@ -87,10 +85,10 @@ def build_spring(number: int, table: SpringTable, links: Mapping[str, Link]) -> 
         raise fault(where, "on", f'a spring from "{table.link}" to itself does nothing')
     if (table.point is None) == (table.at is None):
         raise fault(where, "point", "expected either point, an end of the spring, or at, the pin about which it turns")
-    for key in ("angle",) if table.at is None else ("anchor", "length"):
-        if getattr(table, key) is not None:
-            problem = "belongs to a spring about a pin" if table.at is None else "belongs to a spring between points"
-            raise fault(where, key, problem)
+    if table.at is None:
+        require_absent(where, table, ("angle",), "belongs to a spring about a pin")
+    else:
+        require_absent(where, table, ("anchor", "length"), "belongs to a spring between points")
     link, on = links[table.link], links[table.on]
     if table.at is not None:
         for owner in (link, on):
