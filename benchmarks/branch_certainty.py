@@ -142,13 +142,14 @@ class Count:
 
 
 def asked(rng: np.random.Generator, start: float) -> Any:
-    """Positions of one run: few or many a turn, evenly over its turns or anywhere."""
+    """Positions of one run, from the drawing on: few or many a turn, evenly over its turns or anywhere."""
     turns = int(rng.choice(TURNS)) * int(rng.choice((-1, 1)))
     count = int(rng.integers(20, 160))
     if rng.random() < 0.5:
         steps = np.round(np.linspace(0, turns * FINE, count))
     else:
         steps = np.sort(rng.integers(0, abs(turns) * FINE, count)) * np.sign(turns)
+        steps[0] = 0
     return start, steps.astype(int)
 
 
@@ -159,9 +160,9 @@ def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
     mechanism = frame.mechanism()
     found = motion(mechanism, start + steps * (2 * np.pi / FINE), 1.0)
     count.seconds += time.process_time() - began
-    ways = {way: walked(frame, FINE + 1, way) for way in (1, -1)}
-    whole = len(ways[1]) == FINE + 1
-    if whole and np.abs(ways[1][-1] - ways[1][0]).max() > 1e-6:
+    way = walked(frame, FINE + 1, -1 if steps.min() < 0 else 1)
+    whole = len(way) == FINE + 1
+    if whole and np.abs(way[-1] - way[0]).max() > 1e-6:
         return  # comes back otherwise after a turn: needs a walk of all turns
     mark = ~(found.condition <= 1e12)
     owners = {
@@ -172,16 +173,14 @@ def checked(frame: Framework, rng: np.random.Generator, count: Count) -> None:
     ).T
     for k, step in enumerate(steps):
         count.asked += 1
-        up = int(step % FINE)
-        down = FINE - up if up else 0
-        known = [ways[1][up]] if up < len(ways[1]) else []
-        known += [ways[-1][down]] if down < len(ways[-1]) else []
+        at = abs(int(step)) % FINE if whole else abs(int(step))
+        known = at < len(way)
         if mark[k]:
             count.marked += 1
-            count.missed += bool(known)
+            count.missed += known
         elif not known:
             count.unknown += 1
-        elif min(np.abs(seen[k] - each).max() for each in known) <= WRONG:
+        elif np.abs(seen[k] - way[at]).max() <= WRONG:
             count.right += 1
         else:
             count.wrong += 1

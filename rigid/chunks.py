@@ -14,7 +14,7 @@ from rigid.drive_arrays import drive_arrays
 from rigid.kinematics import Motion, motion
 from rigid.mechanism import Mechanism
 from rigid.parts import Link
-from rigid.positions.drive_path import drawn_drives
+from rigid.positions.drive_path import drawn_drives, outline
 from rigid.positions.rows import select_designs
 
 CELLS = 24576  # links times columns that stay in the cache
@@ -86,9 +86,10 @@ def _along(mechanism: Mechanism, given: tuple[Reals, ...], columns: int) -> Iter
     every chunk is drawn anew where the last one ended.
     """
     if len(given[0]) == 1:
+        whole = outline(given[0])
         for first in range(0, given[0].shape[-1], columns):
             drive, rate, rate2, time = (value[..., first : first + columns] for value in given)
-            yield motion(mechanism, drive, rate, rate2, time, lead=given[0][:, :1])
+            yield motion(mechanism, drive, rate, rate2, time, lead=whole)
         return
     drawn = mechanism
     lead: Any = None

@@ -11,7 +11,7 @@ from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
 from rigid.parts import Complex, MechanismError
 from rigid.plane import cross
-from rigid.postures import Posture
+from rigid.positions.drive_path import first_ways, outline
 
 HALVINGS = 60  # of a step of the drives: to round-off
 
@@ -28,21 +28,29 @@ def reachable(motion: Motion) -> Flags:
 def stops(course: Motion) -> list[tuple[Reals, str]]:
     """Where the mechanism stops: the drives' coordinates there and the joint that opens.
 
-    For one design; by bisection to round-off between a position that closes and a neighbour that does not.
+    For one design; by bisection to round-off between a position that is reached and a neighbour that is not.
     """
     closes = reachable(course).reshape(-1, course.columns[-1])[0]
     ends = []
     for position in np.flatnonzero(closes[:-1] != closes[1:]).tolist():
         good, bad = (position, position + 1) if closes[position] else (position + 1, position)
-        inside, outside = course.drive[:, good], course.drive[:, bad]
-        for _ in range(HALVINGS):
-            middle = (inside + outside) / 2
-            if reachable(_at(course, middle, good)).all():
-                inside = middle
-            else:
-                outside = middle
-        ends.append((inside, opening_joint(_at(course, outside, good))))
+        place = _stop(course, course.drive[:, good], course.drive[:, bad], good)
+        ends.append((place, opening_joint(course, slice(bad, bad + 1))))
     return ends
+
+
+def _stop(course: Motion, inside: Reals, outside: Reals, position: int) -> Reals:
+    """Coordinates of the drives at which a mechanism stops between some that it reaches and others."""
+    lead = outline(course.drive[:, : position + 1] if len(course.drive) > 1 else course.drive)
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        if (middle == inside).all() or (middle == outside).all():
+            break
+        if reachable(motion(course.mechanism, middle[:, None], lead=lead)).all():
+            inside = middle
+        else:
+            outside = middle
+    return inside
 
 
 def require_reach(course: Motion) -> None:
@@ -57,13 +65,7 @@ def require_reach(course: Motion) -> None:
     if closes.all():
         return
     if not closes.any():
-        joint, why = opening_joint(course), _shortfall(course)
-        raise ReachError(
-            f'the mechanism cannot be assembled: the joint "{joint}" is out of reach at every position{why}',
-            kind="unreachable",
-            joints=(joint,),
-            positions=range(course.columns[-1]),
-        )
+        _require_start(course)
     ends = stops(course)
     limits = "; ".join(f'{_coordinates(course, place)}, where the joint "{joint}" opens' for place, joint in ends)
     share = np.count_nonzero(~closes) / closes.size
@@ -76,17 +78,37 @@ def require_reach(course: Motion) -> None:
     )
 
 
-def opening_joint(course: Motion) -> str:
-    """Name of the inner joint of the first group that does not close."""
-    group = _open_group(course)
+def _require_start(course: Motion) -> None:
+    """Raise for a mechanism that reaches none of its positions: it cannot be assembled, or stops on the way to them."""
+    joint, kind = opening_joint(course), "unreachable"
+    problem = "the mechanism cannot be assembled"
+    if len(course.columns) == 1 and len(course.drive):
+        first = course.drive[:, 0]
+        drawn = first - np.array(first_ways(course.mechanism, course.drive))
+        start = motion(course.mechanism, drawn[:, None])
+        if reachable(start).all():
+            kind, place = "reach", _coordinates(course, _stop(start, drawn, first, 0))
+            problem = f"the drive cannot go from the drawing to any position, it stops at {place}"
+    raise ReachError(
+        f'{problem}: the joint "{joint}" is out of reach at every position{_shortfall(course)}',
+        kind=kind,
+        joints=(joint,),
+        positions=range(course.columns[-1]),
+    )
+
+
+def opening_joint(course: Motion, positions: slice = slice(None)) -> str:
+    """Name of the inner joint of the first group that does not close at some positions."""
+    group = _open_group(course, positions)
     return group.cut[0].name if group else ""
 
 
-def _open_group(course: Motion) -> Group | None:
+def _open_group(course: Motion, positions: slice = slice(None)) -> Group | None:
     """The first group that does not close."""
     for closed in course.closures:
         links = list(closed.group.links)
-        if closed.cut and not np.isfinite(course.origin[links] + course.direction[links]).all():
+        places = course.origin[links] + course.direction[links]
+        if closed.cut and not np.isfinite(places[..., positions]).all():
             return closed.group
     return None
 
@@ -103,7 +125,10 @@ def _shortfall(course: Motion) -> str:
     if not slides:
         one, other = sorted(hinge.name for hinge in group.tree)
         long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
-        apart = f'"{one}" and "{other}" are {abs(places[1] - places[0]):.4g} m apart'
+        away = float(abs(places[1] - places[0]))
+        if long - short <= away <= long + short:  # they would meet, but the drive does not come there
+            return ""
+        apart = f'"{one}" and "{other}" are {away:.4g} m apart'
         return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
     slide = group.tree[slides[0]]
     if len(slides) == 2 or not slide.ordered:
@@ -112,6 +137,8 @@ def _shortfall(course: Motion) -> str:
     carrier = course.direction[slide.parent, 0]
     foot = _place(course, slide.parent, slide.at_parent) + carrier * slide.turn * arms[slides[0]]
     away = abs(cross(carrier * slide.line, places[k] - foot))
+    if away <= abs(arms[k]):
+        return ""
     far = f'"{group.tree[k].name}" is {away:.4g} m from the line of "{slide.name}"'
     return f": {far}, the link between them is {abs(arms[k]):.4g} m long"
 
@@ -119,13 +146,6 @@ def _shortfall(course: Motion) -> str:
 def _place(course: Motion, link: int, local: Complex) -> complex:
     """Where a link's point is at the first position."""
     return complex(np.ravel(course.origin[link, 0] + course.direction[link, 0] * local)[0])
-
-
-def _at(course: Motion, coordinates: Reals, near: int) -> Motion:
-    """The same mechanism at other coordinates of its drives, near one of its positions."""
-    at = (..., slice(near, near + 1))
-    here = Posture(course.mechanism, course.origin[at], course.direction[at])
-    return motion(course.mechanism, coordinates[:, None], near=here)
 
 
 def _coordinates(course: Motion, place: Reals) -> str:

@@ -341,6 +341,11 @@ class TestReach:
         with pytest.raises(ReachError, match=words + " reach from 0.05 to 0.45 m"):
             require_reach(motion(self.double_rocker(), [np.pi / 2]))
 
+    def test_none_of_the_positions_is_reached_from_the_drawing(self):
+        words = re.escape(f'to any position, it stops at "crank" at {np.degrees(self.limit()):.6g} deg: the joint "B"')
+        with pytest.raises(ReachError, match=words):
+            require_reach(motion(self.double_rocker(), [np.pi / 2, np.pi]))
+
     def test_a_rod_too_short_for_its_line_is_told_with_its_length(self):
         words = '"A" is 0.2 m from the line of "guide", the link between them is 0.15 m long'
         with pytest.raises(ReachError, match=re.escape(words)):

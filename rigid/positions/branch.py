@@ -22,13 +22,15 @@ from rigid.plane import number as as_number
 from rigid.positions import knots as table_of
 from rigid.positions.drive_path import FINEST, Path
 from rigid.positions.dyad_places import place_dyad_with_slack
-from rigid.positions.enclosure import NOISE, Certificate, Ends, Step, loop
+from rigid.positions.enclosure import Certificate, Ends, Step, loop
 from rigid.positions.knots import Table, located, merged, some, steps
-from rigid.positions.newton import newton, sine_of, tree_closure
+from rigid.positions.newton import STEPS, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import select_designs
 
-NARROW = 64  # times the finest step that a change point may be wide
+NARROW = 64  # times the finest step that a change point of a dyad may be wide
+WIDE = 256  # the same of a general group, where round-off counts
+NARROWEST = 2.0**-24  # of a stride: the shortest step of a general group, next to which round-off hides its branches
 BESIDE = 3  # knots aside of a change point at which a sine is clearly not zero
 MOST = 30_000  # steps of any size, or as many as there were, that are halved at once
 EDGE = 2.0**-8  # of a stride: how near the end of a dyad's reach is closed in on
@@ -87,8 +89,8 @@ class Branch:
 
     # Placing
 
-    def set(self, table: Table, number: int, guess: Any = None) -> None:
-        """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots)."""
+    def set(self, table: Table, number: int, guess: Any = None, corrections: int = STEPS) -> None:
+        """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots), `corrections` at most."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
         group = select_designs(self.structure.groups[number], table["row"], self.designs)
@@ -106,7 +108,7 @@ class Branch:
             found = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
         else:
             start = guess.reshape(len(group.free), *shape)
-            found = sine_of(tree_closure(placed, group, newton(placed, group, start)))
+            found = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
         self._note(table, number, placed, group, found)
 
     def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Any) -> None:
@@ -179,9 +181,7 @@ class Branch:
                 sides = (
                     np.array([low[name], high[name]]).transpose(0, 2, 3, 1) for name in (f"columns{k}", f"duals{k}")
                 )
-                certificate = Certificate(
-                    group, self.loops[k], step, Ends(free, *sides), NOISE if self.forms[k] else 0.0
-                )
+                certificate = Certificate(group, self.loops[k], step, Ends(free, *sides))
                 box = certificate.box
                 if k == number:
                     return box.T, before
@@ -191,8 +191,9 @@ class Branch:
                 certificate.fill(box)
         raise AssertionError
 
-    def refine(self, number: int, which: Any, finest: float = FINEST) -> None:
-        """Halve some steps of a group until they are certain, or as fine as `finest` of a stride."""
+    def refine(self, number: int, which: Any, finest: float | None = None) -> None:
+        """Halve some steps of a group until they are certain, or as fine as `finest` of a stride, or as is of use."""
+        finest = self.finest(number) if finest is None else finest
         low, high = some(self.table, which), some(self.table, which + 1)
         kept: list[Table] = []
         outside = np.ones(len(self.table["place"]), bool)
@@ -227,21 +228,48 @@ class Branch:
         runs = np.split(open_, np.flatnonzero(np.diff(open_) > 1) + 1) if len(open_) else []
         return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
-    @property
-    def reach_of_change(self) -> float:
-        """Greatest width of the uncertain steps about a change point."""
-        return NARROW * FINEST * self.path.stride
+    def finest(self, number: int) -> float:
+        """Shortest step of a group that is of use, of a stride."""
+        return FINEST if self.forms[number] else NARROWEST
+
+    def width(self, number: int) -> float:
+        """How wide what is not certain about a change point of a group may be."""
+        return (NARROW if self.forms[number] else WIDE) * self.finest(number) * self.path.stride
 
     def before(self, row: int, place: float) -> int:
         """Number of the knot of a design before a place, never the last one."""
         return int(located(self.table, np.array([place]), self.rows)[row, 0])
 
+    def end(self, number: int, row: int, way: int, place: float) -> None:
+        """Let nothing be known of a group outward of a place: the drives do not come there."""
+        group = self.structure.groups[number]
+        lost = (self.table["row"] == row) & ((self.table["place"] - place) * way > 0)
+        self.table = table = some(self.table, ~lost | self.table["coarse"])
+        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
+        for name in ("origin", "direction"):
+            for link in group.links:
+                table[name][lost, link] = np.nan
+        table["sine"][lost, number] = np.nan
+        for name in ("free", "columns", "duals"):
+            table[f"{name}{number}"][lost] = np.nan
+        at = steps(table)
+        at = at[lost[at] | lost[at + 1]]
+        table[f"sure{number}"][at] = False
+        table[f"box{number}"][at] = np.nan
+
+    def closed(self, way: int) -> bool:
+        """Whether the branches of all designs end on a side of the drawing: farther out there is nothing."""
+        row = self.table["row"]
+        outermost = np.flatnonzero(np.diff(row, append=-1) if way > 0 else np.diff(row, prepend=-1))
+        return bool(np.isnan(self.table["sine"][outermost]).any(axis=1).all())
+
     # Dyads
 
     def follow_dyad(self, number: int) -> None:
-        """Follow a dyad: its sign changes where it passes a change point."""
+        """Follow a dyad: its sign changes where it passes a change point, and it ends where it first opens."""
         self.set(self.table, number)
         self.refine(number, steps(self.table))
+        self._stop(number)
         place, row = self.table["place"], self.table["row"]
         sign = np.ones(len(place))
         for at in self._touches(number):
@@ -251,6 +279,18 @@ class Branch:
         if (sign < 0).any():
             self.table["sign"][:, number] = sign
             self.set(self.table, number)
+
+    def _stop(self, number: int) -> None:
+        """Let a dyad end, outward of the drawing, at the first knot at which it is open."""
+        for row in np.unique(self.table["row"][np.isnan(self.table["sine"][:, number])]):
+            for way in (1, -1):
+                table = self.table
+                place = table["place"][table["row"] == row][::way]
+                sine = table["sine"][table["row"] == row, number][::way]
+                outward = (place - self.path.begin) * way >= 0
+                place, open_ = place[outward], np.isnan(sine[outward])
+                if open_.any():
+                    self.end(number, int(row), way, float(place[int(open_.argmax())]))
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
@@ -273,7 +313,7 @@ class Branch:
                 least[BESIDE:-BESIDE] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
         found: list[int] = []
         for at in np.flatnonzero(least):
-            if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.reach_of_change:
+            if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.width(number):
                 continue
             found.append(int(at))
         return found

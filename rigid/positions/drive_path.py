@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -39,6 +39,8 @@ class Path:
         Greatest step of s.
     turn
         s of a whole turn after which the drive is where it was; 0 where there is none.
+    outline
+        s of the first, least and greatest position of the whole motion, of which those asked may be a part.
     vertices
         Coordinates of the drives at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
     """
@@ -47,6 +49,7 @@ class Path:
     asked: Any
     stride: float
     turn: float
+    outline: tuple[float, ...] = ()
     vertices: Any = None
 
     @cached_property
@@ -55,6 +58,12 @@ class Path:
         if not len(self.asked):
             return self.begin, self.begin
         return self.asked.min(), self.asked.max()
+
+    def shifted(self, shift: float) -> Path:
+        """The same with all places less by a shift."""
+        return replace(
+            self, begin=self.begin - shift, asked=self.asked - shift, outline=tuple(s - shift for s in self.outline)
+        )
 
     def drives(self, places: Any) -> Any:
         """Coordinates of the drives, shape (drives, ...)."""
@@ -84,17 +93,14 @@ class Path:
 
 def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     """The way from the drawing, by `lead` where it is given, through the positions asked."""
-    drawn, slides, wraps = drawn_drives(mechanism)
+    _, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
-    first = given[:, 0] if given.ndim == 2 else given[:, 0, 0]
-    ways = [
-        math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
-        for at, to, slide in zip(drawn, first.tolist(), slides, strict=True)
-    ]
+    ways = first_ways(mechanism, given)
     strides = drive_strides(mechanism)
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
-        return Path(float(given[0].flat[0]) - ways[0], drive[0], strides[0], turn)
+        whole = float(given[0].flat[0]), float(given[0].min()), float(given[0].max())
+        return Path(whole[0] - ways[0], drive[0], strides[0], turn, whole)
     if not len(drive):
         return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
     given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
@@ -104,7 +110,28 @@ def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
     places = np.interp(np.arange(at[-1] + 1), at, np.arange(len(at)))
     vertices = np.array([np.interp(places, np.arange(len(at)), row) for row in given])
     vertices[:, at] = given
-    return Path(0.0, at[len(at) - drive.shape[1] :].astype(float), 1.0, 0.0, vertices)
+    return Path(0.0, at[len(at) - drive.shape[1] :].astype(float), 1.0, 0.0, (), vertices)
+
+
+def outline(drive: Any) -> Any:
+    """The positions that tell from where the drives set out, which serve as the `lead` of a part of a motion.
+
+    Of a single drive the first, least and greatest, of several all.
+    """
+    if len(drive) != 1:
+        return drive
+    row = drive[0] if drive.ndim == 2 else drive[0].reshape(-1)
+    return row[[0, row.argmin(), row.argmax()]][None]
+
+
+def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
+    """Ways of the drives from the drawing to the first position [rad or m]: the shorter where turns do not matter."""
+    drawn, slides, wraps = drawn_drives(mechanism)
+    first = drive[:, 0] if drive.ndim == 2 else drive[:, 0, 0]
+    return [
+        math.remainder(to - at, 2 * math.pi) if wraps and not slide else to - at
+        for at, to, slide in zip(drawn, first.tolist(), slides, strict=True)
+    ]
 
 
 @lru_cache(maxsize=64)

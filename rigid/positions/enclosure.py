@@ -112,8 +112,7 @@ class Certificate:
     `box` is how far the free coordinates may be from it, shape (free, steps); nan where that is not certain.
     """
 
-    def __init__(self, group: Group, loops: tuple[Loop, ...], step: Step, ends: Ends, noise: float = NOISE) -> None:
-        self.noise = noise
+    def __init__(self, group: Group, loops: tuple[Loop, ...], step: Step, ends: Ends) -> None:
         self.group, self.loops, self.step, self.ends = group, loops, step, ends
         self.carried = [{link for link, _ in carried} for carried in group.carried]
         self.base = self._base()
@@ -215,7 +214,7 @@ class Certificate:
         bent = np.zeros((free, cuts, count))
         slope = np.zeros((free, free, cuts, count))
         for c, (each, cut) in enumerate(zip(self.loops, self.group.cut, strict=True)):
-            gap[c] = self._stray(each, None) + self.noise * self._extent(each)
+            gap[c] = self._stray(each, None) + NOISE * self._extent(each)
             twist[c] = 0.0 if cut.turns else self.base[cut.parent] + self.base[cut.child]
             for j, number in enumerate(self.group.free):
                 hinge = self.group.tree[number]

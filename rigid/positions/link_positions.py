@@ -125,12 +125,36 @@ def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any
     forms = tuple(group.closed_form for group in structure.groups)
     for edge in (FINEST, DEEP):
         branch, places = branch_through(mechanism, structure, path, forms, edge)
-        if plain is not None and (branch.table["sign"] > 0).all():
-            return plain
         at = located(branch.table, places, branch.rows)
+        if plain is not None and (branch.table["sign"] > 0).all():
+            return _as_far(plain, branch, at)
         if all(branch.forms) or not _at_an_end(branch, places, at):
             break
     return _on(branch, places, at, drive)
+
+
+def _as_far(plain: PartialPosture, branch: Branch, at: Any) -> PartialPosture:
+    """Dyads as drawn, but for those behind an end of the branch."""
+    if np.isfinite(branch.table["sine"]).all():
+        return plain
+    at = at if branch.designs else at[0]
+    for number, group in enumerate(branch.structure.groups):
+        if group.free:
+            _lose(plain, branch, number, at, lambda values: values)
+    return plain
+
+
+def _lose(placed: PartialPosture, branch: Branch, number: int, at: Any, wide: Any) -> None:
+    """Let a dyad be nowhere behind the end of its branch, though it may close there."""
+    sine = branch.table["sine"][:, number]
+    lost = wide(np.isnan(sine[at]) & np.isnan(sine[at + 1]))
+    if not lost.any():
+        return
+    for link in branch.structure.groups[number].links:
+        placed.origin[link] = np.where(lost, np.nan, placed.origin[link])
+        placed.direction[link] = np.where(lost, np.nan, placed.direction[link])
+    free = sum(bool(group.free) for group in branch.structure.groups[:number])
+    placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
 
 
 def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
@@ -157,11 +181,12 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
             _drive(placed, group)
             continue
         finite = np.isfinite(table["sine"][at, number] + table["sine"][at + 1, number])
-        changing = ~table[f"sure{number}"][at] & finite & (high - low <= branch.reach_of_change)
+        changing = ~table[f"sure{number}"][at] & finite & (high - low <= branch.width(number))
         if branch.forms[number]:
             signs = [wide(table["sign"][which, number]) for which in (at, at + 1)]
             sign = np.where(part < 0.5, *signs) if (table["sign"][:, number] < 0).any() else 1.0
             placed.sine.append(place_dyad_with_slack(placed, group, branch.drawing, sign))
+            _lose(placed, branch, number, at, wide)
         else:
             placed.sine.append(_between(placed, branch, number, at, part, wide))
         if changing.any():
@@ -192,7 +217,8 @@ def _through(placed: PartialPosture, branch: Branch, number: int, at: Any, place
 def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
     """Whether a position is asked so near the end of the reach that it may still be within."""
     place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
-    near = [np.abs(places - place[one]) <= branch.reach_of_change for one in (at, at + 1)]
+    width = max(branch.width(number) for number, form in enumerate(branch.forms) if not form)
+    near = [np.abs(places - place[one]) <= width for one in (at, at + 1)]
     return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
 
 
@@ -206,7 +232,7 @@ def _between(placed: PartialPosture, branch: Branch, number: int, at: Any, part:
     start = np.broadcast_to(start, (len(group.free), *np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)))
     found = newton(placed, group, start)
     box = table[f"box{number}"][at.ravel()]
-    box = np.where(np.isfinite(box), box, np.abs(way) + branch.reach_of_change)
+    box = np.where(np.isfinite(box), box, np.abs(way) + branch.width(number))
     limit = np.stack([wide(box[:, k]) for k in free]) * (1 + CLOSE) + CLOSE
     with np.errstate(invalid="ignore"):
         astray = ~(np.abs(found - start) <= limit).all(axis=0)

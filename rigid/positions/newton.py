@@ -64,7 +64,7 @@ def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
     return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
 
 
-def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
+def newton(placed: PartialPosture, group: Group, coordinates: Any, steps: int = STEPS) -> Any:
     """Coordinates of the free joints that close the group; nan where none are found."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
@@ -74,7 +74,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Any) -> Any:
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf
     with np.errstate(all="ignore"):
-        for _ in range(STEPS):
+        for _ in range(steps):
             closed = tree_closure(placed, group, coordinates)
             gaps = [place.joint.gap(placed) for place in closed.cut]
             step = -np.stack([sum((row[c] * gap).imag for c, gap in enumerate(gaps)) for row in closed.duals])

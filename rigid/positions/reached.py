@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,39 +39,70 @@ def _followed(
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
 ) -> tuple[Branch, Any]:
-    """The branch of a mechanism, as far as the positions asked go, and these on it."""
+    """The branch of a mechanism, as far as the positions asked go, and these on it.
+
+    The drive goes straight from the drawing to a position. Where it comes to an end on the way, nothing is known. The
+    first position is reached by the shorter way, or by the longer where that is barred; where both are, the drive
+    begins where it passes the drawing.
+    """
     if path.vertices is not None:
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
     kept = mechanism.__dict__.setdefault("_branches", {})
-    low, high = map(float, path.span)
     begin, block = path.begin, BLOCK * path.stride
     if path.turn:
         # The drawing's own coordinate: what is known of it serves whatever turn is asked.
-        shift = path.turn * np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)
-        path = Path(begin - shift, path.asked - shift, path.stride, path.turn)
-        begin, low, high = path.begin, low - shift, high - shift
+        path = path.shifted(path.turn * np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn))
+        begin = path.begin
+    low, high = map(float, path.span)
+    way = 1.0 if high - begin >= begin - low else -1.0
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
-        whole = _known(mechanism, structure, path, begin, begin + turns * path.turn, forms, edge, kept)
-        if not _returns(whole, begin, begin + turns * path.turn):
-            if _ends(whole):
-                return _from_both_sides(mechanism, structure, path, forms, edge, kept)
-            continue
-        return whole, begin + np.mod(path.asked - begin, turns * path.turn)
-    low, high = min(low, begin), max(high, begin)
-    below, above = (np.ceil(way / block) * block for way in (begin - low, high - begin))
-    above = above or block
-    found = _known(mechanism, structure, path, begin - below, begin + above, forms, edge, kept)
-    lost = np.isnan(found.table["sine"]).any(axis=1)
-    at = located(found.table, path.asked, found.rows)
-    if path.turn and (lost[at] | lost[at + 1]).any():
-        return _from_both_sides(mechanism, structure, path, forms, edge, kept)
-    return found, path.asked
+        period = way * turns * path.turn
+        whole = _known(mechanism, structure, path, *sorted((begin, begin + period)), forms, edge, kept)
+        if whole.closed(int(way)):
+            break
+        if not _ends(whole) and _returns(whole, begin, begin + period):
+            return whole, begin + np.mod(path.asked - begin, period)
+    branch = _covering(mechanism, structure, path, forms, edge, kept)
+    if path.turn and _ends(branch) and not _reached(branch, path.outline[0]):
+        for other in _other_starts(path):
+            found = _covering(mechanism, structure, other, forms, edge, kept)
+            if _reached(found, other.outline[0]) or other.outline[1] <= begin <= other.outline[2]:
+                return found, other.asked
+    return branch, path.asked
+
+
+def _other_starts(path: Path) -> list[Path]:
+    """The drive begun other whole turns away, where the shorter way to the first position is barred.
+
+    Once from the other side of it, once at the drawing next to it that the drive is to pass.
+    """
+    begin, turn = path.begin, path.turn
+    first, least, most = path.outline
+    passed = turn * np.arange(np.ceil((least - begin) / turn), np.floor((most - begin) / turn) + 1)
+    passed = passed[np.argsort(np.abs(begin + passed - first), kind="stable")][:1]
+    return [replace(path.shifted(shift), begin=begin) for shift in (turn * np.sign(first - begin), *passed)]
+
+
+def _covering(mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any) -> Branch:
+    """The branch from the drawing as far as the positions asked go, in blocks of knots."""
+    begin, block = path.begin, BLOCK * path.stride
+    low, high = path.span
+    below, above = (np.ceil(max(way, 0.0) / block) * block for way in (begin - low, high - begin))
+    return _known(
+        mechanism, structure, path, begin - below, begin + (above if below else above or block), forms, edge, kept
+    )
+
+
+def _reached(branch: Branch, place: float) -> bool:
+    """Whether the branch of some design comes to a knot beside a place."""
+    at = located(branch.table, np.array([place]), branch.rows)[:, 0]
+    closes = np.isfinite(branch.table["sine"]).all(axis=1)
+    inside = (branch.table["place"][at] <= place + STILL) & (place - STILL <= branch.table["place"][at + 1])
+    return bool((inside & (closes[at] | closes[at + 1])).any())
 
 
 def _returns(branch: Branch, first: float, last: float) -> bool:
-    """Whether all designs are at one place as they are at another, all places between being reached."""
-    if _ends(branch):
-        return False
+    """Whether all designs are at one place as they are at another."""
     place, to = branch.table["place"], np.array([first, last])
     at = located(branch.table, to + STILL, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
@@ -85,27 +117,18 @@ def _ends(branch: Branch) -> bool:
     return bool(np.isnan(branch.table["sine"]).any())
 
 
-def _from_both_sides(
-    mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float, kept: Any
-) -> tuple[Branch, Any]:
-    """A branch that ends before a whole turn, and the positions asked on it, as they are reached from the drawing."""
-    begin, turn = path.begin, path.turn
-    branch = _known(mechanism, structure, path, begin - turn, begin + turn, forms, edge, kept)
-    above = begin + np.mod(path.asked - begin, turn)
-    lost = np.isnan(branch.table["sine"]).any(axis=1)
-    gone, there = (
-        lost[at] | lost[at + 1] for at in (located(branch.table, x, branch.rows) for x in (above, above - turn))
-    )
-    return branch, np.where(gone & ~there, above - turn, above)
-
-
 def _known(
     mechanism: Mechanism, structure: Structure, path: Path, low: float, high: float, forms: Any, edge: float, kept: Any
 ) -> Branch:
     """The branch from one place to another, made once."""
     branch: Branch | None = kept.get((forms, edge))
-    if branch is None or not (branch.low <= low + STILL and high - STILL <= branch.high):
-        if branch is not None:
-            low, high = min(low, branch.low), max(high, branch.high)
-        branch = kept[forms, edge] = _followed(mechanism, structure, path, low, high, forms, edge)
+    if branch is not None:
+        if branch.low <= low + STILL or branch.closed(-1):
+            low = branch.low
+        if high - STILL <= branch.high or branch.closed(1):
+            high = branch.high
+        if (low, high) == (branch.low, branch.high):
+            return branch
+        low, high = min(low, branch.low), max(high, branch.high)
+    branch = kept[forms, edge] = _followed(mechanism, structure, path, low, high, forms, edge)
     return branch

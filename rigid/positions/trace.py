@@ -9,14 +9,20 @@ import numpy as np
 from rigid.positions.branch import Branch
 from rigid.positions.knots import Table, merged, some, steps
 
-BESIDE = 0.02  # of a stride: how far beside a change point the branches are told apart
+BESIDE = 2.0**-16  # of a stride: how far beside a change point the branches are told apart
+LEAST_BESIDE = 2.0**-20  # the same beside one of which less is not certain
 SMOOTH = 0.1  # of the way to there: how far from smooth the branch may go on
-TRIES = 24  # to go on from where a walk went astray
+SHORTEST = 2.0**-34  # of a stride: the shortest step of a march
+LEAST = 2.0**-46  # the same from a drawing, which may be next to an end
+FEWER = 8  # times shorter than the last a step is before it has to be certain
 MOST = 400  # steps of a march
-EASY = 2  # certain steps after which a march goes in longer ones
+HIDDEN = 2e-6  # a sine at which round-off may hide one branch from another
+EASY = 2  # steps after which a march goes in longer ones
+CORRECTIONS = 10  # of a knot that is close to its guess
+STRAIGHT = 0.25  # of a step: how far from straight a march leaps
 ROUGH = 2.0**-6  # of a stride: how fine a walk is made certain at first
 STILL = 1e-15  # [rad or m]: no way
-CLOSE = 1e-6  # [rad or m]: what is the same
+NOISE = 1e-9  # [rad or m]: what round-off may do there
 
 
 class Trace:
@@ -85,34 +91,40 @@ class Trace:
     def _mend(self, row: int, way: int) -> None:
         """Go outward from the drawing and see to every run of steps that are not certain."""
         branch = self.branch
-        passed, closed_in = branch.path.begin, False
-        for _ in range(TRIES):
-            run = self._next(row, way, passed)
-            if run is None:
-                return
-            place = branch.table["place"]
-            inner, outer = run
-            stop = float(place[outer])
-            if abs(stop - place[inner]) <= branch.reach_of_change:
-                if self._smooth(row, way, inner, outer):
-                    passed = stop
-                    closed_in = False
+        passed = closed_in = marched = branch.path.begin - way
+        leaps = True
+        while (run := self._next(row, way, passed)) is not None:
+            table = branch.table
+            start, stop = (float(table["place"][at]) for at in run)
+            if abs(stop - start) > branch.width(self.number):
+                if start != closed_in and np.isfinite(table["sine"][list(run), self.number]).all():
+                    closed_in = start
+                    near = np.arange(min(run), max(run))
+                    near = near[np.abs(table["place"][near + (way < 0)] - start) <= branch.path.stride]
+                    branch.refine(self.number, near)
                     continue
-            elif not closed_in and np.isfinite(branch.table["sine"][[inner, outer], self.number]).all():
-                closed_in = True
-                near = np.arange(min(run), max(run))
-                branch.refine(self.number, near[np.abs(place[near + (way < 0)] - place[inner]) <= branch.path.stride])
+            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes(row, way, start, stop):
+                passed = stop
                 continue
-            closed_in = False
-            found, ended = self._march(row, way, inner)
-            if ended:
-                self._enter(row, float(place[inner]), found)
-                self._end(row, way, float(found[-1]["place"][0]) if found else float(place[inner]))
+            if (start - marched) * way <= 0:  # no farther than the march before
+                branch.end(self.number, row, way, start)
                 return
-            self._onward(row, way, float(place[inner]), found)
-        run = self._next(row, way, passed)
-        if run is not None:
-            self._end(row, way, float(branch.table["place"][run[0]]))
+            found, stuck = self._march(row, way, run[0], leaps)
+            self._enter(row, start, found)
+            here = float(found[-1]["place"][0]) if found else start
+            sure = self._certain(row, way, start, here)
+            if leaps and not (sure == here or (stuck and abs(here - sure) <= branch.width(self.number))):
+                leaps = False
+                continue
+            marched, leaps, here = start, True, sure
+            if stuck:
+                knot = self._beyond(row, way, here) if len(found) < MOST else None
+                if knot is None:
+                    branch.end(self.number, row, way, here)
+                    return
+                self._enter(row, here, [knot])
+                here = float(knot["place"][0])
+            self._onward(row, way, here)
 
     def _next(self, row: int, way: int, passed: float) -> tuple[int, int] | None:
         """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
@@ -144,80 +156,95 @@ class Trace:
                 branch.set(knot, k)
         if guess is None:
             guess = (low[f"free{self.number}"] + part[:, None] * branch.ways(self.number, low, high)).T
-        branch.set(knot, self.number, guess)
+        branch.set(knot, self.number, guess, CORRECTIONS)
         knot[f"sure{self.number}"] = np.zeros(1, bool)
         return knot
 
-    def _beyond(self, row: int, way: int, place: float, here: Table) -> Table | None:
-        """The smooth branch a little beyond a change point, continued from before it; None where there is none."""
-        branch, name = self.branch, f"free{self.number}"
-        step = way * BESIDE * branch.path.stride
-        table = branch.table
-        if (place + step - table["place"][table["row"] == row][::way][-1]) * way > 0:
-            return None
+    def _ahead(self, row: int, place: float, step: float) -> tuple[Any, Any, float]:
+        """A place a little farther, the straight way of the coordinates to there, and how far off it may be.
+
+        On this scale a branch goes on straight where round-off alone is in the way, and has turned back at an end.
+        """
+        two, one = (self._single(row, place - k * step, None) for k in (2, 1))
+        slope = self.branch.ways(self.number, two, one)
+        return place + step, one[f"free{self.number}"] + 2 * slope, np.abs(slope).max() * SMOOTH + NOISE
+
+    def _beyond(self, row: int, way: int, place: float) -> Table | None:
+        """The smooth branch a little beyond a change point; None where there is none."""
         with np.errstate(all="ignore"):
-            two, one = (self._single(row, place - k * step, None) for k in (2, 1))
-            slope = branch.ways(self.number, two, one)
-            guess = one[name] + 2 * slope
-            knot = self._single(row, place + step, guess.T)
-            off = np.abs(self._whole(knot[name].T, guess.T).T - guess).max()
-        known = np.abs(slope).max() * SMOOTH + 1e-9
-        return knot if np.isfinite(here[name]).all() and off <= known else None
+            to, guess, known = self._ahead(row, place, way * BESIDE * self.branch.path.stride)
+            if (to - self._last(row, way)) * way > 0:
+                return None
+            knot = self._single(row, to, guess.T)
+            return knot if self._off(knot, guess) <= known else None
 
-    def _smooth(self, row: int, way: int, inner: int, outer: int) -> bool:
-        """Whether the table goes on smoothly behind a change point; made to, where the walk took the other branch."""
-        branch, name = self.branch, f"free{self.number}"
-        place = float(branch.table["place"][inner])
-        if not branch.path.onward(*sorted(branch.table["place"][[inner, outer]])):
-            return True
-        ahead = place + way * BESIDE * branch.path.stride
-        if (ahead - branch.table["place"][branch.table["row"] == row][::way][-1]) * way > 0:
-            return True
-        knot = self._beyond(row, way, place, some(branch.table, [inner]))
-        if knot is None:
-            return False
-        seen = self._single(row, ahead, None)
-        away = np.abs(self._whole(seen[name].T, knot[name].T) - knot[name].T).max()
-        if not away <= CLOSE:
-            self._onward(row, way, place, [knot])
-            back = self._next(row, way, float(np.nextafter(place, -way * np.inf)))
-            if back is not None and np.isfinite(branch.table["sine"][list(back), self.number]).all():
-                branch.refine(self.number, np.arange(min(back), max(back)))
-        return True
+    def _off(self, knot: Table, guess: Any) -> float:
+        """How far a knot is from coordinates guessed."""
+        return float(np.abs(self._whole(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
-    def _march(self, row: int, way: int, inner: int) -> tuple[list[Table], bool]:
-        """Certain steps outward from a knot, and whether there are no more."""
+    def _last(self, row: int, way: int) -> float:
+        """Place of the outermost knot."""
+        table = self.branch.table
+        return float(table["place"][table["row"] == row][::way][-1])
+
+    def _passes(self, row: int, way: int, start: float, stop: float) -> bool:
+        """Whether the table goes on smoothly through a change point, as narrow as round-off makes it."""
+        if not self.branch.path.onward(*sorted((start, stop))):
+            return True
+        with np.errstate(all="ignore"):
+            step = max(abs(stop - start), LEAST_BESIDE * self.branch.path.stride)
+            to, guess, known = self._ahead(row, 0.5 * (start + stop), way * step)
+            return (to - self._last(row, way)) * way > 0 or self._off(self._single(row, to, None), guess) <= known
+
+    def _certain(self, row: int, way: int, inner: float, outer: float) -> float:
+        """How far outward steps from a place to another are certain."""
+        table = self.branch.table
+        at = steps(table)
+        at = at[(table["row"][at] == row) & ~table[f"sure{self.number}"][at]]
+        near, far = (table["place"][at + (way < 0)] * way, table["place"][at + (way > 0)] * way)
+        open_ = near[(near >= inner * way) & (far <= outer * way)]
+        return float(open_.min() * way) if len(open_) else outer
+
+    def _march(self, row: int, way: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
+        """Steps outward from a knot, and whether there are no more within a stride.
+
+        They are certain, or leap: as long as they go on nearly straight, to be made certain all at once.
+        """
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
         here = some(table, [inner])
         end = float(table["place"][table["row"] == row][::way][-1])
         before = inner - way
         slope = np.zeros_like(here[name])
-        if 0 <= before < len(table["row"]) and table["row"][before] == row:
+        known = table[f"sure{self.number}"][min(before, inner)]
+        if 0 <= before < len(table["row"]) and table["row"][before] == row and known:
             back = some(table, [before])
             slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])[:, None]
         found: list[Table] = []
         step, gone, easy = stride / 8, 0.0, 0
+        leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            for _ in range(MOST):
-                if step < branch.edge * stride or gone >= stride or here["place"][0] == end:
+            while gone < stride and here["place"][0] != end and len(found) < MOST:
+                drawn = abs(float(here["place"][0]) - branch.path.begin) <= branch.width(self.number)
+                if step < (LEAST if drawn else min(branch.edge, SHORTEST)) * stride:
                     break
                 to = float(here["place"][0]) + way * step
                 to = end if (to - end) * way > 0 else to
-                knot = self._single(row, to, (here[name] + slope * (to - here["place"])).T)
-                pair = (here, knot) if way > 0 else (knot, here)
-                box, _ = branch.certify(*pair, self.number)
-                if not np.isfinite(box).all():
+                guess = here[name] + slope * (to - here["place"])
+                knot = self._single(row, to, guess.T)
+                good = leapt < np.inf and self._off(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
+                if not good and step * FEWER <= leapt:
+                    pair = (here, knot) if way > 0 else (knot, here)
+                    good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
+                if not good:
                     step, easy = step / 2, 0
                     continue
                 slope = branch.ways(self.number, here, knot) / (knot["place"] - here["place"])
                 found.append(knot)
                 here, gone, easy = knot, gone + step, easy + 1
+                leapt = step if leaps else leapt
                 step = 2 * step if easy > EASY else step
-        if gone >= stride or here["place"][0] == end:
-            return found, False
-        beyond = self._beyond(row, way, float(here["place"][0]), here)
-        return ([*found, beyond], False) if beyond is not None else (found, True)
+        return found, gone < stride and here["place"][0] != end
 
     def _enter(self, row: int, inner: float, found: list[Table]) -> None:
         """Enter knots in place of those from a place on, but for the grid, and make their steps certain."""
@@ -243,40 +270,35 @@ class Trace:
             part = (table["place"][at] - low["place"]) / (high["place"] - low["place"])
             self._place([at], (low[name] + part[:, None] * branch.ways(self.number, low, high)).T)
         at = steps(table)
-        mine = (table["row"][at] == row) & (table["place"][at + 1] >= ends[0]) & (table["place"][at] <= ends[1])
+        mine = (table["row"][at] == row) & (table["place"][at] >= ends[0]) & (table["place"][at + 1] <= ends[1])
         branch.refine(self.number, at[mine])
 
-    def _onward(self, row: int, way: int, inner: float, found: list[Table]) -> None:
-        """Enter knots, walk on from the last of them, and make the steps beyond certain again."""
+    def _onward(self, row: int, way: int, last: float) -> None:
+        """Walk on from a knot, and make the steps beyond certain again, unless the table goes on from there."""
         branch, name = self.branch, f"free{self.number}"
-        last = float(found[-1]["place"][0])
-        self._enter(row, inner, found)
+        if self._rejoins(row, way, last):
+            return
         table = branch.table
         mine = table["row"] == row
-        outer = np.flatnonzero(mine & ((table["place"] - last) * way > 0))[::way]
-        if not len(outer):
-            return
         at = int(np.flatnonzero(mine & (table["place"] == last))[0])
+        outer = np.flatnonzero(mine & ((table["place"] - last) * way > 0))[::way]
+        inner = np.flatnonzero(mine & ((last - table["place"]) * way > 0.5 * BESIDE * branch.path.stride))[::way]
+        first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
-        self._walk(np.array([[at - way, at, *grid]]), table[name][at - way][:, None])
+        self._walk(np.array([[first, at, *grid]]), table[name][first][:, None])
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         at = steps(table)
         beyond = mine[at] & (np.minimum(table["place"][at] * way, table["place"][at + 1] * way) >= last * way)
         branch.refine(self.number, at[beyond], ROUGH)
 
-    def _end(self, row: int, way: int, place: float) -> None:
-        """Nothing is known outward of a place."""
-        table, number = self.branch.table, self.number
-        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
-        self.branch.table = table = some(table, ~lost | table["coarse"])
-        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
-        for name in ("origin", "direction"):
-            for link in self.group.links:
-                table[name][lost, link] = np.nan
-        table["sine"][lost, number] = np.nan
-        for name in ("free", "columns", "duals"):
-            table[f"{name}{number}"][lost] = np.nan
+    def _rejoins(self, row: int, way: int, last: float) -> bool:
+        """Whether certain steps lead from a knot to the next of the grid as the table has it."""
+        branch, table = self.branch, self.branch.table
+        outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * way > 0)][::way]
+        if not len(outer):
+            return True
+        low, high = sorted((last, float(outer[0])))
         at = steps(table)
-        at = at[lost[at] | lost[at + 1]]
-        table[f"sure{number}"][at] = False
-        table[f"box{number}"][at] = np.nan
+        mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
+        branch.refine(self.number, at[mine], ROUGH)
+        return self._certain(row, way, last, float(outer[0])) == outer[0]

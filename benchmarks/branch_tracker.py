@@ -1,0 +1,262 @@
+"""A tracker of planar mechanisms that shares no line with the program: certain steps of all links at once.
+
+Unknown are the places and angles of all links but the ground and the crank, `q`, and the equations F(q, t) = 0 are
+those of the joints in the axes of the ground; t is the crank's angle. From a known place q0 at t0 the branch is
+enclosed for all t up to t0 + h in a ball of radius r about the tangent q0 + v (t - t0). With A the inverse of F_q
+there, and the second derivatives of F bounded by the sizes of the vectors that turn,
+
+    |A F(q0 + v s, t0 + s)| <= m s^2 / 2,   |A (F_q(q0 + v s + d, t0 + s) - F_q(q0, t0))| <= z s + k |d|,
+
+so that by Newton-Kantorovich's theorem h < 1 / (z + sqrt(k m)) will do. Every step is as long as that allows: near a
+singular position they become as short as the branch is bent, and where it ends shorter than any bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+SAFE = 0.8  # of the longest certain step
+SHORTEST = 1e-11  # step [rad] at which a way ends
+REACH = 0.5  # of a size: how far a slide may go in a step
+MOST = 10_000  # steps of a turn
+NEWTON = 12  # corrections
+DONE = 3e-13  # of a correction
+
+
+@dataclass(frozen=True)
+class Body:
+    """Points of a link in its axes, and its place and angle as drawn."""
+
+    points: dict[str, complex]
+    origin: complex
+    angle: float
+
+
+@dataclass(frozen=True)
+class Tie:
+    """A pin at a point of two bodies, or, with a line in the axes of the first, a slide of the second along it."""
+
+    one: int
+    other: int
+    at_one: complex
+    at_other: complex
+    line: complex = 0.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """Places of all bodies at the angles asked, shape (bodies, angles), nan behind the `end` [rad], inf for none.
+
+    `shortest` is the shortest step [rad].
+    """
+
+    origin: Any
+    angle: Any
+    end: float
+    steps: int
+    shortest: float
+
+
+@njit(cache=True)
+def _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0915
+    """Gaps of all ties, their derivatives by q and by t. Body -1 is the ground, -2 the crank."""
+    J[:] = 0.0
+    Ft[:] = 0.0
+    for i in range(len(ends)):
+        at = np.zeros((2, 2))
+        arm = np.zeros((2, 2))
+        angle = np.zeros(2)
+        for k in range(2):
+            body = ends[i, k]
+            x, y, th = 0.0, 0.0, 0.0
+            if body >= 0:
+                x, y, th = q[3 * body], q[3 * body + 1], q[3 * body + 2]
+            elif body == -2:
+                x, y, th = crank[0], crank[1], t
+            c, s = np.cos(th), np.sin(th)
+            ax, ay = arms[i, 2 * k], arms[i, 2 * k + 1]
+            arm[k, 0], arm[k, 1] = c * ax - s * ay, s * ax + c * ay
+            at[k, 0], at[k, 1] = x + arm[k, 0], y + arm[k, 1]
+            angle[k] = th
+        r = 2 * i
+        if lines[i, 0] == 0.0 and lines[i, 1] == 0.0:
+            for d in range(2):
+                F[r + d] = at[1, d] - at[0, d]
+            for k in range(2):
+                sign = 2.0 * k - 1.0
+                body = ends[i, k]
+                if body >= 0:
+                    J[r, 3 * body] += sign
+                    J[r + 1, 3 * body + 1] += sign
+                    J[r, 3 * body + 2] -= sign * arm[k, 1]
+                    J[r + 1, 3 * body + 2] += sign * arm[k, 0]
+                elif body == -2:
+                    Ft[r] -= sign * arm[k, 1]
+                    Ft[r + 1] += sign * arm[k, 0]
+            continue
+        c, s = np.cos(angle[0]), np.sin(angle[0])
+        ux, uy = c * lines[i, 0] - s * lines[i, 1], s * lines[i, 0] + c * lines[i, 1]
+        wx, wy = at[1, 0] - at[0, 0], at[1, 1] - at[0, 1]
+        F[r] = ux * wy - uy * wx
+        F[r + 1] = angle[1] - angle[0] - turns[i]
+        one, other = ends[i, 0], ends[i, 1]
+        # The gap across in the line's axes: the line turns with the first body, about its own foot.
+        by_one = -(ux * arm[0, 0] + uy * arm[0, 1]) - (ux * wx + uy * wy)
+        by_other = ux * arm[1, 0] + uy * arm[1, 1]
+        if one >= 0:
+            J[r, 3 * one] += uy
+            J[r, 3 * one + 1] -= ux
+            J[r, 3 * one + 2] += by_one
+            J[r + 1, 3 * one + 2] -= 1.0
+        elif one == -2:
+            Ft[r] += by_one
+            Ft[r + 1] -= 1.0
+        if other >= 0:
+            J[r, 3 * other] -= uy
+            J[r, 3 * other + 1] += ux
+            J[r, 3 * other + 2] += by_other
+            J[r + 1, 3 * other + 2] += 1.0
+        elif other == -2:
+            Ft[r] += by_other
+            Ft[r + 1] += 1.0
+
+
+@njit(cache=True)
+def _rate(body, v):  # type: ignore[no-untyped-def]
+    """How fast a body turns per t, and whether it may be elsewhere than told."""
+    if body >= 0:
+        return abs(v[3 * body + 2]), 1.0
+    return (1.0, 0.0) if body == -2 else (0.0, 0.0)
+
+
+@njit(cache=True)
+def _second(q, t, v, crank, ends, arms, lines, M, B, K):  # type: ignore[no-untyped-def]
+    """Bounds of the second derivatives of every equation: along the tangent, mixed, and of a ball of radius one."""
+    for i in range(len(ends)):
+        turn = np.zeros(2)
+        free = np.zeros(2)
+        size = np.zeros(2)
+        for k in range(2):
+            turn[k], free[k] = _rate(ends[i, k], v)
+            size[k] = np.hypot(arms[i, 2 * k], arms[i, 2 * k + 1])
+        r = 2 * i
+        if lines[i, 0] == 0.0 and lines[i, 1] == 0.0:
+            for d in range(2):
+                M[r + d] = size[0] * turn[0] ** 2 + size[1] * turn[1] ** 2
+                B[r + d] = size[0] * turn[0] * free[0] + size[1] * turn[1] * free[1]
+                K[r + d] = size[0] * free[0] + size[1] * free[1]
+            continue
+        moved, loose, apart = 0.0, 0.0, 0.0
+        place = np.zeros((2, 2))
+        for k in range(2):
+            body = ends[i, k]
+            if body >= 0:
+                moved += np.hypot(v[3 * body], v[3 * body + 1])
+                loose += 1.5  # root of two, rounded up
+                place[k] = q[3 * body : 3 * body + 2]
+            elif body == -2:
+                place[k] = crank
+        apart = np.hypot(place[1, 0] - place[0, 0], place[1, 1] - place[0, 1]) + REACH
+        # Im(conj(e1 l) (w + e2 p)): w the way between the origins
+        both, slack = turn[0] + turn[1], free[0] + free[1]
+        M[r] = apart * turn[0] ** 2 + 2 * turn[0] * moved + size[1] * both**2
+        B[r] = apart * turn[0] * free[0] + turn[0] * loose + free[0] * moved + size[1] * both * slack
+        K[r] = apart * free[0] + 2 * free[0] * loose + size[1] * slack**2
+        M[r + 1] = B[r + 1] = K[r + 1] = 0.0
+
+
+@njit(cache=True)
+def _track(q, t, asked, crank, ends, arms, lines, turns, found):  # type: ignore[no-untyped-def]
+    """Follow to all angles asked, in order, one way; where it ends, how many steps, and how short the shortest was."""
+    n = len(q)
+    F, Ft = np.zeros(n), np.zeros(n)
+    J = np.zeros((n, n))
+    M, B, K = np.zeros(n), np.zeros(n), np.zeros(n)
+    steps, shortest, start = 0, np.inf, t
+    for _ in range(NEWTON):
+        _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft)
+        change = np.linalg.solve(J, -F)
+        q = q + change
+        if np.abs(change).max() < DONE:
+            break
+    for number in range(len(asked)):
+        while True:
+            left = asked[number] - t
+            if left == 0.0:
+                break
+            way = 1.0 if left > 0 else -1.0
+            _equations(q, t, crank, ends, arms, lines, turns, F, J, Ft)
+            A = np.linalg.inv(J)
+            if not np.isfinite(A).all():
+                return t, steps, 0.0, 0
+            v = -A @ Ft
+            _second(q, t, v, crank, ends, arms, lines, M, B, K)
+            size = np.abs(A)
+            m, z, k = (size @ M).max(), (size @ B).max(), (size @ K).max()
+            root = np.sqrt(k * m)
+            h = SAFE / (z + root)
+            fast = np.abs(v).max()
+            # A slide's bound holds as long as nothing goes farther than REACH allows.
+            h = min(h, REACH / (4.0 * fast + 1e-300), 0.1)
+            shortest = min(shortest, h)
+            if h < SHORTEST:
+                return t, steps, shortest, 0
+            last = h >= abs(left)
+            h = min(h, abs(left))
+            y = 0.5 * m * h * h
+            s = 1.0 - z * h
+            # of the ball that is mapped into itself
+            r = (s - np.sqrt(max(s * s - 2.0 * k * y, 0.0))) / k if k > 0 else y / s
+            guess = q + way * h * v
+            t = asked[number] if last else t + way * h
+            here = guess.copy()
+            good = False
+            for _ in range(NEWTON):
+                _equations(here, t, crank, ends, arms, lines, turns, F, J, Ft)
+                change = np.linalg.solve(J, -F)
+                here = here + change
+                if np.abs(change).max() < DONE * max(1.0, size.max()):
+                    good = True
+                    break
+            if not good or not np.abs(here - guess).max() <= r + 1e-11 * size.max() or r > REACH / 4:
+                return t - way * h, steps, shortest, 1 if good else 2
+            q = here
+            steps += 1
+            if steps > MOST * (1.0 + abs(t - start) / (2 * np.pi)):
+                return t, steps, shortest, 3
+        found[number] = q
+    return np.inf, steps, shortest, 0
+
+
+def tracked(bodies: Sequence[Body], ties: Sequence[Tie], crank: int, start: float, asked: Any) -> Track:
+    """Follow a mechanism from its drawing; body 0 is the ground, `crank` turns about its own origin."""
+    number = {0: -1, crank: -2}
+    for at in range(len(bodies)):
+        if at not in number:
+            number[at] = len(number) - 2
+    free = [at for at in range(len(bodies)) if number[at] >= 0]
+    q = np.array([value for at in free for value in (bodies[at].origin.real, bodies[at].origin.imag, bodies[at].angle)])
+    ends = np.array([[number[tie.one], number[tie.other]] for tie in ties])
+    arms = np.array([[tie.at_one.real, tie.at_one.imag, tie.at_other.real, tie.at_other.imag] for tie in ties])
+    lines = np.array([[complex(tie.line).real, complex(tie.line).imag] for tie in ties])
+    angle = [start if at == crank else body.angle for at, body in enumerate(bodies)]
+    turns = np.array([angle[tie.other] - angle[tie.one] for tie in ties])
+    foot = np.array([bodies[crank].origin.real, bodies[crank].origin.imag])
+    asked = np.asarray(asked, float)
+    found = np.full((len(asked), len(q)), np.nan)
+    if 2 * len(ties) != len(q):
+        raise ValueError(f"{2 * len(ties)} equations for {len(q)} unknowns")
+    end, steps, shortest, astray = _track(q, float(start), asked, foot, ends, arms, lines, turns, found)
+    if astray:
+        raise ArithmeticError(f"left its ball at {end}: {astray}")
+    origin = np.zeros((len(bodies), len(asked)), complex)
+    angles = np.zeros((len(bodies), len(asked)))
+    origin[crank], angles[crank] = bodies[crank].origin, asked
+    for k, at in enumerate(free):
+        origin[at], angles[at] = found[:, 3 * k] + 1j * found[:, 3 * k + 1], found[:, 3 * k + 2]
+    return Track(origin, angles, float(end), int(steps), float(shortest))

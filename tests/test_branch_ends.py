@@ -1,0 +1,121 @@
+"""A motion is a way from the drawing: what the drive cannot go through is not answered, what it can is.
+
+Angles and ends are those of `benchmarks/branch_tracker.py`, which shares no line with the program.
+"""
+
+import numpy as np
+import pytest
+from mechanisms import linkage
+
+from rigid import PinDrive, motion, motion_in_chunks
+from rigid.analysis import ReachError, require_reach, stops
+
+RODS = (("crank", "O", "K"), ("r1", "G", "A"), ("r2", "H", "B"), ("r3", "K", "C"))
+
+
+def plate_on_rods(places):
+    return linkage(places | {"O": 0}, "OGH", RODS, [("plate", "ABC")], [PinDrive("crank", "O")])
+
+
+def angles(course, link, *ends):
+    """Of the line from one point of a link to another, shape (positions,)."""
+    at = course.mechanism.index[link]
+    points = course.mechanism.links[at].points
+    return np.angle(course.direction[at] * (points[ends[1]] - points[ends[0]]))
+
+
+@pytest.fixture(scope="module")
+def stopping():
+    """A triad that comes to a dead point after nine of 90 steps; another assembly closes beyond."""
+    places = {"K": -0.19070431641163083 + 0.12463678675332758j, "A": -0.1160107609583973 + 0.4073359491185786j}
+    places |= {"B": 0.044108179242725545 + 0.4282210921513012j, "C": -0.025995123679405457 + 0.5742362155598768j}
+    places |= {"G": 0.07482561834430901 + 0.10733594911857863j, "H": -0.05577150877833437 + 0.12822109215130123j}
+    return plate_on_rods(places), 2.5627185955888687 - np.linspace(0, 6.213372137099814, 90)
+
+
+END = 1.8863539849052864
+
+
+def test_a_drive_that_cannot_go_round_is_not_carried_round(stopping):
+    mechanism, drive = stopping
+    course = motion(mechanism, drive)
+    np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), drive > END)
+    np.testing.assert_allclose(
+        angles(course, "plate", "A", "B")[[0, 1, 5, 8, 9]],
+        [0.129702929, -0.001534956, -0.631140272, -1.317793784, -1.66839223],
+        rtol=0,
+        atol=2e-9,
+    )
+
+
+def test_it_says_where_it_stops(stopping):
+    course = motion(*stopping)
+    [(place, joint)] = stops(course)
+    assert place[0] == pytest.approx(END, abs=1e-7)
+    assert joint in {"A", "B", "C", "G", "H"}
+    with pytest.raises(ReachError, match=rf'89% .* stops at "crank" at 108.08 deg, where the joint "{joint}" opens'):
+        require_reach(course)
+
+
+def test_chunks_stop_there_too(stopping):
+    mechanism, drive = stopping
+    whole = motion(mechanism, drive)
+    parts = [part.direction for part in motion_in_chunks(mechanism, drive, columns=16)]
+    np.testing.assert_array_equal(np.concatenate(parts, axis=-1), whole.direction)
+
+
+def test_where_the_shorter_way_is_barred_the_first_position_is_reached_by_the_longer(stopping):
+    course = motion(stopping[0], [1.5, 1.4])
+    np.testing.assert_allclose(angles(course, "plate", "A", "B")[0], 2.75728285, rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_after_a_turn_it_is_another_assembly():
+    """An eight-bar goes round once, is elsewhere then, and stops in its second turn."""
+    places = {"J0": 0.6055800129523379 + 0.9999592316503161j, "J1": 0.3978951398323819 + 0.9826576534679021j}
+    places |= {"J2": 0.28423027531655043 + 0.8302931958280844j, "J3": 0.7972542870050527 + 0.43849063105357333j}
+    places |= {"J4": 0.25888493001972956 + 0.002398719251167747j, "J5": 0.059760675830834775 + 0.390825815105887j}
+    places |= {"J6": 0.8077470065248197 + 0.5315573606065915j, "J7": 0.7311161255713782 + 0.33836199577787807j}
+    places |= {"J8": 0.40571094834238386 + 0.30317700893120336j, "J9": 0.7934005832456239 + 0.36746861544899634j}
+    plates = [("t1", ("J1", "J6", "J8")), ("t2", ("J0", "J3", "J4")), ("t3", ("J2", "J4", "J9"))]
+    bars = (("crank", "J7", "J3"), ("b1", "J0", "J1"), ("b2", "J8", "J9"), ("b3", "J2", "J5"))
+    mechanism = linkage(places, ("J5", "J6", "J7"), bars, plates, [PinDrive("crank", "J7")])
+    drive = 0.9870528773522712 + 0.5 * np.linspace(0, 37.66420525803763, 1080)[::4]
+    course = motion(mechanism, drive)
+    np.testing.assert_array_equal(np.isfinite(course.direction).all(axis=0), drive < 8.94531466434619)
+    found = angles(course, "t2", "J0", "J3")
+    np.testing.assert_allclose(found[[0, 57]], [-1.241821142, 0.14771693], rtol=0, atol=2e-9)
+    assert abs(np.exp(1j * found[90]) - np.exp(1j * found[0])) > 1.0
+
+
+def test_past_an_avoided_crossing_it_goes_on_as_it_came():
+    """The sine of the links comes down to 1e-4 within 1e-4 rad: a walk on a coarser scale goes straight through."""
+    places = {"K": -0.04654236408105347 + 0.08850880377536838j, "G": 0.3000040271859749 - 2.1603621709751288e-06j}
+    places |= {"A": 0.2534606084110442 + 0.08850752352353106j, "H": 0.1499971018785951 + 0.2999975824625111j}
+    places |= {"B": 0.10345696393259868 + 0.38851036816867596j, "C": 0.03345763591894653 + 0.18850880377536838j}
+    course = motion(plate_on_rods(places), 2.054909520377838 + np.linspace(0, 6.213372137099814, 90))
+    np.testing.assert_allclose(
+        angles(course, "plate", "A", "B")[[0, 1, 45, 72, 73, 88, 89]],
+        [2.034449861, 2.034459991, 2.034467602, 2.000873756, 1.961415214, 1.956929336, 2.000626514],
+        rtol=0,
+        atol=2e-9,
+    )
+
+
+def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
+    """Within 1e-3 rad."""
+    places = {"J0": 0.05553878110812882 + 0.6830830610151518j, "J1": -0.0087154722616936 + 0.7368457549246978j}
+    places |= {"J2": 0.33066185913263757 + 0.09583892736130373j, "J3": 0.06638035015565968 + 0.6432475847745216j}
+    places |= {"J4": 0.8015459639039866 + 0.07611060259496383j, "J5": 0.6403956496699923 + 0.7354977483318944j}
+    places |= {"J6": 0.5781135367196789 + 0.007366547826979208j, "J7": 0.6387053020907006 + 0.10536060177550399j}
+    places |= {"J8": 0.05922706365250607 + 0.07976807294160526j, "J9": 0.07224326700336614 + 0.224933925476557j}
+    plates = [("t1", ("J1", "J6", "J7")), ("t2", ("J4", "J5", "J6")), ("t3", ("J0", "J2", "J8"))]
+    bars = (("crank", "J3", "J1"), ("b1", "J2", "J9"), ("b2", "J0", "J4"), ("b3", "J5", "J7"))
+    mechanism = linkage(places, ("J3", "J8", "J9"), bars, plates, [PinDrive("crank", "J3")])
+    course = motion(mechanism, np.linspace(2.2469512035913453, 3.817747530386242, 61))
+    np.testing.assert_allclose(
+        angles(course, "t2", "J4", "J5")[[0, 1, 30, 59, 60]],
+        [1.81049191, 1.952698502, -2.860097351, -1.985098928, -1.959767797],
+        rtol=0,
+        atol=2e-9,
+    )
