@@ -233,7 +233,7 @@ class Branch:
         return FINEST if self.forms[number] else NARROWEST
 
     def width(self, number: int) -> float:
-        """How wide what is not certain about a change point of a group may be."""
+        """Greatest width of the uncertain steps about a change point of a group."""
         return (NARROW if self.forms[number] else WIDE) * self.finest(number) * self.path.stride
 
     def before(self, row: int, place: float) -> int:

@@ -57,7 +57,8 @@ def branch_through(
     way = 1.0 if high - begin >= begin - low else -1.0
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
         period = way * turns * path.turn
-        whole = _known(mechanism, structure, path, *sorted((begin, begin + period)), forms, edge, kept)
+        ends = min(begin, begin + period), max(begin, begin + period)
+        whole = _known(mechanism, structure, path, *ends, forms, edge, kept)
         if whole.closed(int(way)):
             break
         if not _ends(whole) and _returns(whole, begin, begin + period):

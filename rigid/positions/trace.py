@@ -301,4 +301,4 @@ class Trace:
         at = steps(table)
         mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
         branch.refine(self.number, at[mine], ROUGH)
-        return self._certain(row, way, last, float(outer[0])) == outer[0]
+        return self._certain(row, way, last, float(outer[0])) == float(outer[0])
