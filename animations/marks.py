@@ -44,9 +44,9 @@ def _turning(deflection: Deflection, drive: Any, size: float, exaggeration: floa
 
 def _sliding(deflection: Deflection, drive: Any, size: float, exaggeration: float) -> Callable[..., Complexes]:
     motion = deflection.motion
-    slider = next(each for each in motion.mechanism.sliders if each.name == drive.slider)
-    place = moved_place(deflection, slider.link, slider.point, exaggeration)
-    along = motion.direction[motion.mechanism.index[slider.on]] * slider.direction
+    joint = next(each for each in motion.structure.joints if each.name == drive.joint and not each.turns)
+    place = moved_place(deflection, joint.block, joint.point(joint.block) or "", exaggeration)
+    along = joint.along(motion)
     upwards = np.where(along.real >= 0, 1j, -1j)  # the ground is hatched below
     return lambda position, sense: place[position] + size * along[position] * (1.5 * upwards[position] + sense * WAY)
 

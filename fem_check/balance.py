@@ -251,6 +251,10 @@ def _openings(motion: Motion) -> Any:
             np.abs(position_of(motion, first, name) - position_of(motion, second, name))
             for first, second in combinations(holders, 2)
         ]
+    for weld in mechanism.welds:
+        held = motion.direction[mechanism.index[weld.on]] * weld.turn
+        turned = np.abs(motion.direction[mechanism.index[weld.link]] - held)
+        rows.append(turned * _size(motion, np.isfinite(held)))
     for slider in mechanism.sliders:
         link, on = mechanism.index[slider.link], mechanism.index[slider.on]
         line = motion.direction[on] * slider.direction
@@ -322,7 +326,7 @@ def _of_displacements(deflection: Deflection, masses: _Masses, centre: Any, cycl
 
 
 def _sliding_point(motion: Motion, name: str) -> str:
-    return next(slider.point for slider in motion.mechanism.sliders if slider.name == name)
+    return motion.mechanism.slider_points[name]
 
 
 def _displacements(deflection: Deflection) -> tuple[Any, Any]:

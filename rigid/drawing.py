@@ -29,9 +29,8 @@ class Drawing:
 
     def at(self, point: str) -> Columns:
         """Drawn place of a point or of a slider's point [m]."""
-        sliders = {slider.name: slider.point for slider in self.mechanism.sliders}
-        if point not in self.mechanism.drawing and point in sliders:
-            point = sliders[point]
+        if point not in self.mechanism.drawing:
+            point = self.mechanism.slider_points.get(point, point)
         if point not in self.mechanism.drawing:
             missing = f'the point "{point}" is not drawn: give it a place under [points]'
             raise MechanismError(missing, kind="drawing", joints=(point,))
@@ -72,9 +71,7 @@ class Drawing:
 
     def along(self, joint: Joint) -> Columns:
         """Unit vector of a slider's line as drawn."""
-        slider = next(slider for slider in self.mechanism.sliders if slider.name == joint.name)
-        # Of all designs, whichever the joint is of.
-        return self.direction(self.mechanism.index[slider.on]) * slider.direction
+        return joint.drawn_along(self)
 
     def side(self, distance: Columns, joints: Sequence[str]) -> Real:
         """Sign of a distance in the drawing [m], the branch of a dyad of these joints."""

@@ -77,9 +77,7 @@ class Mechanism:
         for link in self.links:
             values += [*link.points.values(), *(beam.mass_per_length for beam in link.beams)]
             values += [value for lump in link.lumps for value in (lump.mass, lump.inertia, lump.offset)]
-        for slider in self.sliders:
-            values += [slider.origin, slider.direction, slider.turn]
-        values += [weld.turn for weld in self.welds]
+        values += [value for part in self.fixed_angles for value in part.lengths]
         for load in self.loads:
             values += [value for value in vars(load).values() if np.ndim(value) == 2 and np.shape(value)[1] == 1]
         values += [value for friction in self.friction.values() for value in vars(friction).values()]
@@ -89,6 +87,11 @@ class Mechanism:
     def fixed_angles(self) -> tuple[Slider | Weld, ...]:
         """Sliders and welds: the parts that hold the angle of one link on another."""
         return *self.sliders, *self.welds
+
+    @cached_property
+    def slider_points(self) -> Mapping[str, str]:
+        """Point of the block by the slider's name."""
+        return {slider.name: slider.point for slider in self.sliders}
 
     @cached_property
     def welded_points(self) -> frozenset[str]:

@@ -112,6 +112,11 @@ class Slider:
     direction: Complex
     turn: Complex = 1.0
 
+    @property
+    def lengths(self) -> tuple[Complex, ...]:
+        """Its dimensions, which may differ by design."""
+        return self.origin, self.direction, self.turn
+
 
 @dataclass(frozen=True, eq=False)
 class Weld:
@@ -124,6 +129,11 @@ class Weld:
     link: str
     on: str
     turn: Complex = 1.0
+
+    @property
+    def lengths(self) -> tuple[Complex, ...]:
+        """Its dimensions, which may differ by design."""
+        return (self.turn,)
 
     @property
     def name(self) -> str:

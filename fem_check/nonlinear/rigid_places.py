@@ -14,7 +14,7 @@ from elastic import RIGID
 from fem_check.nonlinear.couplings import coupling_state
 from fem_check.nonlinear.nodes import Nodes, nodes_of
 from fem_check.nonlinear.ties import Ties, ties_of
-from rigid import Mechanism, PinDrive, Reals
+from rigid import Mechanism, Reals
 
 DriveLaw = Callable[[Any], Sequence[Any]]
 STRIDE = 0.05
@@ -62,8 +62,9 @@ def _place_next(
     index, links = mechanism.index, mechanism.links
     turns = [(index[each.on], index[each.link], complex(each.turn)) for each in mechanism.fixed_angles]
     for drive, value in zip(mechanism.drives, first, strict=True):
-        if isinstance(drive, PinDrive):
-            turns.append((index[drive.on], index[drive.link], complex(np.exp(1j * value))))
+        if drive.turns:
+            link, on = drive.links
+            turns.append((index[on], index[link], complex(np.exp(1j * value))))
     turns += [(child, parent, 1 / turn) for parent, child, turn in turns]
     missing = [number for number in range(len(links)) if number not in places]
     known = (

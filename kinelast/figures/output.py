@@ -88,7 +88,7 @@ def _traced(scene: Scene) -> list[str]:
     """Moving points of one link alone that no slider is at."""
     mechanism = scene.mechanism
     carried = [point for link in mechanism.links for point in link.points]
-    at_sliders = {slider.point for slider in mechanism.sliders}
+    at_sliders = mechanism.slider_points.values()
     return [name for name, _ in points_of(mechanism) if carried.count(name) == 1 and name not in at_sliders]
 
 
@@ -104,4 +104,5 @@ def _turning(scene: Scene) -> list[str]:
     """Links that turn on the ground without being driven."""
     driven = {drive.name for drive in scene.mechanism.drives if drive.turns}
     ground, *links = scene.mechanism.links
-    return [link.name for link in links if ground.points.keys() & link.points and link.name not in driven]
+    pins = ground.points.keys() - scene.mechanism.welded_points
+    return [link.name for link in links if pins & link.points.keys() and link.name not in driven]

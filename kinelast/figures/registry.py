@@ -225,8 +225,7 @@ def _resonance(cycle: Cycle) -> Any:
 
 
 def _rubbing_units(scene: Scene) -> list[str]:
-    return ["N" if name in {slider.name for slider in scene.mechanism.sliders} else "N m"
-            for name in items_of(scene, RUBBING)]  # fmt: skip
+    return ["N" if name in scene.mechanism.slider_points else "N m" for name in items_of(scene, RUBBING)]
 
 
 def _feedback(cycle: Cycle) -> Any:

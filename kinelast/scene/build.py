@@ -128,7 +128,7 @@ def _material(stuff: MaterialTable, name: str) -> Material:
 
 
 def _loads(table: SceneTable, parts: SceneMechanism, duration: float) -> tuple[Load | LineLoad, ...]:
-    links, sliders = parts.links, {slider.name for slider in parts.mechanism.sliders}
+    links, sliders = parts.links, parts.mechanism.slider_points
     loads = [build_load(number, load, links, sliders, duration) for number, load in enumerate(table.loads, 1)]
     return *loads, *(build_spring(number, spring, links) for number, spring in enumerate(table.springs, 1))
 

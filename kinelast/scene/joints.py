@@ -19,7 +19,7 @@ RUBBING = ("friction", "viscosity", "radius", "length")
 def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointCompliance]:
     """Joints by the name of their point, slider or slot."""
     shared = Counter(point for link in mechanism.links for point in link.points)
-    sliders = [slider.name for slider in mechanism.sliders]
+    sliders = list(mechanism.slider_points)
     pins = [point for point, count in shared.items() if count > 1]
     driven = [drive.joint for drive in mechanism.drives if drive.turns]
     joints = {}
@@ -43,7 +43,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
 def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Friction]:
     """Friction by the name of the joint's point, slider or slot."""
     shared = Counter(point for link in mechanism.links for point in link.points)
-    sliders = [slider.name for slider in mechanism.sliders]
+    sliders = list(mechanism.slider_points)
     found = {}
     for name, table in scene.joints.items():
         if all(getattr(table, key) is None for key in RUBBING):

@@ -186,7 +186,7 @@ def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
     """From an outer joint of a dyad to the inner one [m], through the links that are welded together."""
     inner, body = closed.cut[0], {hinge.joint.child: hinge}
     for place in closed.tree:
-        if place.joint.welded and place.joint.parent in body:
+        if place.joint.moved and place.joint.parent in body:
             body[place.joint.child] = place
     link = inner.joint.child if inner.joint.child in body else inner.joint.parent
     reach = inner.arm(link)

@@ -42,16 +42,20 @@ class Group:
         return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
 
     @cached_property
+    def welds(self) -> tuple[WeldJoint, ...]:
+        """The welds among the tree joints."""
+        return tuple(joint for joint in self.tree if isinstance(joint, WeldJoint))
+
+    @cached_property
     def dyad(self) -> tuple[Joint, Joint, Joint] | None:
         """The two outer joints of a dyad and the inner one, between its two bodies; None where it is none.
 
         A body is a link with all that are welded to it, and stands for them by the first in the tree.
         """
-        welds = [joint for joint in self.tree if isinstance(joint, WeldJoint)]
-        if not len(self.links) - len(welds) == len(self.free) == 2 or len(self.cut) != 1:
+        if not len(self.links) - len(self.welds) == len(self.free) == 2 or len(self.cut) != 1:
             return None
         outer, inner = [self.tree[number] for number in self.free], self.cut[0]
-        if welds:
+        if self.welds:
             bodies: dict[int, Body] = {}
             for joint in self.tree:
                 bodies.setdefault(joint.parent, Body(joint.parent))

@@ -212,6 +212,14 @@ class Joint(ABC):
     def within(self, gap: Columns, angle: float, length: Columns) -> Columns:
         """Whether a gap of the cut joint is within an angle [rad] and a length [m]."""
 
+    def closes(self, placed: Placed, angle: float, length: Columns) -> Any:
+        """Whether the joint of placed links is closed within an angle [rad] and a length [m]."""
+        return self.within(self.gap(placed), angle, length)
+
+    def drawn_along(self, drawing: Drawn) -> Any:
+        """Unit vector of the line that it slides along as drawn, of all designs of the drawing; 1 without a line."""
+        return 1.0
+
     @abstractmethod
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:
         """Origin and direction of the child, the parent being placed, at a coordinate [rad or m]."""

@@ -58,6 +58,12 @@ class SliderJoint(Joint):
         ends = parent.at(self.at_parent), child.at(self.at_child)
         return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
 
+    def drawn_along(self, drawing: Drawn) -> Any:
+        """See `Joint`; the joint may be of some of the designs, or of the body that its owner is welded to."""
+        mechanism = drawing.mechanism
+        slider = next(slider for slider in mechanism.sliders if slider.name == self.name)
+        return drawing.direction(mechanism.index[slider.on]) * slider.direction
+
     def exchanged(self) -> Self:
         """See `Joint`."""
         ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}

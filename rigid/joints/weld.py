@@ -7,7 +7,7 @@ the others do not hold already: rigid links do without it, elastic ones decide o
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -60,6 +60,10 @@ class WeldJoint(PinJoint):
     def rotation_gap(self, placed: Placed) -> Columns:
         """Rotation by which the weld is open, child from parent [rad]."""
         return np.angle(placed.direction[self.child] * np.conj(placed.direction[self.parent] * self.turn))
+
+    def closes(self, placed: Placed, angle: float, length: Columns) -> Any:
+        """See `Joint`."""
+        return super().closes(placed, angle, length) & (np.abs(self.rotation_gap(placed)) <= angle)
 
     def carry(self, parent: Body) -> Body:
         """Where the child is on the body that carries the parent."""

@@ -322,6 +322,6 @@ class Branch:
 def lengths(mechanism: Mechanism) -> tuple[int, ...]:
     """Shape of the dimensions: () or (designs, 1)."""
     values = [place for link in mechanism.links for place in link.points.values()]
-    values += [value for each in mechanism.sliders for value in (each.origin, each.direction, each.turn)]
-    values += [*(weld.turn for weld in mechanism.welds), *mechanism.drawing.values()]
+    values += [value for part in mechanism.fixed_angles for value in part.lengths]
+    values += mechanism.drawing.values()
     return np.broadcast_shapes(*(np.shape(value) for value in values))

@@ -24,9 +24,8 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
     """Place the two bodies of a dyad; `flip` is -1 where it folds the other way than drawn."""
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
-    for joint in group.tree:
-        if joint.welded:
-            placed.hang(joint, 0.0)
+    for joint in group.welds:
+        placed.hang(joint, 0.0)
     return sine
 
 

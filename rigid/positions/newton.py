@@ -11,7 +11,7 @@ from rigid.arrays import Columns
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, WeldJoint
+from rigid.joints import Joint
 from rigid.plane import ROUND_OFF, number
 from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture
@@ -42,9 +42,7 @@ def require_closed(placed: PartialPosture, group: Group) -> None:
     """Make a driven group nan where surplus joints do not fit."""
     size = size_of(placed.mechanism) if group.cut or group.rings else 1.0
     for joint in group.cut + group.rings:
-        closed = joint.within(joint.gap(placed), FITS, FITS * size)
-        if isinstance(joint, WeldJoint):
-            closed = closed & (np.abs(joint.rotation_gap(placed)) <= FITS)
+        closed = joint.closes(placed, FITS, FITS * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
 
 

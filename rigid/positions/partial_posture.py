@@ -36,9 +36,8 @@ class PartialPosture:
         """Coordinate of a joint that a drive or a gear moves [rad or m]; 0 of a weld, which has none."""
         if joint.drive is not None:
             return self.drive[joint.drive]
-        if joint.welded:
+        if joint.gear is None:
             return 0.0
-        assert joint.gear is not None
         drawing, driver = Drawing(self.mechanism), joint.gear.driver
         drawn = drawing.coordinate(driver)
         now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
