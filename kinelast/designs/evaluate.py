@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.axis import Rows, numbers_at_fault, table_with
-from kinelast.designs.base import Base, base_of
+from kinelast.designs.base import Base, Rows, base_of, numbers_at_fault, table_with
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.registry import Figure
 from kinelast.scene.build import built

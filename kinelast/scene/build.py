@@ -14,8 +14,7 @@ from kinelast.scene.data import Making, Material, Scene, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.gears import build_gears
-from kinelast.scene.joints import build_friction, build_joints
+from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import Body, build_links, guiding
@@ -23,8 +22,6 @@ from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.many import real, require, some, vector
 from kinelast.scene.points import drawn_places
 from kinelast.scene.sections import making, poisson_of
-from kinelast.scene.sliders import build_sliders
-from kinelast.scene.welds import build_welds
 from rigid import ConstantSpeed, LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 

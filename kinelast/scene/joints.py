@@ -1,17 +1,123 @@
-"""Joints of a scene that rub, give way or do not fit."""
+"""Joints of a scene: sliders and slots, welds, gears that tie them, and how joints give way and rub."""
 
 from __future__ import annotations
 
 from collections import Counter
-from math import inf
+from collections.abc import Iterator, Mapping
+from math import inf, pi
+from typing import Any
 
 from elastic import JointCompliance
-from kinelast.scene.error import fault, known_name
+from kinelast.scene.drives import moved_joint
+from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_motion import JointTable
-from kinelast.scene.many import real, vector
+from kinelast.scene.format_motion import GearTable, JointTable, SliderTable, SlotTable, WeldTable
+from kinelast.scene.links import Body
+from kinelast.scene.many import real, vector, way
+from kinelast.scene.points import Points, drawn_direction, known_point
 from kinelast.scene.quantities import Damping
-from rigid import Friction, Mechanism
+from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
+from rigid.parts import Complex
+
+
+def build_sliders(scene: SceneTable, bodies: dict[str, Body], places: Points) -> dict[str, Slider]:
+    """All sliders by name, those of the slots too; adds the slots' blocks to the bodies."""
+    links = {name: body.link for name, body in bodies.items()}
+    sliders = {name: _slider(name, table, links, places) for name, table in scene.sliders.items()}
+    for name, slot in scene.slots.items():
+        if name in sliders:
+            raise fault(f"slots.{name}", "", "a slider has this name: choose another")
+        # A space, which no name in a file may hold, keeps it apart from the links of the file.
+        block = Link(f"{name} block", {slot.point: 0j})
+        sliders[name] = _slot(name, slot, block, links, places)
+        bodies[block.name] = Body(block, (), True, hidden=True)
+    return sliders
+
+
+def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Points) -> Slider:
+    """A slider; its line passes the drawn place of a point and is fixed in its owner."""
+    where = f"sliders.{name}"
+    known_name(where, "link", table.link, links)
+    known_name(where, "on", table.on, links)
+    if table.link == GROUND:
+        raise fault(where, "link", "the ground cannot slide: name the moving link here, and ground under on")
+    if table.link == table.on:
+        raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
+    known_point(where, "through", table.through, links[table.link].points, table.link)
+    own = drawn_direction(links[table.link], places)
+    return _line(where, "through", name, table.link, links[table.on], table.through, way(table.direction), own, places)
+
+
+def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], places: Points) -> Slider:
+    """The slider of a slot's block."""
+    where = f"slots.{name}"
+    known_name(where, "link", table.link, links)
+    known_name(where, "on", table.on, links)
+    if table.link == table.on:
+        raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
+    known_point(where, "point", table.point, links[table.link].points, table.link)
+    return _line(where, "point", name, block.name, links[table.on], table.point, way(table.direction), None, places)
+
+
+def _line(
+    where: str,
+    key: str,
+    name: str,
+    link: str,
+    owner: Link,
+    point: str,
+    direction: Complex,
+    own: Any,
+    places: Points,
+) -> Slider:
+    """A line through the drawn place of a point, in the axes of its owner; `own` are the link's axes as drawn."""
+    if point not in places:
+        raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
+    axes = drawn_direction(owner, places)
+    if axes is None:
+        raise fault(where, "on", f'draw two points of the link "{owner.name}", so that the line can be fixed in it')
+    origin: Any = places[point]
+    if owner.name != GROUND:
+        anchor = next(point for point in owner.points if point in places)
+        origin = (origin - places[anchor]) * axes.conjugate() + owner.points[anchor]
+    turn: Any = 1 + 0j if own is None else own * axes.conjugate()
+    return Slider(name, link, owner.name, point, origin, direction * axes.conjugate(), turn)
+
+
+UNITS = {(True, True): "rad/rad", (True, False): "m/rad", (False, True): "rad/m", (False, False): "rad/rad"}
+
+
+def build_gears(scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider]) -> tuple[Gear, ...]:
+    """All gears, in the order of the file."""
+    gears = []
+    for number, table in enumerate(scene.gears, 1):
+        where = f"gears[{number}]"
+        driver = moved_joint(where, "driver.", table.driver, links, sliders)
+        follower = moved_joint(where, "follower.", table.follower, links, sliders)
+        unit = UNITS[driver.turns, follower.turns]
+        if table.ratio.unit not in ("", unit):
+            expected = {"rad/rad": "a number", "m/rad": 'as in "20 mm/rad"', "rad/m": 'as in "50 rad/m"'}[unit]
+            raise fault(where, "ratio", f"expected {expected}, got {float(table.ratio):g} {table.ratio.unit}")
+        if not table.ratio:
+            raise fault(where, "ratio", "expected a number that is not zero")
+        gears.append(Gear(driver, follower, float(table.ratio), _pressure_angle(where, table)))
+    return tuple(gears)
+
+
+def _pressure_angle(where: str, table: GearTable) -> float | None:
+    """Of a gear's teeth [rad]; None where it has none."""
+    if not table.teeth:
+        if table.pressure_angle is not None:
+            raise fault(where, "pressure_angle", "belongs to teeth: leave it out, or teeth = false")
+        return None
+    if table.pressure_angle is None:
+        return Gear.pressure_angle
+    angle = float(table.pressure_angle)
+    if not 0 <= angle < pi / 2:
+        expected = 'expected an angle from 0 to less than 90 deg, as in "20 deg"'
+        raise fault(where, "pressure_angle", f"{expected}, got {angle:g} rad")
+    return angle
+
 
 RUBBING = ("friction", "viscosity", "radius", "length")
 
@@ -75,3 +181,35 @@ def _friction(where: str, table: JointTable, slides: bool) -> Friction:
         raise fault(where, "viscosity", f"expected a damping, as in {example}, got one in {table.viscosity.unit}")
     sizes = real(table.friction or 0.0), real(table.radius or 0.0), real(table.length or inf)
     return Friction(*sizes, real(table.viscosity or 0.0))
+
+
+def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) -> tuple[Weld, ...]:
+    """All welds, in the order of the file."""
+    return tuple(weld for point, table in scene.welds.items() for weld in _welds(point, table, links, places))
+
+
+def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Points) -> Iterator[Weld]:
+    """The links at a point, each welded to the first of them."""
+    where = f"welds.{point}"
+    known_name("welds", point, point, {name for link in links.values() for name in link.points}, "point")
+    names = table.links or [name for name, link in links.items() if point in link.points]
+    for name in names:
+        known_name(where, "links", name, links)
+        known_point(where, "links", point, links[name].points, name)
+    if len(names) < 2:
+        raise fault(where, "", f'the link "{names[0]}" alone has the point: a weld needs two links that share it')
+    for name in names:
+        if names.count(name) > 1:
+            raise fault(where, "links", f'the link "{name}" is listed {names.count(name)} times')
+    on, *others = names
+    for name in others:
+        turn = _turn(where, links[name], places) * _turn(where, links[on], places).conjugate()
+        yield Weld(point, name, on, turn)
+
+
+def _turn(where: str, link: Link, places: Points) -> Complex:
+    """Unit vector of a link's axes as drawn; of a link of one point any will do."""
+    turn: Complex | None = 1 + 0j if len(link.points) == 1 else drawn_direction(link, places)
+    if turn is None:
+        raise fault(where, "links", f'draw two points of the link "{link.name}", so that its angle is told')
+    return turn
