@@ -12,12 +12,12 @@ than its chord by h turn^2 / 24, which the stretch takes into account.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from elastic import Section, Taper
 from rigid import Reals
+from rigid.arrays import Complexes, Integers
 
 GAUSS = np.polynomial.legendre.leggauss(8)
 ENDS = np.array([[-1, 0, 0, 1, 0, 0], [0, -1, 0, 0, 1, 0], [0, 0, 0.5, 0, 0, 0.5], [0, 0, -1, 0, 0, 1]], float)
@@ -46,8 +46,8 @@ class Elements:
         beta of the Kelvin-Voigt law, stress = E (strain + beta d strain/dt) [s].
     """
 
-    nodes: Any
-    axis: Any
+    nodes: Integers
+    axis: Complexes
     length: Reals
     free: Reals
     stiffness: Reals
@@ -97,7 +97,7 @@ class ElementState:
     """
 
     resultants: Reals
-    axis: Any
+    axis: Complexes
     force: Reals
     stiffness: Reals
     damping: Reals
@@ -166,7 +166,9 @@ def _differences(elements: Elements, values: Reals) -> Reals:
     return np.stack([between[..., 0], between[..., 1], mean, between[..., 2]], axis=-1)
 
 
-def _tangents(elements: Elements, back: Any, chord: Any, B: Reals, held: Reals, rate: Reals) -> tuple[Reals, Reals]:
+def _tangents(
+    elements: Elements, back: Complexes, chord: Complexes, B: Reals, held: Reals, rate: Reals
+) -> tuple[Reals, Reals]:
     """Derivatives of the forces by place and by velocity."""
     H = np.zeros((*chord.shape, 3, 4, 4))
     H[..., 0, 0, 2] = H[..., 0, 2, 0] = back.imag

@@ -69,19 +69,19 @@ def coupling_state(couplings: tuple[NodeCoupling, ...], q: Reals) -> CouplingSta
     return CouplingState(value, gradient, second)
 
 
-def _turn(own: NodeCoupling, q: Reals) -> tuple[Any, Any, Any]:
+def _turn(own: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Any]:
     return q[:, own.child, 2] - q[:, own.parent, 2], np.array([0, 0, -1.0, 0, 0, 1.0]), 0.0
 
 
-def _gap(own: NodeCoupling, q: Reals) -> tuple[Any, Any, Any]:
+def _gap(coupling: NodeCoupling, q: Reals) -> tuple[Reals, Reals, Reals]:
     """The gap u of the two points, or u seen from the parent's line, as a complex number; then the part that counts."""
     (zp, ep), (zc, ec) = (
-        (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (own.parent, own.child)
+        (q[:, node, 0] + 1j * q[:, node, 1], np.exp(1j * q[:, node, 2])) for node in (coupling.parent, coupling.child)
     )
-    arm = own.at_child * ec
+    arm = coupling.at_child * ec
     d, dd = np.zeros((len(q), 6), complex), np.zeros((len(q), 6, 6), complex)
-    if own.kind in (CouplingKind.ALONG, CouplingKind.ACROSS):
-        back = np.conj(own.line * ep)
+    if coupling.kind in (CouplingKind.ALONG, CouplingKind.ACROSS):
+        back = np.conj(coupling.line * ep)
         u = back * (zc + arm - zp)
         d[:, 2], dd[:, 2, 2] = -1j * u, -u
         dd[:, 2, 0] = dd[:, 0, 2] = 1j * back
@@ -89,15 +89,15 @@ def _gap(own: NodeCoupling, q: Reals) -> tuple[Any, Any, Any]:
         dd[:, 2, 3] = dd[:, 3, 2] = -1j * back
         dd[:, 2, 4] = dd[:, 4, 2] = back
         dd[:, 2, 5] = dd[:, 5, 2] = arm * back
-        u = u - np.conj(own.line) * own.at_parent
+        u = u - np.conj(coupling.line) * coupling.at_parent
     else:
         back = np.ones(len(q))
-        u = zc + arm - zp - own.at_parent * ep
-        d[:, 2], dd[:, 2, 2] = -1j * own.at_parent * ep, own.at_parent * ep
+        u = zc + arm - zp - coupling.at_parent * ep
+        d[:, 2], dd[:, 2, 2] = -1j * coupling.at_parent * ep, coupling.at_parent * ep
     d[:, 0], d[:, 1], d[:, 3], d[:, 4], d[:, 5] = -back, -1j * back, back, 1j * back, 1j * arm * back
     dd[:, 5, 5] = -arm * back
-    if own.kind is not CouplingKind.DISTANCE:
-        part = np.real if own.kind in (CouplingKind.X, CouplingKind.ALONG) else np.imag
+    if coupling.kind is not CouplingKind.DISTANCE:
+        part = np.real if coupling.kind in (CouplingKind.X, CouplingKind.ALONG) else np.imag
         return part(u), part(d), part(dd)
     reach = np.abs(u)
     unit = np.conj(u / reach)

@@ -7,12 +7,12 @@ differenced in time is the deflection alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from fem_check.nonlinear.system import Tangents
 from rigid import Reals
+from rigid.arrays import Complexes, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +27,19 @@ class Frames:
         Unit vector of the axes and the rates at which they turn, shape (instants, places).
     """
 
-    pairs: Any
-    direction: Any
+    pairs: Integers
+    direction: Complexes
     speed: Reals
     acceleration: Reals
 
     def turned(self, values: Reals, back: bool = False) -> Reals:
         """Values per free number, (instants, numbers, ...), from the axes to the ground's or back."""
         x, y = self.pairs.T
-        found = values.copy()
+        result = values.copy()
         shape = (*self.direction.shape, *[1] * (values.ndim - 2))
         c, s = self.direction.real.reshape(shape), self.direction.imag.reshape(shape) * (-1.0 if back else 1.0)
-        found[:, x], found[:, y] = c * values[:, x] - s * values[:, y], s * values[:, x] + c * values[:, y]
-        return found
+        result[:, x], result[:, y] = c * values[:, x] - s * values[:, y], s * values[:, x] + c * values[:, y]
+        return result
 
     def seen(self, tangents: Tangents) -> Tangents:
         """Tangents by places in the axes, with the terms that the turning of the axes adds to rates."""
@@ -59,11 +59,11 @@ class Frames:
     def _spun(self, matrix: Reals, along: Reals, across: Reals) -> Reals:
         """A matrix times `along` + i `across` of every place."""
         x, y = self.pairs.T
-        found = np.zeros_like(matrix)
+        result = np.zeros_like(matrix)
         p, q = along[:, None], across[:, None]
-        found[:, :, x] = matrix[:, :, x] * p + matrix[:, :, y] * q
-        found[:, :, y] = matrix[:, :, y] * p - matrix[:, :, x] * q
-        return found
+        result[:, :, x] = matrix[:, :, x] * p + matrix[:, :, y] * q
+        result[:, :, y] = matrix[:, :, y] * p - matrix[:, :, x] * q
+        return result
 
 
 class Differences:
@@ -92,15 +92,15 @@ class Differences:
         self.frames, self.free, self.behind = frames, free, behind
         self.inverse, self.up, self.corner = np.zeros((3, count - 1, size, size))
         for k in range(count - 1):
-            own, right = middle[k], np.zeros((size, size))
+            diagonal, right = middle[k], np.zeros((size, size))
             if k:
-                own[:free] -= behind[k] @ self.up[k - 1]
+                diagonal[:free] -= behind[k] @ self.up[k - 1]
                 right[:free] = -(behind[k] @ self.corner[k - 1])
             else:
                 right[:free] = behind[0]
             if k == count - 2:
                 right[:free] += ahead[k]
-            self.inverse[k] = np.linalg.inv(own)
+            self.inverse[k] = np.linalg.inv(diagonal)
             if k < count - 2:
                 self.up[k] = self.inverse[k][:, :free] @ ahead[k]
             self.corner[k] = self.inverse[k][:, :free] @ right[:free]
@@ -117,14 +117,14 @@ class Differences:
         given[:, :free] = (10 * right + np.roll(right, 1, axis=0) + np.roll(right, -1, axis=0))[:, :free] / 12
         x = np.empty_like(given)
         for k in range(len(given) - 1):
-            own = given[k]
+            rest = given[k]
             if k:
-                own[:free] -= self.behind[k] @ x[k - 1]
-            x[k] = self.inverse[k] @ own
+                rest[:free] -= self.behind[k] @ x[k - 1]
+            x[k] = self.inverse[k] @ rest
         for k in range(len(given) - 3, -1, -1):
             x[k] -= self.up[k] @ x[k + 1]
-        own = given[-1]
-        own[:free] -= self.behind[-1] @ x[-2] + self.ahead @ x[0]
-        x[-1] = self.last @ own
+        rest = given[-1]
+        rest[:free] -= self.behind[-1] @ x[-2] + self.ahead @ x[0]
+        x[-1] = self.last @ rest
         x[:-1] -= self.corner @ x[-1]
         return self.frames.turned(x)

@@ -64,7 +64,7 @@ def _up_to(count: int) -> tuple[Reals, Reals]:
 
 def _mirrored(table: Reals, count: int) -> Reals:
     """The last half of the nodes as the first, seen from the other end."""
-    found = table.copy()
+    mirrored = table.copy()
     for node in range(count // 2 + 1 if count > 1 else 1, count + 1):
-        found[node] = table[count - node, ::-1]
-    return found
+        mirrored[node] = table[count - node, ::-1]
+    return mirrored

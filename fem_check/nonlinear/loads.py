@@ -11,6 +11,7 @@ import numpy as np
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
 from fem_check.nonlinear.ties import place_of
 from rigid import Law, LineLoad, Mechanism, PointLoad, Reals, Spring, TorsionSpring
+from rigid.arrays import Complexes, Flags, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +37,12 @@ class Loads:
         As given.
     """
 
-    node: Any
-    force: Any
+    node: Integers
+    force: Complexes
     moment: Reals
-    lever: Any
-    turning: Any
-    law: Any
+    lever: Complexes
+    turning: Flags
+    law: Integers
     laws: tuple[Law, ...]
 
 
@@ -116,15 +117,15 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
         return []
     number = [k for k, (link, _) in enumerate(mechanism.beams) if link == at][load.beam]
     beam, link = mechanism.beams[number][1], mechanism.links[at]
-    start, way = complex(link.points[beam.start]), complex(link.points[beam.end]) - complex(link.points[beam.start])
+    start, vector = complex(link.points[beam.start]), complex(link.points[beam.end]) - complex(link.points[beam.start])
     along = nodes.along[number]
     first, last = complex(load.start), complex(load.end)
-    turned = way / abs(way) if load.turning else 1.0
+    turned = vector / abs(vector) if load.turning else 1.0
     if not along:
         node = nodes.at[at, beam.start][0]
-        pieces: Sequence[tuple[int, complex, complex]] = _rigid_pieces(node, start, way, first, last)
+        pieces: Sequence[tuple[int, complex, complex]] = _rigid_pieces(node, start, vector, first, last)
     else:
-        pieces = _elastic_pieces(along, way, first, last)
+        pieces = _elastic_pieces(along, vector, first, last)
     rows: list[tuple[Any, ...]] = []
     for node, force, lever in pieces:
         if load.turning:
@@ -135,20 +136,22 @@ def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[
 
 
 def _rigid_pieces(
-    node: int, start: complex, way: complex, first: complex, last: complex
+    node: int, start: complex, vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
     """The resultant, and its lever about the node."""
-    length, change = abs(way), last - first
+    length, change = abs(vector), last - first
     force = length * (first + change / 2)
-    return [(node, force, length * (np.conj(start) * (first + change / 2) + np.conj(way) * (first / 2 + change / 3)))]
+    return [
+        (node, force, length * (np.conj(start) * (first + change / 2) + np.conj(vector) * (first / 2 + change / 3)))
+    ]
 
 
 def _elastic_pieces(
-    along: tuple[int, ...], way: complex, first: complex, last: complex
+    along: tuple[int, ...], vector: complex, first: complex, last: complex
 ) -> list[tuple[int, complex, complex]]:
     """Nodal loads of a linear load on every element, by cubic shape functions."""
     count = len(along) - 1
-    arm = np.conj(way) / count
+    arm = np.conj(vector) / count
     h = abs(arm)
     marks = first + (last - first) * np.arange(count + 1) / count
     pieces = []
@@ -178,7 +181,7 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
     return pushed, change
 
 
-def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Any, time: Reals) -> Any:
+def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Complexes, time: Reals) -> Complexes:
     """Force per length on a beam at its nodes in the ground's axes [N/m], complex, shape (instants, nodes).
 
     Parameters
@@ -191,10 +194,10 @@ def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Any, time:
         Unit vector of x' at the nodes, (instants, nodes).
     """
     at = mechanism.beams[beam][0]
-    own = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)
+    number = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)
     total = np.zeros(direction.shape, complex)
     for load in mechanism.loads:
-        if isinstance(load, LineLoad) and mechanism.index[load.link] == at and load.beam == own:
+        if isinstance(load, LineLoad) and mechanism.index[load.link] == at and load.beam == number:
             clock: Any = Clock(time)
             factor = np.ones(time.shape) if load.law is None else np.broadcast_to(load.law(clock), time.shape)
             given = complex(load.start) + (complex(load.end) - complex(load.start)) * xi

@@ -86,11 +86,11 @@ class Marcher:
 
     def _bent(self, q: Reals, v: Reals, a: Reals, times: Reals) -> Reals:
         """In balance with the loads and given accelerations."""
-        found = []
+        places = []
         for k, time in enumerate(times):
             rates = partial(_with, v[k : k + 1], a[k : k + 1])
-            found.append(self.balanced(q[k : k + 1], rates, 0.0, 0.0, time)[0])
-        return np.concatenate(found)
+            places.append(self.balanced(q[k : k + 1], rates, 0.0, 0.0, time)[0])
+        return np.concatenate(places)
 
     def advance(self, time: float, h: float) -> None:
         """One step to a time."""

@@ -13,11 +13,11 @@ next to the end takes that away again: mass, centre and moment of inertia of a u
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rigid import Reals
+from rigid.arrays import Complexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Masses:
     """Of all nodes: `mass` [kg], `first` moment [kg m], complex, in the link's axes, `inertia` [kg m^2], (nodes,)."""
 
     mass: Reals
-    first: Any
+    first: Complexes
     inertia: Reals
 
 

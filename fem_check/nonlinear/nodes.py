@@ -14,6 +14,7 @@ from elastic import Section, Taper
 from fem_check.nonlinear.beam_elements import Elements, element_stiffness
 from fem_check.nonlinear.node_masses import Masses, gathered
 from rigid import Beam, Link, Mechanism, MechanismError, Reals
+from rigid.arrays import Integers, Numbers
 
 STIFF = 1e6
 """An infinite rigidity in a link that has finite ones is so many times the largest of these."""
@@ -43,8 +44,8 @@ class Nodes:
         Per beam the number of its first element.
     """
 
-    link: Any
-    rest: Any
+    link: Integers
+    rest: Numbers
     at: Mapping[tuple[int, str], tuple[int, complex]]
     along: tuple[tuple[int, ...], ...]
     first: tuple[int, ...]
@@ -63,11 +64,11 @@ def nodes_of(
     """Nodes of a mechanism; a link of rigid beams alone is one node."""
     builder = _Builder(mechanism, sections, elements, np.broadcast_to(np.asarray(damping, float), len(sections)))
     for number, link in enumerate(mechanism.links):
-        own = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
-        if number and any(not is_rigid(sections[k]) for k in own):
-            builder.elastic_link(number, link, own)
+        beams = [k for k, (at, _) in enumerate(mechanism.beams) if at == number]
+        if number and any(not is_rigid(sections[k]) for k in beams):
+            builder.elastic_link(number, link, beams)
         else:
-            builder.rigid_link(number, link, own)
+            builder.rigid_link(number, link, beams)
     return builder.built()
 
 
@@ -94,17 +95,17 @@ class _Builder:
 
     def add(self, node: int, mass: float, arm: complex = 0.0, inertia: float = 0.0) -> None:
         """Hang a mass with its centre at an arm from a node and a moment of inertia about that centre."""
-        own = self.mass[node]
-        own[0] += mass
-        own[1] += mass * arm
-        own[2] += inertia + mass * abs(arm) ** 2
+        masses = self.mass[node]
+        masses[0] += mass
+        masses[1] += mass * arm
+        masses[2] += inertia + mass * abs(arm) ** 2
 
-    def rigid_link(self, number: int, link: Link, own: Sequence[int]) -> None:
+    def rigid_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
         """One node at the link's origin."""
         node = self.node(number, 0.0)
         points = {name: complex(place) for name, place in link.points.items()}
         self.at.update({(number, name): (node, place) for name, place in points.items()})
-        for k in own:
+        for k in beams:
             beam = self.beams[k]
             self._rigid_beam(node, beam, points[beam.start], points[beam.end], self.sections[k])
         for lump in link.lumps if number else ():
@@ -112,18 +113,18 @@ class _Builder:
 
     def _rigid_beam(self, node: int, beam: Beam, start: complex, end: complex, section: Section) -> None:
         places, weights = np.polynomial.legendre.leggauss(8)
-        xi, way = (places + 1) / 2, end - start
+        xi, vector = (places + 1) / 2, end - start
         line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
         turned = line * _squared_gyration(section, xi)
         for share, mass, inertia in zip(
-            xi, line * weights / 2 * abs(way), turned * weights / 2 * abs(way), strict=True
+            xi, line * weights / 2 * abs(vector), turned * weights / 2 * abs(vector), strict=True
         ):
-            self.add(node, float(mass), complex(start + share * way), float(inertia))
+            self.add(node, float(mass), complex(start + share * vector), float(inertia))
 
-    def elastic_link(self, number: int, link: Link, own: Sequence[int]) -> None:
+    def elastic_link(self, number: int, link: Link, beams: Sequence[int]) -> None:
         """Nodes at the ends of the beams and along them."""
-        for k in own:
-            self._elastic_beam(number, link, k, [self.sections[j] for j in own])
+        for k in beams:
+            self._elastic_beam(number, link, k, [self.sections[j] for j in beams])
         for lump in link.lumps:
             if (number, lump.point) not in self.at:
                 raise NotCheckedError(
@@ -137,14 +138,14 @@ class _Builder:
         for name, place in ((beam.start, start), (beam.end, end)):
             if (number, name) not in self.at:
                 self.at[number, name] = self.node(number, place), 0.0
-        marks, way = np.linspace(0.0, 1.0, self.count + 1), end - start
-        inner = [self.node(number, complex(start + xi * way)) for xi in marks[1:-1]]
+        marks, vector = np.linspace(0.0, 1.0, self.count + 1), end - start
+        inner = [self.node(number, complex(start + xi * vector)) for xi in marks[1:-1]]
         self.along[k] = (self.at[number, beam.start][0], *inner, self.at[number, beam.end][0])
         self.first[k] = len(self.elements)
-        h, axis = abs(way) / self.count, way / abs(way)
-        section = _finite(beside, self.sections[k], abs(way))
+        h, axis = abs(vector) / self.count, vector / abs(vector)
+        section = _finite(beside, self.sections[k], abs(vector))
         for j, (first, last) in enumerate(pairwise(marks)):
-            stiffness = element_stiffness(section, abs(way), first, last)
+            stiffness = element_stiffness(section, abs(vector), first, last)
             pair = self.along[k][j : j + 2]
             self.elements.append((pair, axis, h, h * float(section.strain), stiffness, self.damping[k]))
         self._spread_mass(k, beam, self.sections[k], h, axis)
@@ -180,7 +181,7 @@ class _Builder:
         )
 
 
-def _squared_gyration(section: Section, xi: Any) -> Any:
+def _squared_gyration(section: Section, xi: Reals) -> Reals:
     """I/A along a beam [m^2]; 0 where they are not known: its sections have no inertia of their own."""
     square = float(section.inertia) / float(section.area)
     if not isfinite(square):

@@ -258,11 +258,11 @@ def _change(coarse: Reals, fine: Reals) -> float:
 
 def _on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> Reals:
     """Displacements from the rigid places on twice the elements: cubics through places and rotations of the nodes."""
-    found = np.zeros_like(rigid)
+    refined = np.zeros_like(rigid)
     for link in range(len(fine.mechanism.links)):
-        mine, other = (np.flatnonzero(own.nodes.link == link) for own in (fine, coarse))
+        mine, other = (np.flatnonzero(system.nodes.link == link) for system in (fine, coarse))
         if len(mine) == len(other):
-            found[:, fine.of_node[mine]] = moved[:, coarse.of_node[other]]
+            refined[:, fine.of_node[mine]] = moved[:, coarse.of_node[other]]
     for k, (along, rough) in enumerate(zip(fine.nodes.along, coarse.nodes.along, strict=True)):
         if not along:
             continue
@@ -284,5 +284,5 @@ def _on_finer_mesh(coarse: System, fine: System, moved: Reals, rigid: Reals) -> 
         new_phi[:, ::2], new_phi[:, 1::2] = phi, np.angle(h + slope)
         turned = axis * new_z
         numbers = fine.of_node[list(along)]
-        found[:, numbers] = np.stack([turned.real, turned.imag, new_phi], axis=-1)
-    return found
+        refined[:, numbers] = np.stack([turned.real, turned.imag, new_phi], axis=-1)
+    return refined

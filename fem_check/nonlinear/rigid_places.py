@@ -15,6 +15,7 @@ from fem_check.nonlinear.couplings import coupling_state
 from fem_check.nonlinear.nodes import Nodes, nodes_of
 from fem_check.nonlinear.ties import Ties, ties_of
 from rigid import Mechanism, Reals
+from rigid.arrays import Columns
 
 DriveLaw = Callable[[Any], Sequence[Any]]
 STRIDE = 0.05
@@ -30,7 +31,7 @@ class DoesNotCloseError(ValueError):
     """The rigid links cannot be where the drives want them, or the elastic ones find no balance."""
 
 
-def coordinates(laws: Sequence[DriveLaw], time: Any) -> Reals:
+def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
     """Coordinates of all drives, shape (instants, drives)."""
     time = np.atleast_1d(np.asarray(time, float))
     values = [np.broadcast_to(np.asarray(law(time)[0], float), time.shape) for law in laws]
@@ -191,10 +192,10 @@ class RigidPlaces:
         for node, held in ties.held.items():
             for component, value in enumerate((complex(held).real, complex(held).imag)):
                 add([(node, component, 1.0)], places[:, link[node], component] - value, self.size)
-        for one, other in ties.shared:
+        for first, second in ties.shared:
             for component in (0, 1):
-                gap = places[:, link[other], component] - places[:, link[one], component]
-                add([(other, component, 1.0), (one, component, -1.0)], gap, self.size)
+                gap = places[:, link[second], component] - places[:, link[first], component]
+                add([(second, component, 1.0), (first, component, -1.0)], gap, self.size)
         for drive, node in ties.driven.items():
             if wanted is not None:
                 add([(node, 2, 1.0)], places[:, link[node], 2] - wanted[:, drive], 1.0)
@@ -206,11 +207,13 @@ class RigidPlaces:
                 gap -= wanted[:, condition.drive]
             parts = []
             for number, factor in condition.parts:
-                own = ties.couplings[number]
+                coupling = ties.couplings[number]
                 gap += factor * state.value[:, number]
                 slope = factor * state.gradient[:, number]
                 parts += [
-                    (node, c, slope[:, 3 * k + c]) for k, node in enumerate((own.parent, own.child)) for c in range(3)
+                    (node, c, slope[:, 3 * k + c])
+                    for k, node in enumerate((coupling.parent, coupling.child))
+                    for c in range(3)
                 ]
             add(parts, gap, 1.0 if ties.couplings[condition.parts[0][0]].kind == 2 else self.size)
         empty = np.zeros((0, len(places)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from fem_check.nonlinear.loads import line_loads
 from fem_check.nonlinear.system import State, System
 from fem_check.nonlinear.ties import JointSource
 from rigid import Mechanism, Reals
+from rigid.arrays import Complexes
 
 Powers = np.polynomial.polynomial.polyval
 
@@ -29,7 +29,7 @@ class JointForce:
     name: str
     link: str
     on: str
-    force: Any
+    force: Complexes
     moment: Reals
 
 
@@ -105,18 +105,18 @@ class Instants:
     state: State
 
 
-def solution_of(system: System, sections: tuple[Section, ...], elements: int, found: Instants) -> NonlinearSolution:
+def solution_of(system: System, sections: tuple[Section, ...], elements: int, instants: Instants) -> NonlinearSolution:
     """Everything that is asked for, from the coordinates."""
     xi = np.linspace(0.0, 1.0, elements + 1)
-    drive = system.drives(found.time) - system.ties.winding
-    fields = np.stack([_fields(system, k, xi, found) for k in range(len(sections))] or [np.zeros((6, 0, 0))], axis=1)
+    drive = system.drives(instants.time) - system.ties.winding
+    fields = np.stack([_fields(system, k, xi, instants) for k in range(len(sections))] or [np.zeros((6, 0, 0))], axis=1)
     w = fields[1]
     chord = w - w[..., :1] * (1 - xi) - w[..., -1:] * xi if len(sections) else w
     return NonlinearSolution(
         mechanism=system.mechanism,
         sections=sections,
         elements=elements,
-        time=found.time,
+        time=instants.time,
         drive=drive.T,
         xi=xi,
         u=fields[0],
@@ -126,28 +126,28 @@ def solution_of(system: System, sections: tuple[Section, ...], elements: int, fo
         N=fields[3],
         V=fields[4],
         M=fields[5],
-        joints=tuple(_joint_force(system, source, found) for source in system.ties.joints),
-        efforts=_efforts(system, found.state),
-        kinetic=found.state.masses.energy.sum(-1),
-        stored=found.state.elements.energy.sum(-1) + _spring_energy(system, found),
-        potential=_potential(system, found),
-        dissipated=_dissipated(system, found),
+        joints=tuple(_joint_force(system, source, instants) for source in system.ties.joints),
+        efforts=_efforts(system, instants.state),
+        kinetic=instants.state.masses.energy.sum(-1),
+        stored=instants.state.elements.energy.sum(-1) + _spring_energy(system, instants),
+        potential=_potential(system, instants),
+        dissipated=_dissipated(system, instants),
     )
 
 
-def _complex(values: Reals) -> Any:
+def _complex(values: Reals) -> Complexes:
     return values[..., 0] + 1j * values[..., 1]
 
 
-def _fields(system: System, k: int, xi: Reals, found: Instants) -> Reals:
+def _fields(system: System, k: int, xi: Reals, instants: Instants) -> Reals:
     """u, w, phi, N, V and M of a beam, shape (6, positions, nodes)."""
-    moved = displacements(system, k, xi, found.q, found.rigid)
+    moved = displacements(system, k, xi, instants.q, instants.rigid)
     if not system.nodes.along[k]:
         return np.concatenate([moved, np.full(moved.shape, np.nan)])
     at, beam = system.mechanism.beams[k]
     points = system.mechanism.links[at].points
     way = complex(points[beam.end]) - complex(points[beam.start])
-    return np.concatenate([moved, _section_forces(system, k, xi, way / abs(way), found)])
+    return np.concatenate([moved, _section_forces(system, k, xi, way / abs(way), instants)])
 
 
 def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> Reals:
@@ -172,17 +172,17 @@ def displacements(system: System, k: int, xi: Reals, q: Reals, rigid: Reals) -> 
     return np.stack([seen.real, seen.imag, turned - first])
 
 
-def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Instants) -> Reals:
+def _section_forces(system: System, k: int, xi: Reals, axis: complex, instants: Instants) -> Reals:
     """N, V and M at the nodes, shape (3, positions, nodes): see `fem_check.nonlinear.end_shares`."""
     beam, along = system.mechanism.beams[k][1], list(system.nodes.along[k])
     count = len(along) - 1
     pieces = slice(system.nodes.first[k], system.nodes.first[k] + count)
-    ends = found.state.elements.force[:, pieces]
+    ends = instants.state.elements.force[:, pieces]
     h = system.nodes.elements.length[pieces][0]
-    direction = axis * np.exp(1j * found.q[:, system.of_node[along, 2]])
+    direction = axis * np.exp(1j * instants.q[:, system.of_node[along, 2]])
     line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
-    felt = line * (complex(system.mechanism.gravity) - _complex(found.a[:, system.of_node[along]]))
-    laid = line_loads(system.mechanism, k, xi, direction, found.time)
+    felt = line * (complex(system.mechanism.gravity) - _complex(instants.a[:, system.of_node[along]]))
+    laid = line_loads(system.mechanism, k, xi, direction, instants.time)
     (push, lever), (laid_push, laid_lever) = inertia_shares(count), line_shares(count)
     force, arm = h * (felt @ push.T + laid @ laid_push.T), h**2 * (felt @ lever.T + laid @ laid_lever.T)
     first = np.arange(count // 2 + 1) if count > 1 else np.arange(1)
@@ -196,19 +196,19 @@ def _section_forces(system: System, k: int, xi: Reals, axis: complex, found: Ins
     return np.stack([seen.real, -seen.imag, moment])
 
 
-def _joint_force(system: System, source: JointSource, found: Instants) -> JointForce:
+def _joint_force(system: System, source: JointSource, instants: Instants) -> JointForce:
     names = [system.mechanism.links[number].name for number in (source.child, source.parent)]
-    pull = found.state.pull
+    pull = instants.state.pull
     moment = np.zeros(len(pull)) if source.turn is None else -pull[:, source.turn]
     if source.node is not None:
-        needed = found.state.needed[:, source.node]
+        needed = instants.state.needed[:, source.node]
         return JointForce(source.name, names[0], names[1], _complex(needed), moment)
-    one, other = source.couplings
-    own = system.ties.couplings[one]
-    if own.kind is CouplingKind.X:
-        return JointForce(source.name, names[0], names[1], -(pull[:, one] + 1j * pull[:, other]), moment)
-    across = 1j * own.line * np.exp(1j * found.q[:, system.of_node[own.parent, 2]])
-    return JointForce(source.name, names[0], names[1], -pull[:, one] * across, -pull[:, other])
+    first, second = source.couplings
+    coupling = system.ties.couplings[first]
+    if coupling.kind is CouplingKind.X:
+        return JointForce(source.name, names[0], names[1], -(pull[:, first] + 1j * pull[:, second]), moment)
+    across = 1j * coupling.line * np.exp(1j * instants.q[:, system.of_node[coupling.parent, 2]])
+    return JointForce(source.name, names[0], names[1], -pull[:, first] * across, -pull[:, second])
 
 
 def _efforts(system: System, state: State) -> Reals:
@@ -218,30 +218,30 @@ def _efforts(system: System, state: State) -> Reals:
     return rows
 
 
-def _spring_energy(system: System, found: Instants) -> Reals:
-    total = np.zeros(len(found.time))
-    drives = system.drives(found.time)
-    for own in system.ties.gives:
-        stretch = found.state.couplings.value[:, own.coupling] - own.rest
-        stretch = stretch - (0.0 if own.drive is None else drives[:, own.drive])
-        if own.wraps:
+def _spring_energy(system: System, instants: Instants) -> Reals:
+    total = np.zeros(len(instants.time))
+    drives = system.drives(instants.time)
+    for spring in system.ties.gives:
+        stretch = instants.state.couplings.value[:, spring.coupling] - spring.rest
+        stretch = stretch - (0.0 if spring.drive is None else drives[:, spring.drive])
+        if spring.wraps:
             stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
-        total += own.preload * stretch + own.stiffness * stretch**2 / 2
+        total += spring.preload * stretch + spring.stiffness * stretch**2 / 2
     return total
 
 
-def _potential(system: System, found: Instants) -> Reals:
-    place, masses = found.q[:, system.of_node], system.nodes.masses
+def _potential(system: System, instants: Instants) -> Reals:
+    place, masses = instants.q[:, system.of_node], system.nodes.masses
     moment = masses.mass * _complex(place) + masses.first * np.exp(1j * place[..., 2])
     total: Reals = -(np.conj(complex(system.mechanism.gravity)) * moment).real.sum(-1)
     return total
 
 
-def _dissipated(system: System, found: Instants) -> Reals:
-    total: Reals = found.state.elements.power.sum(-1)
-    rate = found.v[:, system.of_node]
-    for own in system.ties.gives:
-        pair = system.ties.couplings[own.coupling]
+def _dissipated(system: System, instants: Instants) -> Reals:
+    total: Reals = instants.state.elements.power.sum(-1)
+    rate = instants.v[:, system.of_node]
+    for damper in system.ties.gives:
+        pair = system.ties.couplings[damper.coupling]
         seen = np.concatenate([rate[:, pair.parent], rate[:, pair.child]], axis=-1)
-        total = total + own.damping * (found.state.couplings.gradient[:, own.coupling] * seen).sum(-1) ** 2
+        total = total + damper.damping * (instants.state.couplings.gradient[:, damper.coupling] * seen).sum(-1) ** 2
     return total

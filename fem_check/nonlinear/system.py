@@ -18,6 +18,7 @@ from fem_check.nonlinear.nodes import Nodes, NotCheckedError, nodes_of
 from fem_check.nonlinear.rigid_places import DriveLaw, RigidPlaces, coordinates
 from fem_check.nonlinear.ties import Ties, ties_of
 from rigid import Mechanism, Reals
+from rigid.arrays import Flags, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class System:
     loads: Loads
 
     @cached_property
-    def of_node(self) -> Any:
+    def of_node(self) -> Integers:
         """Coordinate of x, y and rotation of every node, shape (nodes, 3)."""
         number = np.arange(3 * len(self.nodes.link)).reshape(-1, 3)
         for one, other in self.ties.shared:
@@ -72,7 +73,7 @@ class System:
         return np.unique(number, return_inverse=True)[1].reshape(-1, 3)
 
     @cached_property
-    def prescribed(self) -> Any:
+    def prescribed(self) -> Flags:
         """Whether a coordinate is."""
         fixed = np.zeros(self.of_node.max() + 1, bool)
         fixed[self.of_node[0]] = True
@@ -81,12 +82,12 @@ class System:
         return fixed
 
     @cached_property
-    def free(self) -> Any:
+    def free(self) -> Integers:
         """Numbers of the free coordinates."""
         return np.flatnonzero(~self.prescribed)
 
     @cached_property
-    def turns(self) -> Any:
+    def turns(self) -> Flags:
         """Whether a coordinate is a rotation."""
         found = np.zeros(len(self.prescribed), bool)
         found[self.of_node[:, 2]] = True
@@ -180,7 +181,7 @@ class System:
         return predicted(self.nodes.elements, state.elements, moved, rate)
 
     @cached_property
-    def _ends(self) -> Any:
+    def _ends(self) -> Integers:
         """Nodes of the couplings, (couplings, 2)."""
         return np.array([(own.parent, own.child) for own in self.ties.couplings], int).reshape(-1, 2)
 
@@ -213,18 +214,18 @@ class System:
         """Forces of the couplings, and their derivatives by values and rates; the latter (1, couplings)."""
         pull = pulls @ self.parts
         give, loss = np.zeros((2, 1, pull.shape[1]))
-        for own in self.ties.gives:
-            k = own.coupling
-            stretch = pairs.value[:, k] - own.rest - (0.0 if own.drive is None else drives[:, own.drive])
-            if own.wraps:
+        for spring in self.ties.gives:
+            k = spring.coupling
+            stretch = pairs.value[:, k] - spring.rest - (0.0 if spring.drive is None else drives[:, spring.drive])
+            if spring.wraps:
                 stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
-            pull[:, k] += own.preload + own.stiffness * stretch + own.damping * opening[:, k]
-            give[0, k] += own.stiffness
-            loss[0, k] += own.damping
+            pull[:, k] += spring.preload + spring.stiffness * stretch + spring.damping * opening[:, k]
+            give[0, k] += spring.stiffness
+            loss[0, k] += spring.damping
         return pull, give, loss
 
     @cached_property
-    def _spots(self) -> tuple[Any, Any]:
+    def _spots(self) -> tuple[Integers, Any]:
         """Free number of every coordinate (-1 where it is prescribed); coordinates of all blocks of a tangent."""
         number = np.full(len(self.prescribed), -1)
         number[self.free] = np.arange(len(self.free))
@@ -238,14 +239,14 @@ class System:
         from scipy.sparse import csr_array
 
         number, kinds = self._spots
-        size, found = len(self.free), []
+        size, scattering = len(self.free), []
         for blocks in kinds:
             own = number[blocks]
             rows, columns = np.broadcast_arrays(own[:, :, None], own[:, None, :])
             good = np.flatnonzero(((rows >= 0) & (columns >= 0)).ravel())
             spots = (rows * size + columns).ravel()[good]
-            found.append(csr_array((np.ones(len(good)), (spots, good)), shape=(size * size, rows.size)))
-        return tuple(found)
+            scattering.append(csr_array((np.ones(len(good)), (spots, good)), shape=(size * size, rows.size)))
+        return tuple(scattering)
 
     def _spread(self, *blocks: Reals) -> Reals:
         """Blocks added up to tangents, (instants, free, free)."""

@@ -153,10 +153,10 @@ class _Builder:
     def _pin(self, point: str, parent: int, child: int, turned: complex | None) -> None:
         """A pin, or a weld with the child `turned` so on the parent."""
         (p, at_p), (c, at_c) = self.place(parent, point), self.place(child, point)
-        own = self.soft.get(point, JointCompliance())
-        turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, own)
-        gap = _sense(self.mechanism, point, parent, child) * own.gap if own.gap else 0.0
-        if not own.translation and not gap and not at_c and (parent == 0 or not at_p):
+        compliance = self.soft.get(point, JointCompliance())
+        turn = None if turned is None else self._turn(point, (parent, p), (child, c), turned, compliance)
+        gap = _sense(self.mechanism, point, parent, child) * compliance.gap if compliance.gap else 0.0
+        if not compliance.translation and not gap and not at_c and (parent == 0 or not at_p):
             if parent == 0:
                 self.ties.held[c] = at_p
             else:
@@ -165,7 +165,7 @@ class _Builder:
             return
         pair = tuple(self.couple(NodeCoupling(kind, p, c, at_p, at_c)) for kind in (CouplingKind.X, CouplingKind.Y))
         for number, target in zip(pair, (complex(gap).real, complex(gap).imag), strict=True):
-            self._closed(number, target, own.translation)
+            self._closed(number, target, compliance.translation)
         self.ties.joints.append(JointSource(point, parent, child, None, pair, turn))
 
     def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
@@ -189,26 +189,26 @@ class _Builder:
 
     def _slider(self, slider: Slider) -> None:
         index = self.mechanism.index
-        own = self.soft.get(slider.name, JointCompliance())
-        if own.gap:
+        compliance = self.soft.get(slider.name, JointCompliance())
+        if compliance.gap:
             raise NotCheckedError(f'slider "{slider.name}" has a gap: the nonlinear check takes gaps at pins')
         rail = self._rail(slider, CouplingKind.ACROSS)
         across = self.couple(rail)
         ends = (index[slider.on], rail.parent), (index[slider.link], rail.child)
-        turn = self._turn(slider.name, *ends, complex(slider.turn), own)
-        self._closed(across, 0.0, own.translation)
+        turn = self._turn(slider.name, *ends, complex(slider.turn), compliance)
+        self._closed(across, 0.0, compliance.translation)
         self.ties.joints.append(JointSource(slider.name, index[slider.on], index[slider.link], None, (across, turn)))
 
     def _turn(
-        self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, own: JointCompliance
+        self, name: str, parent: tuple[int, int], child: tuple[int, int], turned: complex, compliance: JointCompliance
     ) -> int:
         """Hold the angle of a child on a parent, both given as link and node, in the drawn number of whole turns."""
         coupling = NodeCoupling(CouplingKind.TURN, parent[1], child[1])
         angle = float(np.angle(turned))
         angle += 2 * pi * round((self._drawn_value(coupling) - angle) / (2 * pi))
         number = self.couple(coupling)
-        sense = _sense(self.mechanism, name, parent[0], child[0]) if own.turn else 1.0
-        self._closed(number, angle + sense * own.turn, own.rotation)
+        sense = _sense(self.mechanism, name, parent[0], child[0]) if compliance.turn else 1.0
+        self._closed(number, angle + sense * compliance.turn, compliance.rotation)
         return number
 
     def _coordinate(self, drive: PinDrive | SliderDrive) -> NodeCoupling:
@@ -228,17 +228,17 @@ class _Builder:
     def _drive(self, number: int, drive: PinDrive | SliderDrive) -> None:
         coupling = self._coordinate(drive)
         name = drive.joint
-        own = self.soft.get(name, JointCompliance())
-        if drive.turns and coupling.parent == 0 and not own.rotation and not own.turn:
+        compliance = self.soft.get(name, JointCompliance())
+        if drive.turns and coupling.parent == 0 and not compliance.rotation and not compliance.turn:
             self.ties.driven[number] = coupling.child
             self.ties.movers.append(None)
             return
-        if own.turn or own.gap:
+        if compliance.turn or compliance.gap:
             raise NotCheckedError(
                 f'drive at "{name}" with an unloaded gap or turn: the nonlinear check takes none there'
             )
         moved = self.couple(coupling)
-        self._closed(moved, 0.0, own.rotation if drive.turns else own.translation, number)
+        self._closed(moved, 0.0, compliance.rotation if drive.turns else compliance.translation, number)
         self.ties.movers.append(moved)
 
     def _gear(self, gear: Gear) -> None:
