@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Flags, Integers, Numbers, Reals
 from rigid.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
@@ -89,7 +90,7 @@ class Branch:
 
     # Placing
 
-    def set(self, table: Table, number: int, guess: Any = None, corrections: int = STEPS) -> None:
+    def set(self, table: Table, number: int, guess: Reals | None = None, corrections: int = STEPS) -> None:
         """Place a group at knots; `guess` its coordinates to begin with, shape (free, knots), `corrections` at most."""
         count = len(table["place"])
         shape = (count, 1) if self.designs else (count,)
@@ -107,15 +108,16 @@ class Branch:
             drawing = replace(self.drawing, rows=table["row"]) if self.designs else self.drawing
             found = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
         else:
+            assert guess is not None
             start = guess.reshape(len(group.free), *shape)
             found = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
         self._note(table, number, placed, group, found)
 
-    def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Any) -> None:
+    def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
         """Enter a placed group into knots."""
         count = len(table["place"])
 
-        def flat(value: Any) -> Any:
+        def flat(value: Columns) -> Numbers:
             return np.broadcast_to(as_number(value), placed.shape).reshape(count)
 
         for link in group.links:
@@ -156,16 +158,17 @@ class Branch:
             middle[f"box{k}"], middle[f"sure{k}"] = low[f"box{k}"].copy(), low[f"sure{k}"].copy()
         return middle
 
-    def ways(self, number: int, low: Table, high: Table) -> Any:
+    def ways(self, number: int, low: Table, high: Table) -> Reals:
         """From the coordinates of a group at knots to those at others, by the shorter way, shape (knots, free)."""
         group = self.structure.groups[number]
         way = high[f"free{number}"] - low[f"free{number}"]
         turns = np.array(group.angles)
-        return np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
+        shorter: Reals = np.where(turns, way - 2 * np.pi * np.round(way / (2 * np.pi)), way)
+        return shorter
 
     # Certainty
 
-    def certify(self, low: Table, high: Table, number: int) -> tuple[Any, Any]:
+    def certify(self, low: Table, high: Table, number: int) -> tuple[Reals, Flags]:
         """Box of a group in steps, (steps, free), nan where it is not certain, and whether those before it are."""
         count = len(low["place"])
         links = len(self.mechanism.links)
@@ -191,7 +194,7 @@ class Branch:
                 certificate.fill(box)
         raise AssertionError
 
-    def refine(self, number: int, which: Any, finest: float | None = None) -> None:
+    def refine(self, number: int, which: Integers, finest: float | None = None) -> None:
         """Halve some steps of a group until they are certain, or as fine as `finest` of a stride, or as is of use."""
         finest = self.finest(number) if finest is None else finest
         low, high = some(self.table, which), some(self.table, which + 1)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Flags, Reals
 from rigid.decomposition.order import structure
 from rigid.drawing import Drawing
 from rigid.mechanism import Mechanism
@@ -46,11 +47,11 @@ class Path:
     """
 
     begin: float
-    asked: Any
+    asked: Reals
     stride: float
     turn: float
     outline: tuple[float, ...] = ()
-    vertices: Any = None
+    vertices: Reals | None = None
 
     @cached_property
     def span(self) -> tuple[float, float]:
@@ -65,7 +66,7 @@ class Path:
             self, begin=self.begin - shift, asked=self.asked - shift, outline=tuple(s - shift for s in self.outline)
         )
 
-    def drives(self, places: Any) -> Any:
+    def drives(self, places: Any) -> Reals:
         """Coordinates of the drives, shape (drives, ...)."""
         if self.vertices is None:
             return np.asarray(places)[None]
@@ -73,13 +74,13 @@ class Path:
         grid = np.arange(self.vertices.shape[1])
         return np.array([np.interp(flat, grid, row) for row in self.vertices]).reshape(-1, *np.shape(places))
 
-    def grid(self, low: float, high: float) -> Any:
+    def grid(self, low: float, high: float) -> Reals:
         """Knots from `low` to `high` at least, the drawing among them."""
         if self.vertices is None:
             below, above = (int(np.ceil(way / self.stride - 1e-9)) for way in (self.begin - low, high - self.begin))
             number = np.arange(-max(below, 0), max(above, 0) + 1)
             # Off the even places, at which mechanisms are often singular.
-            return self.begin + self.stride * (number + np.where(number % TURN, ASIDE, 0.0))
+            return np.asarray(self.begin + self.stride * (number + np.where(number % TURN, ASIDE, 0.0)), float)
         return np.arange(self.vertices.shape[1], dtype=float)
 
     def onward(self, low: float, high: float) -> bool:
@@ -91,7 +92,7 @@ class Path:
         return bool(((steps[:, :-1] * steps[:, 1:]).sum(axis=0) >= 0).all())
 
 
-def path_through(mechanism: Mechanism, drive: Any, lead: Any = None) -> Path:
+def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) -> Path:
     """The way from the drawing, by `lead` where it is given, through the positions asked."""
     _, slides, wraps = drawn_drives(mechanism)
     given = drive if lead is None or not lead.shape[1] else np.concatenate([lead, drive], axis=1)
@@ -135,7 +136,7 @@ def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
 
 
 @lru_cache(maxsize=64)
-def drive_strides(mechanism: Mechanism) -> Any:
+def drive_strides(mechanism: Mechanism) -> Reals:
     """How far apart knots are along every drive [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
     return np.where(slides, size_of(mechanism) / SLIDES, STRIDE)
@@ -148,7 +149,7 @@ def size_of(mechanism: Mechanism) -> float:
 
 
 @lru_cache(maxsize=64)
-def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Any, bool]:
+def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
     """Coordinates of the drives as drawn, whether they are slides, and whether whole turns of them do not matter.
 
     They do where a gear is driven by a joint that is not itself moved: its angle is counted from the drawing on.

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Columns, Complexes, Integers, Reals
 from rigid.decomposition.groups import Group
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF
@@ -39,12 +40,12 @@ class Step:
         (links, steps); filled group by group.
     """
 
-    row: Any
-    origin: Any
-    shift: Any
-    turned: Any
-    bend: Any
-    stray: Any
+    row: Integers
+    origin: Complexes
+    shift: Complexes
+    turned: Reals
+    bend: Reals
+    stray: Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +60,9 @@ class Ends:
         As in `Closure`, complex, shape (2, free, cuts, steps).
     """
 
-    free: Any
-    columns: Any
-    duals: Any
+    free: Reals
+    columns: Complexes
+    duals: Complexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class Loop:
         The link in whose axes the gap is measured, None for a pin's.
     """
 
-    arms: Mapping[int, Any]
+    arms: Mapping[int, Columns]
     slides: Mapping[int, int]
     roots: Mapping[int, int]
     owner: int | None
@@ -117,7 +118,7 @@ class Certificate:
         self.carried = [{link for link, _ in carried} for carried in group.carried]
         self.base = self._base()
 
-    def _base(self) -> dict[int, Any]:
+    def _base(self) -> dict[int, Reals]:
         """Bend of every link that it has from the placed ones."""
         base = {link: self.step.bend[link] for link in range(len(self.step.bend))}
         for hinge in self.group.tree:
@@ -134,12 +135,12 @@ class Certificate:
         sort = self.step.bend if hinge.gear.driver.turns else self.step.stray
         return abs(hinge.gear.ratio) * sum(sort[link] for link in hinge.gear.ends)
 
-    def _size(self, arm: Any) -> Any:
+    def _size(self, arm: Columns) -> Any:
         size = np.abs(arm)
         return np.ravel(size)[self.step.row] if np.ndim(size) else size
 
     @cached_property
-    def _slide(self) -> dict[int, tuple[Any, Any]]:
+    def _slide(self) -> dict[int, tuple[Reals, Reals]]:
         """Greatest slide and its change, of every tree joint that slides."""
         found = {}
         for number, hinge in enumerate(self.group.tree):
@@ -154,14 +155,14 @@ class Certificate:
             found[number] = away + moved + self._size(hinge.at_child) + self._size(hinge.at_parent), moved
         return found
 
-    def _relative(self, link: int | None, owner: int | None) -> tuple[Any, Any]:
+    def _relative(self, link: int | None, owner: int | None) -> tuple[Columns, Columns]:
         """Turn of a link in the axes of another, and the bend of both."""
         if link == owner:
             return 0.0, 0.0
         turned = (0.0 if link is None else self.step.turned[link]) - (0.0 if owner is None else self.step.turned[owner])
         return turned, sum(self.base[each] for each in (link, owner) if each is not None)
 
-    def _stray(self, loop: Loop, links: set[int] | None) -> Any:
+    def _stray(self, loop: Loop, links: set[int] | None) -> Columns:
         """How far the part of a loop on some links, all for None, may be from the straight line."""
         total: Any = 0.0
         for link, arm in loop.arms.items():
@@ -182,13 +183,13 @@ class Certificate:
             total = total + sum(abs(weight) * self.step.stray[link] for link, weight in loop.roots.items())
         return total
 
-    def _extent(self, loop: Loop) -> Any:
+    def _extent(self, loop: Loop) -> Columns:
         """Sum of the sizes of a loop's vectors [m], which its round-off goes with."""
         total = sum(self._size(arm) for arm in loop.arms.values())
         total = total + sum(self._slide[number][0] for number in loop.slides)
         return total + sum(np.abs(self.step.origin[link]) for link in loop.roots)
 
-    def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Any:
+    def _slope(self, loop: Loop, k: int, links: set[int] | None) -> Columns:
         """How much the part of a loop on some links changes per change of a free coordinate."""
         turns = self.group.angles[k]
         owned = turns and loop.owner is not None and loop.owner in self.carried[k]
@@ -205,7 +206,7 @@ class Certificate:
         return total
 
     @cached_property
-    def box(self) -> Any:
+    def box(self) -> Reals:
         """See the class."""
         free, cuts, count = len(self.group.free), len(self.loops), len(self.step.row)
         if not free:
@@ -234,7 +235,7 @@ class Certificate:
         with np.errstate(all="ignore"):
             return self._boxed(gap, twist, bent, slope)
 
-    def _boxed(self, gap: Any, twist: Any, bent: Any, slope: Any) -> Any:
+    def _boxed(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
         """Boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
         lines = np.array(self.group.guides)[:, None]
         found: Any = LEAST
@@ -257,11 +258,12 @@ class Certificate:
         return np.where(sure, found, np.nan)
 
     @staticmethod
-    def _mapped(each: tuple[Any, Any, Any], box: Any) -> Any:
+    def _mapped(each: tuple[Reals, Reals, Reals], box: Reals) -> Reals:
         start, first, second = each
-        return start + np.einsum("kjf,jf->kf", first + np.einsum("kjlf,lf->kjf", second, box), box)
+        mapped: Reals = start + np.einsum("kjf,jf->kf", first + np.einsum("kjlf,lf->kjf", second, box), box)
+        return mapped
 
-    def fill(self, box: Any) -> None:
+    def fill(self, box: Reals) -> None:
         """Fill in how far the links of the group may be from the straight line, its coordinates by `box`."""
         step = self.step
         for number, hinge in enumerate(self.group.tree):

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Integers
+
 Table = dict[str, Any]
 """Arrays with the knots as their first axis.
 
@@ -57,12 +59,12 @@ def merged(tables: list[Table]) -> Table:
     return some(joined, np.lexsort((joined["place"], joined["row"])))
 
 
-def steps(table: Mapping[str, Any]) -> Any:
+def steps(table: Mapping[str, Any]) -> Integers:
     """Numbers of the knots that are followed by one of the same design."""
     return np.flatnonzero(table["row"][1:] == table["row"][:-1])
 
 
-def located(table: Mapping[str, Any], places: Any, rows: int) -> Any:
+def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
     """Number of the knot before each of some places, shape (rows, places), never the last of a design."""
     place, row = table["place"], table["row"]
     if rows == 1:
@@ -75,4 +77,5 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Any:
     found = np.searchsorted(keys, asked, side="right") - 1
     first = np.searchsorted(row, np.arange(rows))
     last = np.searchsorted(row, np.arange(rows), side="right") - 2
-    return np.clip(found, first[:, None], last[:, None])
+    knots: Integers = np.clip(found, first[:, None], last[:, None])
+    return knots

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Flags, Integers, Reals
 from rigid.closure import Closure, closure
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
@@ -28,7 +29,7 @@ ASIDE = 2  # knots beside a change point between which it is passed
 
 
 def place(
-    mechanism: Mechanism, structure: Structure, drive: Any, near: Posture | None = None, lead: Any = None
+    mechanism: Mechanism, structure: Structure, drive: Reals, near: Posture | None = None, lead: Reals | None = None
 ) -> tuple[PartialPosture, tuple[Closure, ...]]:
     """Every link at every position.
 
@@ -79,7 +80,7 @@ def _place_near(placed: PartialPosture, group: Group, near: Posture) -> None:
         placed.sine.append(place_dyad(placed, group, drawing, np.where(away[1] < away[0], -1.0, 1.0)))
 
 
-def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Any) -> PartialPosture:
+def _as_drawn(mechanism: Mechanism, structure: Structure, drive: Reals) -> PartialPosture:
     """All links, every dyad folded as drawn, any other group as near to the drawing as it gets."""
     links, drawing = len(mechanism.links), Drawing(mechanism)
     placed = PartialPosture(mechanism, drive, [0.0] * links, [1.0] * links)
@@ -116,7 +117,7 @@ def _firm(sines: Any) -> bool:
     return True
 
 
-def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Any) -> PartialPosture:
+def _followed(mechanism: Mechanism, structure: Structure, path: Path, drive: Reals) -> PartialPosture:
     """Place all links on the branch that is followed from the drawing."""
     drawn = path.vertices is None and all(abs(end - path.begin) <= STILL for end in path.span)
     plain = _as_drawn(mechanism, structure, drive) if drawn or structure.closed_form else None
@@ -157,7 +158,7 @@ def _lose(placed: PartialPosture, branch: Branch, number: int, at: Any, wide: An
     placed.sine[free] = np.where(lost, np.nan, placed.sine[free])
 
 
-def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
+def _on(branch: Branch, places: Any, at: Integers, drive: Reals) -> PartialPosture:
     """Place all links at places of a branch, `at` the knots before them."""
     mechanism, structure = branch.mechanism, branch.structure
     at = at if branch.designs else at[0]
@@ -194,7 +195,9 @@ def _on(branch: Branch, places: Any, at: Any, drive: Any) -> PartialPosture:
     return placed
 
 
-def _through(placed: PartialPosture, branch: Branch, number: int, at: Any, places: Any, wide: Any, where: Any) -> None:
+def _through(
+    placed: PartialPosture, branch: Branch, number: int, at: Integers, places: Reals, wide: Any, where: Flags
+) -> None:
     """Place a group at a change point, which it passes smoothly, where round-off leaves nothing of its equations."""
     table, shape = branch.table, np.shape(placed.sine[-1])
     row = table["row"][at]
@@ -214,7 +217,7 @@ def _through(placed: PartialPosture, branch: Branch, number: int, at: Any, place
         placed.sine[-1] = np.where(lost, 0.0, placed.sine[-1])
 
 
-def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
+def _at_an_end(branch: Branch, places: Reals, at: Integers) -> bool:
     """Whether a position is asked so near the end of the reach that it may still be within."""
     place, lost = branch.table["place"], np.isnan(branch.table["sine"]).any(axis=1)
     width = max(branch.width(number) for number, form in enumerate(branch.forms) if not form)
@@ -222,7 +225,7 @@ def _at_an_end(branch: Branch, places: Any, at: Any) -> bool:
     return bool(((lost[at + 1] & ~lost[at] & near[0]) | (lost[at] & ~lost[at + 1] & near[1])).any())
 
 
-def _between(placed: PartialPosture, branch: Branch, number: int, at: Any, part: Any, wide: Any) -> Any:
+def _between(placed: PartialPosture, branch: Branch, number: int, at: Integers, part: Reals, wide: Any) -> Reals:
     """Place a group between knots of its branch."""
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
@@ -237,4 +240,5 @@ def _between(placed: PartialPosture, branch: Branch, number: int, at: Any, part:
     with np.errstate(invalid="ignore"):
         astray = ~(np.abs(found - start) <= limit).all(axis=0)
     found = np.where(astray, np.nan, found)
-    return sine_of(tree_closure(placed, group, found))
+    sine: Reals = sine_of(tree_closure(placed, group, found))
+    return sine

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Flags, Reals
 from rigid.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
@@ -55,14 +55,15 @@ def tree_closure(placed: PartialPosture, group: Group, coordinates: Any) -> Clos
     return closure(group, tree, cut)
 
 
-def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Any:
+def _shut(placed: PartialPosture, joint: Joint, gap: Columns) -> Flags:
     """Whether a cut joint is closed but for round-off."""
     ends = ((joint.child, joint.at_child), (joint.parent, joint.at_parent))
     size = sum(np.abs(placed.origin[link]) + np.abs(local) for link, local in ends)
-    return joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
+    shut: Flags = joint.within(gap, 2 * ROUND_OFF, ROUND_OFF * size)
+    return shut
 
 
-def newton(placed: PartialPosture, group: Group, coordinates: Any, steps: int = STEPS) -> Any:
+def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int = STEPS) -> Reals:
     """Coordinates of the free joints that close the group; nan where none are found."""
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))

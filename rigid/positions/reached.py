@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Reals
 from rigid.decomposition.groups import Structure
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import Branch
@@ -38,7 +39,7 @@ def _followed(
 
 def branch_through(
     mechanism: Mechanism, structure: Structure, path: Path, forms: Any, edge: float
-) -> tuple[Branch, Any]:
+) -> tuple[Branch, Reals]:
     """The branch of a mechanism, as far as the positions asked go, and these on it.
 
     The drive goes straight from the drawing to a position. Where it comes to an end on the way, nothing is known. The

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Integers, Reals
 from rigid.positions.branch import Branch
 from rigid.positions.knots import Table, merged, some, steps
 
@@ -47,15 +48,16 @@ class Trace:
             for way in (1, -1):
                 self._mend(row, way)
 
-    def _place(self, which: Any, guess: Any) -> Any:
+    def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
         """Place the group at knots of the table; its coordinates, shape (free, knots)."""
         part = some(self.branch.table, which)
         self.branch.set(part, self.number, guess)
         for name, value in part.items():
             self.branch.table[name][which] = value
-        return part[f"free{self.number}"].T
+        coordinates: Reals = part[f"free{self.number}"].T
+        return coordinates
 
-    def _walk(self, order: Any, start: Any) -> None:
+    def _walk(self, order: Integers, start: Reals) -> None:
         """Place the group at knots, shape (designs, n), one after the other, each begun on the line through two."""
         last, guess, walked = start, start, False
         place = self.branch.table["place"]
@@ -72,12 +74,12 @@ class Trace:
             guess = here + ahead * (here - last)
             last, walked = here, True
 
-    def _whole(self, here: Any, near: Any) -> Any:
+    def _whole(self, here: Reals, near: Reals) -> Reals:
         """The same angles, near others."""
         turns = np.array(self.group.angles)[:, None]
         return np.where(turns, here - 2 * np.pi * np.round((here - near) / (2 * np.pi)), here)
 
-    def _fill(self, which: Any, coarse: Any) -> None:
+    def _fill(self, which: Integers, coarse: Integers) -> None:
         """Place the group at knots between coarse ones."""
         table = self.branch.table
         after = np.searchsorted(coarse, which)
@@ -140,7 +142,7 @@ class Trace:
             return inner, outer
         return None
 
-    def _single(self, row: int, place: float, guess: Any) -> Table:
+    def _single(self, row: int, place: float, guess: Reals | None) -> Table:
         """A knot of one design anywhere, with the group placed from a guess and those before it from the knots."""
         branch = self.branch
         at = branch.before(row, place)
@@ -269,9 +271,10 @@ class Trace:
             low, high = some(table, after[k - 1 : k]), some(table, after[k : k + 1])
             part = (table["place"][at] - low["place"]) / (high["place"] - low["place"])
             self._place([at], (low[name] + part[:, None] * branch.ways(self.number, low, high)).T)
-        at = steps(table)
-        mine = (table["row"][at] == row) & (table["place"][at] >= ends[0]) & (table["place"][at + 1] <= ends[1])
-        branch.refine(self.number, at[mine])
+        begins = steps(table)
+        mine = (table["row"][begins] == row) & (table["place"][begins] >= ends[0])
+        mine &= table["place"][begins + 1] <= ends[1]
+        branch.refine(self.number, begins[mine])
 
     def _onward(self, row: int, way: int, last: float) -> None:
         """Walk on from a knot, and make the steps beyond certain again, unless the table goes on from there."""
@@ -287,9 +290,9 @@ class Trace:
         grid = outer[table["coarse"][outer]]
         self._walk(np.array([[first, at, *grid]]), table[name][first][:, None])
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
-        at = steps(table)
-        beyond = mine[at] & (np.minimum(table["place"][at] * way, table["place"][at + 1] * way) >= last * way)
-        branch.refine(self.number, at[beyond], ROUGH)
+        begins = steps(table)
+        nearer = np.minimum(table["place"][begins] * way, table["place"][begins + 1] * way)
+        branch.refine(self.number, begins[mine[begins] & (nearer >= last * way)], ROUGH)
 
     def _rejoins(self, row: int, way: int, last: float) -> bool:
         """Whether certain steps lead from a knot to the next of the grid as the table has it."""
