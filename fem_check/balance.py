@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, displacement_of, sample
+from elastic import Deflection, Section, displacement_of, sample
 from elastic.sampling import rotation_of
 from rigid import LineLoad, Mechanism, Motion, PointLoad, Posture, Reals, position_of, posture
 from rigid.plane import cross
@@ -76,6 +76,7 @@ def balance(
     span: tuple[float, float] = (-math.inf, math.inf),
     cycle: float | None = None,
     granted: float = GRANTED,
+    exact: bool = False,
 ) -> Balance:
     """Balance of the rate of momentum of all masses and the forces of an answer.
 
@@ -89,24 +90,30 @@ def balance(
         Times between which there is a motion [s].
     cycle
         Its period [s] where the links vibrate: their displacement has momentum too, whose rate is found from even
-        positions of a whole cycle. None for a quasi-static answer, which leaves that momentum out.
+        positions of a whole cycle; where these are too few, nothing is compared. None for a quasi-static answer, which
+        leaves that momentum out.
     granted
         Where the links vibrate, as much as the answer may be off in time and in its coordinates.
+    exact
+        Displacements of any size are in the answer, with the rotary inertia of the sections as they are carried; else
+        their products are left out, as linear elastodynamics leaves them out.
     """
     motion = deflection.motion
-    masses = _masses(motion.mechanism)
+    masses = _masses(motion.mechanism, deflection.sections)
     with np.errstate(invalid="ignore", divide="ignore"):
         centre = _centre(motion)
         arm = _places(motion, masses) - centre
         rates = _rates(motion, masses, motion_near, span)
         inertia = masses.mass * rates.acceleration
-        rotary = masses.inertia * rates.rotation
+        rotary = (masses.inertia + masses.section * exact) * rates.rotation
         force, moment = _applied(motion, masses, centre)
         out_of_force = inertia.sum(axis=0) - force + deflection.forces.ground_force
         out_of_moment = (cross(arm, inertia) + rotary).sum(axis=0) - moment + _ground_moment(deflection, centre)
         if cycle is not None:
-            further = _of_displacements(deflection, masses, centre, cycle)
+            further = _of_displacements(deflection, masses, centre, cycle, exact)
             out_of_force, out_of_moment = out_of_force + further[0], out_of_moment + further[1]
+            if _unresolved(further[0]) > granted:
+                out_of_force = np.full(motion.columns, np.nan)
         known = rates.known & np.isfinite(out_of_force) & np.isfinite(out_of_moment)
         forces = np.abs(inertia).sum(axis=0) + np.abs(force)
         moments = (np.abs(arm * inertia) + np.abs(rotary)).sum(axis=0) + np.abs(moment)
@@ -132,33 +139,47 @@ class _Masses:
         In the link's axes [m], complex.
     mass, inertia
         [kg], and about the point itself [kg m^2].
+    section
+        Rotary inertia of the section about the point [kg m^2]: of Timoshenko's beams, which feel it where they bend.
     """
 
     link: Any
     place: Any
     mass: Any
     inertia: Any
+    section: Any
 
 
-def _masses(mechanism: Mechanism) -> _Masses:
+def _masses(mechanism: Mechanism, sections: Sequence[Section]) -> _Masses:
     """Gauss's points of the beams, beam by beam, then the centres of the lumps."""
-    rows: list[tuple[int, Any, Any, Any]] = []
-    for at, beam in mechanism.beams:
+    rows: list[tuple[int, Any, Any, Any, Any]] = []
+    for (at, beam), section in zip(mechanism.beams, sections, strict=True):
         points = mechanism.links[at].points
         vector = points[beam.end] - points[beam.start]
         for xi, weight in zip(*_gauss(), strict=True):
             mass = (
                 beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * np.abs(vector) * weight
             )
-            rows.append((at, points[beam.start] + xi * vector, mass, 0.0))
+            rows.append((at, points[beam.start] + xi * vector, mass, 0.0, mass * _square_of_gyration(section, xi)))
     rows += [
-        (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia)
+        (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia, 0.0)
         for at, link in enumerate(mechanism.links)
         for lump in (link.lumps if at else ())
     ]
-    columns = list(zip(*rows, strict=True)) or [(), (), (), ()]
-    link, place, mass, inertia = (np.array(column) for column in columns)
-    return _Masses(link.astype(int), place.astype(complex)[:, None], mass[:, None], inertia[:, None])
+    columns = list(zip(*rows, strict=True)) or [()] * 5
+    link, place, *amounts = (np.array(column) for column in columns)
+    return _Masses(link.astype(int), place.astype(complex)[:, None], *(amount[:, None] for amount in amounts))
+
+
+def _square_of_gyration(section: Section, xi: float) -> float:
+    """I/A at a station [m^2]; 0 of Euler and Bernoulli's beams, and where the section does not tell."""
+    second = float(np.ravel(section.inertia)[0] / np.ravel(section.area)[0])
+    if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(second)):
+        return 0.0
+    if section.taper is None:
+        return second
+    bending, along = (np.polynomial.polynomial.polyval(xi, taper) for taper in (section.taper.EI, section.taper.EA))
+    return second * float(bending / along)
 
 
 def _gauss() -> tuple[Any, Any]:
@@ -304,17 +325,20 @@ def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]
     ]
 
 
-def _of_displacements(deflection: Deflection, masses: _Masses, centre: Any, cycle: float) -> tuple[Any, Any]:
-    """Rate of the momentum that vibration adds to first order [N], and of angular momentum less the moments it adds.
+def _of_displacements(
+    deflection: Deflection, masses: _Masses, centre: Any, cycle: float, exact: bool
+) -> tuple[Any, Any]:
+    """Rate of the momentum that vibration adds [N], and of the angular momentum less the moments that it adds [N m].
 
-    A point displaced by s, moving with v, has m s' more momentum, and m (r x s' + s x v) more angular momentum; a force
-    f that goes with it has the moment s x f more.
+    A point displaced by s, moving with v, has m s' more momentum, and m (r x s' + s x (v + s')) more angular momentum,
+    of which s x s' is of second order; a force f that goes with it has the moment s x f more.
     """
     motion = deflection.motion
     arm, velocity = _places(motion, masses) - centre, _velocities(motion, masses)
     moved, turned = _displacements(deflection)
     speed = _rate(moved, cycle)
-    spin = masses.mass * (cross(arm, speed) + cross(moved, velocity)) + masses.inertia * _rate(turned, cycle).real
+    spin = masses.mass * (cross(arm, speed) + cross(moved, velocity + exact * speed))
+    spin = spin + (masses.inertia + masses.section) * _rate(turned, cycle).real
     pushed = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
@@ -355,6 +379,14 @@ def _rate(values: Any, cycle: float) -> Any:
     waves = np.fft.fftfreq(count, 1 / count)
     waves[np.abs(waves) == count / 2] = 0.0  # of the highest wave no phase is known
     return np.fft.ifft(2j * np.pi / cycle * waves * np.fft.fft(values))
+
+
+def _unresolved(values: Any) -> float:
+    """Share of the waves among the highest third that positions tell of: too few positions leave much there."""
+    waves = np.abs(np.fft.fft(values))
+    count = len(waves)
+    highest = np.abs(np.fft.fftfreq(count, 1 / count)) >= count / 3
+    return float(waves[highest].max(initial=0.0) / (waves.max(initial=0.0) or 1.0))
 
 
 def _largest(values: Any, known: Any) -> float:

@@ -33,7 +33,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
     bent = scene_deflection(scene, moved)
     require_on_beams(scene, bent)
     plain = Results(scene, bent, checked(scene, bent, request, progress), left_out)
-    return _further_checked(by_theory(plain, request, progress), request, progress)
+    return further_checked(by_theory(plain, request, progress), request, progress)
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
@@ -51,8 +51,12 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     return replace(plain, deflection=found.deflection, answer=found)
 
 
-def _further_checked(results: Results, request: Request, progress: Progress) -> Results:
-    """The results with the checks by other theories, where they are asked for."""
+def further_checked(results: Results, request: Request, progress: Progress) -> Results:
+    """The results with the checks that take the whole answer, or other theories, where they are asked for."""
+    if request.elements is not None:
+        from kinelast.figures.checks import momentum_balances
+
+        results = replace(results, balances=momentum_balances(results))
     if not results.scene.labels or not (request.nonlinear or request.solid):
         return results
     from kinelast.figures.checks import nonlinear_check, solid_check

@@ -7,6 +7,7 @@ from typing import Any
 
 from kinelast.figures.trust import GOOD, INPUTS, verdict
 from kinelast.numbers import coordinate, number, percent, quantity
+from kinelast.scene.data import QUASI_STATIC
 
 
 def gist(figures: Mapping[str, Any]) -> str:
@@ -81,8 +82,13 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
 def _check(check: Mapping[str, Any]) -> str:
     if check["passed"] is None:
         return "check has nothing to compare"
-    size = number(float("nan") if check["largest"] is None else check["largest"], 2)
-    return f"check {'agrees' if check['passed'] else 'FAILED'} ({size})"
+    sizes = [] if check["largest"] is None else [number(check["largest"], 2)]
+    for theory, balance in check["momentum"].items():
+        if balance["compared"]:
+            of = "" if theory == QUASI_STATIC else f" of {theory} links"
+            worst = max(balance[part] for part in ("opening", "velocity", "force", "moment"))
+            sizes.append(f"momentum{of} {'' if balance['passed'] else 'OFF BY '}{number(worst, 2)}")
+    return f"check {'agrees' if check['passed'] else 'FAILED'} ({', '.join(sizes)})"
 
 
 def _safe(factor: float | None) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.compute import by_theory, checked, computed, require_chunk
+from kinelast.compute import by_theory, checked, computed, further_checked, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.results import Results
 from kinelast.line import gist, questions
@@ -120,7 +120,8 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
     if fields:
         fields.close()
     comparison = checked(scene, results.deflection, request, progress)
-    return replace(results, comparison=comparison, left_out=count - len(instants))
+    results = replace(results, comparison=comparison, left_out=count - len(instants))
+    return further_checked(results, request, progress)
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:

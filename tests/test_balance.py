@@ -18,6 +18,7 @@ from elastic.elastodynamics import (
 )
 from fem_check.balance import balance
 from kinelast import load, shipped_scenes
+from kinelast.cli.command import main
 from rigid import Lump
 
 KNOWN = 1e-8  # of differences in time where accelerations are found by integration
@@ -39,18 +40,30 @@ def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
     assert max(kept.velocity, kept.force, kept.moment) < KNOWN * (10 if name == "andrews_squeezer" else 1)
 
 
-def test_a_lump_that_turns_the_wrong_way_shows(monkeypatch):
+@pytest.fixture
+def flipped(monkeypatch):
+    """Rotary inertia of lumps with the wrong sign in the loads of the links."""
     right = rigid.loads.mass_constants
 
-    def flipped(mechanism, ndim):
+    def wrong(mechanism, ndim):
         mass, first, second = right(mechanism, ndim)
         turning = np.reshape([sum(lump.inertia for lump in link.lumps) for link in mechanism.links], (-1, 1))
         return mass, first, second - 2 * turning
 
-    monkeypatch.setattr(rigid.loads, "mass_constants", flipped)
+    monkeypatch.setattr(rigid.loads, "mass_constants", wrong)
+
+
+@pytest.mark.usefixtures("flipped")
+def test_a_lump_that_turns_the_wrong_way_shows():
     kept = quasi_static("andrews_driven")
     assert not kept.passed
     assert kept.moment > 1e-3
+
+
+@pytest.mark.usefixtures("flipped")
+def test_the_command_tells_that_momentum_is_not_kept(tmp_path, capsys):
+    assert main(["andrews_driven", "--check", "--positions", "24", "-o", str(tmp_path)]) == 1
+    assert "check FAILED (momentum OFF BY " in capsys.readouterr().out
 
 
 def test_a_wrong_motion_shows(monkeypatch):

@@ -362,8 +362,8 @@ def test_it_shows_what_was_put_in(driver, tmp_path):
 def test_rigid_links_have_a_page_that_moves(driver, tmp_path):
     page = page_of(driver, tmp_path, PUSHED, "--check", "--refine")
     text = page.run("return document.body.innerText")
-    assert "nothing to compare" in text
-    assert "agrees" not in text
+    assert "momentum of all masses to" in text
+    assert "agrees" in text
     assert "are not searched between them" in text
     place = "return document.querySelector('.block').getAttribute('transform')"
     page.run("kinelast.showPosition(0)")

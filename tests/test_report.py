@@ -479,14 +479,14 @@ def test_refining_keeps_away_from_singular_positions():
             assert min(abs(math.remainder(after.drive[0], math.pi)), 1.0) > 0.2
 
 
-def test_a_check_without_beams_has_nothing_to_compare(tmp_path, capsys):
+def test_a_check_without_beams_compares_the_momentum_alone(tmp_path, capsys):
     scene = tmp_path / "block.toml"
     scene.write_text(PUSHED)
     assert main([str(scene), "--check", "--refine", "-o", str(tmp_path / "out")]) == 0
-    assert "nothing to compare" in capsys.readouterr().out
-    assert data_of(tmp_path / "out" / "block")["summary"]["check"]["passed"] is None
+    assert "check agrees (momentum " in capsys.readouterr().out
+    assert data_of(tmp_path / "out" / "block")["summary"]["check"]["passed"] is True
     trust = json.loads((tmp_path / "out" / "block" / "summary.json").read_text())["trust"]
-    assert {one["heading"]: one["level"] for one in trust}["Finite element check"] == "open"
+    assert {one["heading"]: one["level"] for one in trust}["Finite element check"] == "good"
 
 
 def test_advice_for_slender_links():

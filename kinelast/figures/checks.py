@@ -13,8 +13,10 @@ from elastic import Deflection, reference_deflection, sample
 from elastic.beams.cross_sections import POISSON
 from kinelast.figures.comparisons import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
+from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 
 if TYPE_CHECKING:
+    from fem_check import Balance
     from fem_check.solid.comparison import SolidComparison
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
 SHARED = ("beam theory",)  # what the beams of the check leave out too
+LEAST_GRANTED = 1e-3  # of the momentum of vibrating links
+UNMOVED = (*SHARED, "round-off")  # errors of an answer that leave its momentum in balance
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
@@ -104,6 +108,33 @@ def _poisson(scene: Scene) -> list[float]:
     names = [made.material for made in scene.made_of] or [""] * len(scene.labels)
     told = [scene.materials[name].poisson if name in scene.materials else None for name in names]
     return [POISSON if ratio is None else ratio for ratio in told]
+
+
+def momentum_balances(results: Results) -> dict[str, Balance]:
+    """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate in a cycle, by theory.
+
+    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement.
+    """
+    from fem_check import balance
+
+    scene = results.scene
+    course, answer = scene.course, results.answer
+    balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
+    if answer is not None and results.vibrates and math.isfinite(course.period) and not results.left_out:
+        off = math.fsum(share for name, share in answer.errors.items() if name not in UNMOVED)
+        in_time = course.period, max(LEAST_GRANTED, off), answer.theory != ELASTODYNAMIC
+        balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
+    return balances
+
+
+def check_passed(results: Results) -> bool | None:
+    """Whether all that the finite element check compares is within what it grants; None where it compares nothing."""
+    comparison, verdicts = results.comparison, []
+    assert comparison is not None
+    if not comparison.passed or (results.scene.labels and comparison.compared):
+        verdicts.append(comparison.passed)
+    verdicts += [balance.passed for balance in results.balances.values() if balance.compared]
+    return all(verdicts) if verdicts else None
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals
 
 if TYPE_CHECKING:
-    from fem_check import Comparison
+    from fem_check import Balance, Comparison
     from fem_check.solid.comparison import SolidComparison
     from kinelast.figures.comparisons import NonlinearCheck, NotMade
     from kinelast.figures.theory import Answer
@@ -43,6 +44,8 @@ class Results:
         The figures of the run, where it has more positions than the deflection.
     answer
         The theory that was taken, and its errors; None where the quasi-static answer was asked for as it is.
+    balances
+        Newton's laws for the whole machine by theory, where the check was asked for.
     nonlinear, solid
         Further checks, where they were asked for.
     """
@@ -53,6 +56,7 @@ class Results:
     left_out: int = 0
     run: RunFigures | None = None
     answer: Answer | None = None
+    balances: Mapping[str, Balance] = field(default_factory=dict)
     nonlinear: NonlinearCheck | NotMade | None = None
     solid: SolidComparison | NotMade | None = None
 

@@ -11,6 +11,7 @@ import numpy as np
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from kinelast.figures.acceptance import acceptance
+from kinelast.figures.checks import check_passed
 from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.figure import coordinates, figure, largest
@@ -254,11 +255,15 @@ def check_summary(results: Results) -> dict[str, Any] | None:
     shares = [[_share(value) for value in row] for row in comparison.relative.T]
     worst = max(comparison.worst, key=lambda worst: worst.relative, default=None)
     return {
-        "passed": None if comparison.passed and not (labels and comparison.compared) else comparison.passed,
+        "passed": check_passed(results),
         "tolerance": comparison.tolerance,
         "elements": comparison.elements,
         "compared": comparison.compared,
         "largest": _share(worst.relative) if worst else None,
+        "momentum": {
+            theory: {**asdict(balance), "passed": balance.passed if balance.compared else None}
+            for theory, balance in results.balances.items()
+        },
         "differences": {label: dict(zip(PRIMARY, row, strict=True)) for label, row in zip(labels, shares, strict=True)},
         "worst": [
             {

@@ -14,6 +14,7 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from elastic.beams.cross_sections import POISSON
+from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.figure import at_peak
 from kinelast.figures.friction import friction_figures
@@ -238,19 +239,28 @@ def _check(results: Results) -> list[Finding]:
     comparison = results.comparison
     if comparison is None:
         return [Finding(OPEN, heading, "Not made. Run with --check to compare with independent finite elements.")]
-    if comparison.passed and not (results.mechanism.beams and comparison.compared):
-        return [Finding(OPEN, heading, "Nothing to compare: no link bends, or no position could be computed.")]
-    largest = max((worst.relative for worst in comparison.worst), default=0.0)
-    text = (
-        f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
-        f"largest difference {number(largest, 2)} of the field's maximum over the cycle, "
-        f"{number(comparison.tolerance, 2)} granted."
-    )
+    passed = check_passed(results)
+    if passed is None:
+        return [Finding(OPEN, heading, "Nothing to compare: no position could be computed.")]
+    text = "No link bends."
+    if results.mechanism.beams and comparison.compared:
+        largest = max((worst.relative for worst in comparison.worst), default=0.0)
+        text = (
+            f"{comparison.compared} positions compared, {comparison.elements} elements a beam: "
+            f"largest difference {number(largest, 2)} of the field's maximum over the cycle, "
+            f"{number(comparison.tolerance, 2)} granted."
+        )
+    for theory, balance in results.balances.items():
+        if balance.compared:
+            text += (
+                f" The momentum of all masses ({theory}) changes as forces and ground make it, at {balance.compared} "
+                f"positions: off by {number(balance.largest, 2)}, {number(balance.granted, 2)} granted."
+            )
     if not comparison.passed and any(section.taper for section in results.deflection.sections):
         text += (
             f" Elements of tapered beams err by the fourth power of their size: try --check {4 * comparison.elements}."
         )
-    return [Finding(GOOD if comparison.passed else POOR, heading, text)]
+    return [Finding(GOOD if passed else POOR, heading, text)]
 
 
 def _exceedances(results: Results) -> Iterator[Finding]:

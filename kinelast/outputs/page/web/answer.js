@@ -3,6 +3,12 @@ const LIMIT_WORDS = { deflection: "deflection", chord: "deflection from chord", 
 const TRUST_WORDS = { good: "These figures can be relied on.", caution: "These figures are to be taken with care", poor: "Some of these figures are not to be relied on" };
 const CHORD = "the straight line through the link's own displaced ends: what is left is bending alone";
 
+function agreement({ largest, momentum }) {
+  const kept = Object.values(momentum).filter((balance) => balance.compared).map((balance) => Math.max(balance.opening, balance.velocity, balance.force, balance.moment));
+  const words = kept.length ? [`momentum of all masses to ${number(Math.max(...kept), 2)}`] : [];
+  return (largest === null ? words : [`largest difference ${number(largest, 2)} of the maximum`, ...words]).join("; ");
+}
+
 function answerSection() {
   const part = section("answer", "Answer", "The answer", acceptance(), trustLine(), h("div", { class: "tiles" }, tiles()), contributions());
   part.classList.add("answer");
@@ -92,7 +98,7 @@ function tiles() {
     shown.push(tile("Nonlinear check", value, note, { level, means: "the whole mechanism solved once more from its geometry and masses alone" }));
   }
   const nothing = check && check.passed === null;
-  shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : `largest difference ${number(check.largest, 2)} of the maximum`, { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
+  shown.push(tile("Finite element check", !check ? "not made" : nothing ? "nothing to compare" : check.passed ? "agrees" : "differs", !check ? "ask for it by --check" : nothing ? "" : agreement(check), { level: !check || nothing ? "open" : check.passed ? "good" : "poor", means: "the same question answered by an independent program" }));
   return shown;
 }
 
