@@ -105,7 +105,8 @@ def require_on_beams(scene: Scene, bent: Deflection) -> None:
         if off.any():
             at, beam = scene.mechanism.beams[block.beam]
             link = scene.mechanism.links[at].name
-            names = ", ".join(f'"{slider.name}"' for slider in scene.mechanism.sliders if slider.on == link)
+            on_it = (joint.name for joint in bent.motion.structure.joints if joint.owner == at and not joint.turns)
+            names = ", ".join(f'"{name}"' for name in on_it)
             problem = f'of {names} leaves the beam "{beam.start}"-"{beam.end}" at {bent.motion.time[off][0]:.6g} s'
             raise SceneError(scene.path, f"links.{link}", "points", f"the block {problem}: let the beam reach further")
 

@@ -43,6 +43,41 @@ def test_every_file_says_what_it_is_for():
     assert "`: \n" not in rooms()
 
 
+KINDS = {"PinDrive", "SliderDrive", "Slider", "Weld", "PinJoint", "SliderJoint", "WeldJoint"}
+PARTS = {"sliders", "welds", "welded"}
+JOINTS = "<!-- files that decide on the kind of a joint -->\n"
+
+
+def decides(node):
+    """Whether a piece of code tells one kind of joint from another by itself, instead of asking the joint.
+
+    It compares a slider or a line with None, asks for the class of a joint, part or drive, or goes through the parts of
+    one kind.
+    """
+    if isinstance(node, ast.Compare) and any(
+        isinstance(other, ast.Constant) and other.value is None for other in node.comparators
+    ):
+        return getattr(node.left, "attr", getattr(node.left, "id", "")) in {"slider", "along"}
+    if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
+        return any(isinstance(part, ast.Name) and part.id in KINDS for part in ast.walk(node.args[1]))
+    return isinstance(node, ast.Attribute) and node.attr in PARTS
+
+
+def deciding_files():
+    """Files that decide on the kind of a joint, the joints' own room left out."""
+    for package in (*PLAIN, "kinelast"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            if "rigid/joints" not in path.as_posix() and any(decides(node) for node in ast.walk(tree)):
+                yield path.relative_to(ROOT).with_suffix("").as_posix()
+
+
+def test_the_list_of_files_that_decide_on_the_kind_of_a_joint_is_true():
+    table = PAGE.read_text(encoding="utf-8").split(JOINTS)[1].split("\n\n")[0]
+    told = set(re.findall(r"`([a-z_/]+)`", table.replace(" ", "")))
+    assert told == set(deciding_files())
+
+
 def first_lines(path):
     """First lines of the docstrings of a file, its classes and its functions, with their line numbers."""
     tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -42,8 +42,8 @@ class Group:
         return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
 
     @cached_property
-    def welds(self) -> tuple[WeldJoint, ...]:
-        """The welds among the tree joints."""
+    def fixed(self) -> tuple[WeldJoint, ...]:
+        """The welds among the tree joints: their children are placed with their parents."""
         return tuple(joint for joint in self.tree if isinstance(joint, WeldJoint))
 
     @cached_property
@@ -52,10 +52,10 @@ class Group:
 
         A body is a link with all that are welded to it, and stands for them by the first in the tree.
         """
-        if not len(self.links) - len(self.welds) == len(self.free) == 2 or len(self.cut) != 1:
+        if not len(self.links) - len(self.fixed) == len(self.free) == 2 or len(self.cut) != 1:
             return None
         outer, inner = [self.tree[number] for number in self.free], self.cut[0]
-        if self.welds:
+        if self.fixed:
             bodies: dict[int, Body] = {}
             for joint in self.tree:
                 bodies.setdefault(joint.parent, Body(joint.parent))

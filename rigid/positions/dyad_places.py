@@ -24,7 +24,7 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
     """Place the two bodies of a dyad; `flip` is -1 where it folds the other way than drawn."""
     solve, *joints = _solution(group)
     sine = solve(placed, *joints, drawing, flip)
-    for joint in group.welds:
+    for joint in group.fixed:
         placed.hang(joint, 0.0)
     return sine
 
