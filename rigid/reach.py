@@ -123,12 +123,12 @@ def _shortfall(course: Motion) -> str:
     places = [_place(course, hinge.parent, hinge.at_parent) for hinge in group.tree]
     slides = [k for k, hinge in enumerate(group.tree) if not hinge.turns]
     if not slides:
-        one, other = sorted(hinge.name for hinge in group.tree)
+        first, second = sorted(hinge.name for hinge in group.tree)
         long, short = sorted((float(abs(arm)) for arm in arms), reverse=True)
         away = float(abs(places[1] - places[0]))
         if long - short <= away <= long + short:  # they would meet, but the drive does not come there
             return ""
-        apart = f'"{one}" and "{other}" are {away:.4g} m apart'
+        apart = f'"{first}" and "{second}" are {away:.4g} m apart'
         return f": {apart}, the links between them reach from {long - short:.4g} to {long + short:.4g} m"
     slide = group.tree[slides[0]]
     if len(slides) == 2 or not slide.ordered:

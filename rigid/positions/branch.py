@@ -103,15 +103,15 @@ class Branch:
         if not group.free:
             for joint in group.tree:
                 placed.hang(joint, placed.coordinate(joint))
-            found: Any = None
+            sine_there: Any = None
         elif self.forms[number]:
             drawing = replace(self.drawing, rows=table["row"]) if self.designs else self.drawing
-            found = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
+            sine_there = place_dyad_with_slack(placed, group, drawing, table["sign"][:, number].reshape(shape))
         else:
             assert guess is not None
             start = guess.reshape(len(group.free), *shape)
-            found = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
-        self._note(table, number, placed, group, found)
+            sine_there = sine_of(tree_closure(placed, group, newton(placed, group, start, corrections)))
+        self._note(table, number, placed, group, sine_there)
 
     def _note(self, table: Table, number: int, placed: PartialPosture, group: Group, sine: Reals | None) -> None:
         """Enter a placed group into knots."""
@@ -243,12 +243,12 @@ class Branch:
         """Number of the knot of a design before a place, never the last one."""
         return int(located(self.table, np.array([place]), self.rows)[row, 0])
 
-    def end(self, number: int, row: int, way: int, place: float) -> None:
+    def end(self, number: int, row: int, sense: int, place: float) -> None:
         """Let nothing be known of a group outward of a place: the drives do not come there."""
         group = self.structure.groups[number]
-        lost = (self.table["row"] == row) & ((self.table["place"] - place) * way > 0)
+        lost = (self.table["row"] == row) & ((self.table["place"] - place) * sense > 0)
         self.table = table = some(self.table, ~lost | self.table["coarse"])
-        lost = (table["row"] == row) & ((table["place"] - place) * way > 0)
+        lost = (table["row"] == row) & ((table["place"] - place) * sense > 0)
         for name in ("origin", "direction"):
             for link in group.links:
                 table[name][lost, link] = np.nan
@@ -260,10 +260,10 @@ class Branch:
         table[f"sure{number}"][at] = False
         table[f"box{number}"][at] = np.nan
 
-    def closed(self, way: int) -> bool:
+    def closed(self, sense: int) -> bool:
         """Whether the branches of all designs end on a side of the drawing: farther out there is nothing."""
         row = self.table["row"]
-        outermost = np.flatnonzero(np.diff(row, append=-1) if way > 0 else np.diff(row, prepend=-1))
+        outermost = np.flatnonzero(np.diff(row, append=-1) if sense > 0 else np.diff(row, prepend=-1))
         return bool(np.isnan(self.table["sine"][outermost]).any(axis=1).all())
 
     # Dyads
@@ -286,14 +286,14 @@ class Branch:
     def _stop(self, number: int) -> None:
         """Let a dyad end, outward of the drawing, at the first knot at which it is open."""
         for row in np.unique(self.table["row"][np.isnan(self.table["sine"][:, number])]):
-            for way in (1, -1):
+            for sense in (1, -1):
                 table = self.table
-                place = table["place"][table["row"] == row][::way]
-                sine = table["sine"][table["row"] == row, number][::way]
-                outward = (place - self.path.begin) * way >= 0
+                place = table["place"][table["row"] == row][::sense]
+                sine = table["sine"][table["row"] == row, number][::sense]
+                outward = (place - self.path.begin) * sense >= 0
                 place, open_ = place[outward], np.isnan(sine[outward])
                 if open_.any():
-                    self.end(number, int(row), way, float(place[int(open_.argmax())]))
+                    self.end(number, int(row), sense, float(place[int(open_.argmax())]))
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
@@ -314,12 +314,12 @@ class Branch:
             with np.errstate(invalid="ignore"):
                 lowest = (here < before.min(axis=0)) & (here <= after.min(axis=0))
                 least[BESIDE:-BESIDE] = inside & lowest & (2 * here <= np.minimum(before[-1], after[-1]))
-        found: list[int] = []
+        touches: list[int] = []
         for at in np.flatnonzero(least):
-            if found and row[found[-1]] == row[at] and place[at] - place[found[-1]] <= self.width(number):
+            if touches and row[touches[-1]] == row[at] and place[at] - place[touches[-1]] <= self.width(number):
                 continue
-            found.append(int(at))
-        return found
+            touches.append(int(at))
+        return touches
 
 
 def lengths(mechanism: Mechanism) -> tuple[int, ...]:

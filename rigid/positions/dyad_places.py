@@ -30,16 +30,17 @@ def place_dyad(placed: PartialPosture, group: Group, drawing: Drawing, flip: Col
 
 
 @lru_cache(maxsize=1024)
-def _solution(group: Group) -> tuple[Callable[..., Any], Joint, Joint, Joint]:
+def _solution(group: Group) -> tuple[Callable[..., Columns], Joint, Joint, Joint]:
     """Closed form for a dyad by its type, its outer joints, pins first, and the inner one."""
     assert group.dyad is not None
     *outer, inner = group.dyad
-    one, other = sorted(outer, key=lambda joint: not joint.turns)
+    first, second = sorted(outer, key=lambda joint: not joint.turns)
+    solve: Callable[..., Columns]
     if inner.turns:
-        solve = _two_pins if other.turns else _pin_and_slide if one.turns else _two_slides
+        solve = _two_pins if second.turns else _pin_and_slide if first.turns else _two_slides
     else:
-        solve = _slide_between if other.turns else _slide_on_slide
-    return solve, one, other, inner
+        solve = _slide_between if second.turns else _slide_on_slide
+    return solve, first, second, inner
 
 
 def place_dyad_with_slack(placed: PartialPosture, group: Group, drawing: Drawing, flip: Columns) -> Columns:
@@ -66,26 +67,29 @@ def _carry(placed: PartialPosture, outer: Joint) -> Columns:
 
 
 def _two_pins(
-    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Columns
+    placed: PartialPosture, first_pin: Joint, second_pin: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
-    first, second = point_of(placed, one.parent, one.at_parent), point_of(placed, other.parent, other.at_parent)
-    drawn = _drawn_side(drawing.mechanism, one.name, other.name, inner.name)
+    first, second = (
+        point_of(placed, first_pin.parent, first_pin.at_parent),
+        point_of(placed, second_pin.parent, second_pin.at_parent),
+    )
+    drawn = _drawn_side(drawing.mechanism, first_pin.name, second_pin.name, inner.name)
     side = flip * (drawn if drawing.rows is None or not np.ndim(drawn) else drawn[drawing.rows])
-    arms = inner.at(one.child) - one.at_child, inner.at(other.child) - other.at_child
+    arms = inner.at(first_pin.child) - first_pin.at_child, inner.at(second_pin.child) - second_pin.at_child
     direction, opposite, sine = dyads.circle_circle(first, second, *arms, side, placed.slack)
-    _hold(placed, one, first, direction)
-    _hold(placed, other, second, opposite)
+    _hold(placed, first_pin, first, direction)
+    _hold(placed, second_pin, second, opposite)
     return sine
 
 
 @lru_cache(maxsize=1024)
-def _drawn_side(mechanism: Mechanism, one: str, other: str, inner: str) -> Any:
+def _drawn_side(mechanism: Mechanism, first: str, second: str, inner: str) -> Any:
     """+1 where the inner pin is drawn left of the way from one outer pin to the other, else -1."""
     drawing = Drawing(mechanism)
-    drawn = [drawing.at(name) for name in (one, other, inner)]
+    drawn = [drawing.at(name) for name in (first, second, inner)]
     base = drawn[1] - drawn[0]
     length: Any = abs(base)
-    return drawing.side(cross(base, drawn[2] - drawn[0]) / np.where(length, length, 1.0), (one, other, inner))
+    return drawing.side(cross(base, drawn[2] - drawn[0]) / np.where(length, length, 1.0), (first, second, inner))
 
 
 def _pin_and_slide(
@@ -98,22 +102,22 @@ def _pin_and_slide(
     side = flip * drawing.side(
         dot(ahead, drawing.at(inner.name) - drawing.at(pin.name)), (pin.name, slide.name, inner.name)
     )
-    direction, way, sine = dyads.circle_line(
+    direction, travel, sine = dyads.circle_line(
         center, inner.at(pin.child) - pin.at_child, start, along, side, placed.slack
     )
-    placed.origin[slide.child] = placed.origin[slide.child] + way * along
+    placed.origin[slide.child] = placed.origin[slide.child] + travel * along
     _hold(placed, pin, center, direction)
     return sine
 
 
 def _two_slides(
-    placed: PartialPosture, one: Joint, other: Joint, inner: Joint, drawing: Drawing, flip: Columns
+    placed: PartialPosture, first: Joint, second: Joint, inner: Joint, drawing: Drawing, flip: Columns
 ) -> Columns:
-    along, across = _carry(placed, one), _carry(placed, other)
-    starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (one, other)]
+    along, across = _carry(placed, first), _carry(placed, second)
+    starts = [point_of(placed, joint.child, inner.at(joint.child)) for joint in (first, second)]
     way, opposite, sine = dyads.line_line(starts[1] - starts[0], along, across)
-    placed.origin[one.child] = placed.origin[one.child] + way * along
-    placed.origin[other.child] = placed.origin[other.child] + opposite * across
+    placed.origin[first.child] = placed.origin[first.child] + way * along
+    placed.origin[second.child] = placed.origin[second.child] + opposite * across
     return sine
 
 

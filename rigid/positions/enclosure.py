@@ -142,18 +142,18 @@ class Certificate:
     @cached_property
     def _slide(self) -> dict[int, tuple[Reals, Reals]]:
         """Greatest slide and its change, of every tree joint that slides."""
-        found = {}
+        travels = {}
         for number, hinge in enumerate(self.group.tree):
             if hinge.turns:
                 continue
             if number in self.group.free:
                 low, high = self.ends.free[:, self.group.free.index(number)]
-                found[number] = np.maximum(np.abs(low), np.abs(high)), np.abs(high - low)
+                travels[number] = np.maximum(np.abs(low), np.abs(high)), np.abs(high - low)
                 continue
             moved = np.abs(self.step.shift[hinge.block] - self.step.shift[hinge.owner])
             away = np.abs(self.step.origin[hinge.block] - self.step.origin[hinge.owner])
-            found[number] = away + moved + self._size(hinge.at_child) + self._size(hinge.at_parent), moved
-        return found
+            travels[number] = away + moved + self._size(hinge.at_child) + self._size(hinge.at_parent), moved
+        return travels
 
     def _relative(self, link: int | None, owner: int | None) -> tuple[Columns, Columns]:
         """Turn of a link in the axes of another, and the bend of both."""
@@ -238,7 +238,7 @@ class Certificate:
     def _boxed(self, gap: Reals, twist: Reals, bent: Reals, slope: Reals) -> Reals:
         """Boxes that Newton's method with a constant matrix maps into themselves, from both ends."""
         lines = np.array(self.group.guides)[:, None]
-        found: Any = LEAST
+        box: Any = LEAST
         maps = []
         for duals, sign in zip(self.ends.duals, (0.5, -0.5), strict=True):
             weight = np.where(lines, np.abs(duals.real), np.abs(duals))
@@ -246,16 +246,16 @@ class Certificate:
             start = np.einsum("kcf,cf->kf", weight, gap) + np.einsum("kcf,cf->kf", np.abs(duals.imag) * lines, twist)
             first = np.abs(np.einsum("kcf,jcf->kjf", duals, change).imag) + np.einsum("kcf,jcf->kjf", weight, bent)
             maps.append((start + LEAST, first, np.einsum("kcf,jlcf->kjlf", weight, slope)))
-            found = np.maximum(found, start)
-        sure = np.zeros(found.shape[1:], bool)
+            box = np.maximum(box, start)
+        sure = np.zeros(box.shape[1:], bool)
         for _ in range(ROUNDS):
-            found = found * WIDER
-            again = np.max([self._mapped(each, found) for each in maps], axis=0)
-            sure = (again < found).all(axis=0)
+            box = box * WIDER
+            again = np.max([self._mapped(each, box) for each in maps], axis=0)
+            sure = (again < box).all(axis=0)
             if sure.all():
                 break
-            found = np.where(sure, found, np.maximum(again, found))
-        return np.where(sure, found, np.nan)
+            box = np.where(sure, box, np.maximum(again, box))
+        return np.where(sure, box, np.nan)
 
     @staticmethod
     def _mapped(each: tuple[Reals, Reals, Reals], box: Reals) -> Reals:

@@ -68,14 +68,14 @@ def located(table: Mapping[str, Any], places: Any, rows: int) -> Integers:
     """Number of the knot before each of some places, shape (rows, places), never the last of a design."""
     place, row = table["place"], table["row"]
     if rows == 1:
-        found = np.searchsorted(place, np.ravel(places), side="right") - 1
-        return np.clip(found, 0, len(place) - 2)[None]
+        before = np.searchsorted(place, np.ravel(places), side="right") - 1
+        return np.clip(before, 0, len(place) - 2)[None]
     low = min(place.min(), np.min(places)) - 1.0
     span = max(place.max(), np.max(places)) - low + 1.0
     keys = row * span + (place - low)
     asked = np.arange(rows)[:, None] * span + (places - low)
-    found = np.searchsorted(keys, asked, side="right") - 1
+    before = np.searchsorted(keys, asked, side="right") - 1
     first = np.searchsorted(row, np.arange(rows))
     last = np.searchsorted(row, np.arange(rows), side="right") - 2
-    knots: Integers = np.clip(found, first[:, None], last[:, None])
+    knots: Integers = np.clip(before, first[:, None], last[:, None])
     return knots

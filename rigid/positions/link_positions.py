@@ -229,16 +229,16 @@ def _between(placed: PartialPosture, branch: Branch, number: int, at: Integers, 
     """Place a group between knots of its branch."""
     group, table = branch.structure.groups[number], branch.table
     low, high = ({f"free{number}": table[f"free{number}"][which.ravel()]} for which in (at, at + 1))
-    way = branch.ways(number, low, high)
+    change = branch.ways(number, low, high)
     free = range(len(group.free))
-    start = np.stack([wide(low[f"free{number}"][:, k]) + part * wide(way[:, k]) for k in free])
+    start = np.stack([wide(low[f"free{number}"][:, k]) + part * wide(change[:, k]) for k in free])
     start = np.broadcast_to(start, (len(group.free), *np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)))
-    found = newton(placed, group, start)
+    coordinates = newton(placed, group, start)
     box = table[f"box{number}"][at.ravel()]
-    box = np.where(np.isfinite(box), box, np.abs(way) + branch.width(number))
+    box = np.where(np.isfinite(box), box, np.abs(change) + branch.width(number))
     limit = np.stack([wide(box[:, k]) for k in free]) * (1 + CLOSE) + CLOSE
     with np.errstate(invalid="ignore"):
-        astray = ~(np.abs(found - start) <= limit).all(axis=0)
-    found = np.where(astray, np.nan, found)
-    sine: Reals = sine_of(tree_closure(placed, group, found))
+        astray = ~(np.abs(coordinates - start) <= limit).all(axis=0)
+    coordinates = np.where(astray, np.nan, coordinates)
+    sine: Reals = sine_of(tree_closure(placed, group, coordinates))
     return sine

@@ -42,10 +42,10 @@ class PartialPosture:
         drawn = drawing.coordinate(driver)
         now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
         # What moves the driver may count its coordinate the other way than the gear does.
-        found = drawing.coordinate(joint) + joint.gear.ratio * driver.sense * (now - drawn)
+        followed = drawing.coordinate(joint) + joint.gear.ratio * driver.sense * (now - drawn)
         if self.near is None or driver.moved or not driver.turns or not joint.turns:
-            return found
-        return self._nearest(joint, found, 2 * np.pi * joint.gear.ratio)
+            return followed
+        return self._nearest(joint, followed, 2 * np.pi * joint.gear.ratio)
 
     def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
         """A follower's angle with that number of its driver's turns that puts it nearest to a posture."""
@@ -57,15 +57,15 @@ class PartialPosture:
 
     def _measured(self, joint: Joint, near: float) -> Columns:
         """Coordinate of a placed joint: an angle without jumps from one position to the next, or a slide."""
-        found = joint.coordinate(self)
+        measured = joint.coordinate(self)
         if not joint.turns:
-            return found
+            return measured
         key = (joint.name, joint.parent, joint.child)
         expected = self.led.get(key)
         if expected is not None and np.isfinite(expected).any():
-            self.seen[key] = found + 2 * np.pi * np.round((expected - found) / (2 * np.pi))
+            self.seen[key] = measured + 2 * np.pi * np.round((expected - measured) / (2 * np.pi))
             return self.seen[key]
-        whole = np.unwrap(np.atleast_1d(found), axis=-1)
+        whole = np.unwrap(np.atleast_1d(measured), axis=-1)
         return whole + 2 * np.pi * np.round((near - whole[..., :1]) / (2 * np.pi))
 
     def hang(self, joint: Joint, coordinate: Columns) -> None:

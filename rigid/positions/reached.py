@@ -55,12 +55,12 @@ def branch_through(
         path = path.shifted(path.turn * np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn))
         begin = path.begin
     low, high = map(float, path.span)
-    way = 1.0 if high - begin >= begin - low else -1.0
+    sense = 1.0 if high - begin >= begin - low else -1.0
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
-        period = way * turns * path.turn
+        period = sense * turns * path.turn
         ends = min(begin, begin + period), max(begin, begin + period)
         whole = _known(mechanism, structure, path, *ends, forms, edge, kept)
-        if whole.closed(int(way)):
+        if whole.closed(int(sense)):
             break
         if not _ends(whole) and _returns(whole, begin, begin + period):
             return whole, begin + np.mod(path.asked - begin, period)
@@ -108,10 +108,15 @@ def _returns(branch: Branch, first: float, last: float) -> bool:
     place, to = branch.table["place"], np.array([first, last])
     at = located(branch.table, to + STILL, branch.rows)
     ends = np.where(np.abs(place[at + 1] - to) < np.abs(place[at] - to), at + 1, at)
-    one, other = ({name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1))
+    at_begin, at_end = (
+        {name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1)
+    )
     size = size_of(branch.mechanism)
-    away = [np.abs(one["origin"] - other["origin"]).max() / size, np.abs(one["direction"] - other["direction"]).max()]
-    return bool(max(away) < SAME and (one["sign"] == other["sign"]).all())
+    away = [
+        np.abs(at_begin["origin"] - at_end["origin"]).max() / size,
+        np.abs(at_begin["direction"] - at_end["direction"]).max(),
+    ]
+    return bool(max(away) < SAME and (at_begin["sign"] == at_end["sign"]).all())
 
 
 def _ends(branch: Branch) -> bool:

@@ -40,13 +40,13 @@ class Trace:
         begin = int(np.abs(branch.table["place"][coarse[0]] - branch.path.begin).argmin())
         drawn = np.array([branch.drawing.coordinate(self.group.tree[at]) for at in self.group.free])
         start = np.repeat(drawn[:, None], branch.rows, axis=1)
-        for way in (1, -1):
-            self._walk(coarse[:, begin::way], start)
+        for sense in (1, -1):
+            self._walk(coarse[:, begin::sense], start)
         self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
         branch.refine(self.number, steps(branch.table), ROUGH)
         for row in range(branch.rows):
-            for way in (1, -1):
-                self._mend(row, way)
+            for sense in (1, -1):
+                self._mend(row, sense)
 
     def _place(self, which: Integers | list[np.intp], guess: Reals) -> Reals:
         """Place the group at knots of the table; its coordinates, shape (free, knots)."""
@@ -90,53 +90,56 @@ class Trace:
         part = (table["place"][which] - low["place"]) / (high["place"] - low["place"])
         self._place(which, (low[f"free{self.number}"] + part[:, None] * self.branch.ways(self.number, low, high)).T)
 
-    def _mend(self, row: int, way: int) -> None:
+    def _mend(self, row: int, sense: int) -> None:
         """Go outward from the drawing and see to every run of steps that are not certain."""
         branch = self.branch
-        passed = closed_in = marched = branch.path.begin - way
+        passed = closed_in = marched = branch.path.begin - sense
         leaps = True
-        while (run := self._next(row, way, passed)) is not None:
+        while (run := self._next(row, sense, passed)) is not None:
             table = branch.table
             start, stop = (float(table["place"][at]) for at in run)
             if abs(stop - start) > branch.width(self.number):
                 if start != closed_in and np.isfinite(table["sine"][list(run), self.number]).all():
                     closed_in = start
                     near = np.arange(min(run), max(run))
-                    near = near[np.abs(table["place"][near + (way < 0)] - start) <= branch.path.stride]
+                    near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
                     continue
-            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes(row, way, start, stop):
+            elif table["sine"][run[0], self.number] <= HIDDEN and self._passes(row, sense, start, stop):
                 passed = stop
                 continue
-            if (start - marched) * way <= 0:  # no farther than the march before
-                branch.end(self.number, row, way, start)
+            if (start - marched) * sense <= 0:  # no farther than the march before
+                branch.end(self.number, row, sense, start)
                 return
-            found, stuck = self._march(row, way, run[0], leaps)
-            self._enter(row, start, found)
-            here = float(found[-1]["place"][0]) if found else start
-            sure = self._certain(row, way, start, here)
+            knots, stuck = self._march(row, sense, run[0], leaps)
+            self._enter(row, start, knots)
+            here = float(knots[-1]["place"][0]) if knots else start
+            sure = self._certain(row, sense, start, here)
             if leaps and not (sure == here or (stuck and abs(here - sure) <= branch.width(self.number))):
                 leaps = False
                 continue
             marched, leaps, here = start, True, sure
             if stuck:
-                knot = self._beyond(row, way, here) if len(found) < MOST else None
+                knot = self._beyond(row, sense, here) if len(knots) < MOST else None
                 if knot is None:
-                    branch.end(self.number, row, way, here)
+                    branch.end(self.number, row, sense, here)
                     return
                 self._enter(row, here, [knot])
                 here = float(knot["place"][0])
-            self._onward(row, way, here)
+            self._onward(row, sense, here)
 
-    def _next(self, row: int, way: int, passed: float) -> tuple[int, int] | None:
+    def _next(self, row: int, sense: int, passed: float) -> tuple[int, int] | None:
         """Inner and outer knot of the next run of steps that are not certain, outward of a place."""
         table, start = self.branch.table, self.branch.path.begin
         place = table["place"]
-        for first, last in self.branch.uncertain_steps(self.number)[::way]:
-            inner, outer = (first, last) if way > 0 else (last, first)
-            if table["row"][first] != row or (place[outer] - max(passed * way, start * way) * way) * way <= STILL:
+        for first, last in self.branch.uncertain_steps(self.number)[::sense]:
+            inner, outer = (first, last) if sense > 0 else (last, first)
+            if (
+                table["row"][first] != row
+                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= STILL
+            ):
                 continue
-            if (place[inner] - start) * way < 0.0:
+            if (place[inner] - start) * sense < 0.0:
                 run = np.arange(first, last + 1)
                 inner = int(run[np.abs(place[run] - start).argmin()])
             return inner, outer
@@ -171,11 +174,11 @@ class Trace:
         slope = self.branch.ways(self.number, two, one)
         return place + step, one[f"free{self.number}"] + 2 * slope, np.abs(slope).max() * SMOOTH + NOISE
 
-    def _beyond(self, row: int, way: int, place: float) -> Table | None:
+    def _beyond(self, row: int, sense: int, place: float) -> Table | None:
         """The smooth branch a little beyond a change point; None where there is none."""
         with np.errstate(all="ignore"):
-            to, guess, known = self._ahead(row, place, way * BESIDE * self.branch.path.stride)
-            if (to - self._last(row, way)) * way > 0:
+            to, guess, known = self._ahead(row, place, sense * BESIDE * self.branch.path.stride)
+            if (to - self._last(row, sense)) * sense > 0:
                 return None
             knot = self._single(row, to, guess.T)
             return knot if self._off(knot, guess) <= known else None
@@ -184,30 +187,30 @@ class Trace:
         """How far a knot is from coordinates guessed."""
         return float(np.abs(self._whole(knot[f"free{self.number}"].T, guess.T).T - guess).max())
 
-    def _last(self, row: int, way: int) -> float:
+    def _last(self, row: int, sense: int) -> float:
         """Place of the outermost knot."""
         table = self.branch.table
-        return float(table["place"][table["row"] == row][::way][-1])
+        return float(table["place"][table["row"] == row][::sense][-1])
 
-    def _passes(self, row: int, way: int, start: float, stop: float) -> bool:
+    def _passes(self, row: int, sense: int, start: float, stop: float) -> bool:
         """Whether the table goes on smoothly through a change point, as narrow as round-off makes it."""
         if not self.branch.path.onward(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
             step = max(abs(stop - start), LEAST_BESIDE * self.branch.path.stride)
-            to, guess, known = self._ahead(row, 0.5 * (start + stop), way * step)
-            return (to - self._last(row, way)) * way > 0 or self._off(self._single(row, to, None), guess) <= known
+            to, guess, known = self._ahead(row, 0.5 * (start + stop), sense * step)
+            return (to - self._last(row, sense)) * sense > 0 or self._off(self._single(row, to, None), guess) <= known
 
-    def _certain(self, row: int, way: int, inner: float, outer: float) -> float:
+    def _certain(self, row: int, sense: int, inner: float, outer: float) -> float:
         """How far outward steps from a place to another are certain."""
         table = self.branch.table
         at = steps(table)
         at = at[(table["row"][at] == row) & ~table[f"sure{self.number}"][at]]
-        near, far = (table["place"][at + (way < 0)] * way, table["place"][at + (way > 0)] * way)
-        open_ = near[(near >= inner * way) & (far <= outer * way)]
-        return float(open_.min() * way) if len(open_) else outer
+        near, far = (table["place"][at + (sense < 0)] * sense, table["place"][at + (sense > 0)] * sense)
+        open_ = near[(near >= inner * sense) & (far <= outer * sense)]
+        return float(open_.min() * sense) if len(open_) else outer
 
-    def _march(self, row: int, way: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
+    def _march(self, row: int, sense: int, inner: int, leaps: bool) -> tuple[list[Table], bool]:
         """Steps outward from a knot, and whether there are no more within a stride.
 
         They are certain, or leap: as long as they go on nearly straight, to be made certain all at once.
@@ -215,54 +218,54 @@ class Trace:
         branch, name = self.branch, f"free{self.number}"
         table, stride = branch.table, branch.path.stride
         here = some(table, [inner])
-        end = float(table["place"][table["row"] == row][::way][-1])
-        before = inner - way
+        end = float(table["place"][table["row"] == row][::sense][-1])
+        before = inner - sense
         slope = np.zeros_like(here[name])
         known = table[f"sure{self.number}"][min(before, inner)]
         if 0 <= before < len(table["row"]) and table["row"][before] == row and known:
             back = some(table, [before])
             slope = branch.ways(self.number, back, here) / (here["place"] - back["place"])[:, None]
-        found: list[Table] = []
+        knots: list[Table] = []
         step, gone, easy = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while gone < stride and here["place"][0] != end and len(found) < MOST:
+            while gone < stride and here["place"][0] != end and len(knots) < MOST:
                 drawn = abs(float(here["place"][0]) - branch.path.begin) <= branch.width(self.number)
                 if step < (LEAST if drawn else min(branch.edge, SHORTEST)) * stride:
                     break
-                to = float(here["place"][0]) + way * step
-                to = end if (to - end) * way > 0 else to
+                to = float(here["place"][0]) + sense * step
+                to = end if (to - end) * sense > 0 else to
                 guess = here[name] + slope * (to - here["place"])
                 knot = self._single(row, to, guess.T)
                 good = leapt < np.inf and self._off(knot, guess) <= STRAIGHT * np.abs(guess - here[name]).max()
                 if not good and step * FEWER <= leapt:
-                    pair = (here, knot) if way > 0 else (knot, here)
+                    pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
                 if not good:
                     step, easy = step / 2, 0
                     continue
                 slope = branch.ways(self.number, here, knot) / (knot["place"] - here["place"])
-                found.append(knot)
+                knots.append(knot)
                 here, gone, easy = knot, gone + step, easy + 1
                 leapt = step if leaps else leapt
                 step = 2 * step if easy > EASY else step
-        return found, gone < stride and here["place"][0] != end
+        return knots, gone < stride and here["place"][0] != end
 
-    def _enter(self, row: int, inner: float, found: list[Table]) -> None:
+    def _enter(self, row: int, inner: float, knots: list[Table]) -> None:
         """Enter knots in place of those from a place on, but for the grid, and make their steps certain."""
         branch, name = self.branch, f"free{self.number}"
-        if not found:
+        if not knots:
             return
         table = branch.table
-        ends = sorted((inner, float(found[-1]["place"][0])))
+        ends = sorted((inner, float(knots[-1]["place"][0])))
         mine = (table["row"] == row) & (table["place"] >= ends[0]) & (table["place"] <= ends[1])
         grid = mine & table["coarse"]
-        for knot in found:
+        for knot in knots:
             knot["coarse"] = np.array([bool((grid & (table["place"] == knot["place"])).any())])
-        places = {float(knot["place"][0]) for knot in found}
+        places = {float(knot["place"][0]) for knot in knots}
         kept = ~mine | (grid & ~np.isin(table["place"], list(places))) | (table["place"] == inner)
         places.add(inner)
-        branch.table = table = merged([some(table, kept), *found])
+        branch.table = table = merged([some(table, kept), *knots])
         known = np.isin(table["place"], list(places))
         inside = (table["row"] == row) & (table["place"] > ends[0]) & (table["place"] < ends[1]) & ~known
         after = np.flatnonzero(known & (table["row"] == row))
@@ -276,32 +279,32 @@ class Trace:
         mine &= table["place"][begins + 1] <= ends[1]
         branch.refine(self.number, begins[mine])
 
-    def _onward(self, row: int, way: int, last: float) -> None:
+    def _onward(self, row: int, sense: int, last: float) -> None:
         """Walk on from a knot, and make the steps beyond certain again, unless the table goes on from there."""
         branch, name = self.branch, f"free{self.number}"
-        if self._rejoins(row, way, last):
+        if self._rejoins(row, sense, last):
             return
         table = branch.table
         mine = table["row"] == row
         at = int(np.flatnonzero(mine & (table["place"] == last))[0])
-        outer = np.flatnonzero(mine & ((table["place"] - last) * way > 0))[::way]
-        inner = np.flatnonzero(mine & ((last - table["place"]) * way > 0.5 * BESIDE * branch.path.stride))[::way]
+        outer = np.flatnonzero(mine & ((table["place"] - last) * sense > 0))[::sense]
+        inner = np.flatnonzero(mine & ((last - table["place"]) * sense > 0.5 * BESIDE * branch.path.stride))[::sense]
         first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
         self._walk(np.array([[first, at, *grid]]), table[name][first][:, None])
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         begins = steps(table)
-        nearer = np.minimum(table["place"][begins] * way, table["place"][begins + 1] * way)
-        branch.refine(self.number, begins[mine[begins] & (nearer >= last * way)], ROUGH)
+        nearer = np.minimum(table["place"][begins] * sense, table["place"][begins + 1] * sense)
+        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], ROUGH)
 
-    def _rejoins(self, row: int, way: int, last: float) -> bool:
+    def _rejoins(self, row: int, sense: int, last: float) -> bool:
         """Whether certain steps lead from a knot to the next of the grid as the table has it."""
         branch, table = self.branch, self.branch.table
-        outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * way > 0)][::way]
+        outer = table["place"][(table["row"] == row) & table["coarse"] & ((table["place"] - last) * sense > 0)][::sense]
         if not len(outer):
             return True
         low, high = sorted((last, float(outer[0])))
         at = steps(table)
         mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
         branch.refine(self.number, at[mine], ROUGH)
-        return self._certain(row, way, last, float(outer[0])) == float(outer[0])
+        return self._certain(row, sense, last, float(outer[0])) == float(outer[0])
