@@ -10,7 +10,7 @@ from typing import Any
 from kinelast.figures.trust import verdict
 from kinelast.outcome import Outcome
 from kinelast.outputs.outbox import rewritten
-from kinelast.outputs.page.index import MARK, index_page
+from kinelast.outputs.page.report import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.error import plain
 

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from io import StringIO
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from kinelast.outcome import DONE, FINE, Outcome, Task, attempted
 from kinelast.outputs.outbox import add_to
+from kinelast.outputs.sheet import PAPER, Sheet
 from kinelast.progress import SILENT, Progress
 from kinelast.scene.structure_scene import StructureScene, read_structure
 from kinelast.version import VERSION
-from rigid import MechanismError
+from rigid import Mechanism, MechanismError
+from rigid.topology import assembled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from kinelast.scene.data import Scene
 
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
@@ -31,7 +42,7 @@ def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""
-    from kinelast.structure.skeleton import skeleton_svg
+    from kinelast.structure.output import skeleton_svg
 
     try:
         files["skeleton.svg"] = skeleton_svg(scene.mechanism)
@@ -49,3 +60,40 @@ def scene_text(scene: StructureScene) -> str:
     from kinelast.structure.planar_report import structure_report, structure_text
 
     return structure_text(replace(structure_report(scene.mechanism, scene.contacts), title=scene.title))
+
+
+def skeleton_svg(subject: Mechanism | Scene) -> str:
+    """The skeleton diagram as SVG text.
+
+    Raises
+    ------
+    MechanismError
+        The mechanism does not close near its drawing.
+    """
+    from matplotlib import rc_context
+
+    figure = skeleton(subject)
+    text = StringIO()
+    with rc_context({"svg.hashsalt": "skeleton", "svg.fonttype": "none"}):
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
+def skeleton(subject: Mechanism | Scene) -> Figure:
+    """The skeleton diagram as a matplotlib figure, to be saved in any format."""
+    from matplotlib.figure import Figure
+
+    mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
+    here = assembled(mechanism)
+    drawing = Sheet(here)
+    width, height = drawing.extent
+    tall = float(np.clip(8.0 * height / width, 3.0, 9.0))
+    figure = Figure(figsize=(8.0, tall), layout="constrained", facecolor=PAPER)
+    axes = figure.add_subplot()
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    drawing.axes = axes
+    drawing.draw()
+    axes.margins(0.04)
+    axes.autoscale_view()
+    return figure

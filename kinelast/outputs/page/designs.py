@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.outputs.page.arrays import Numbers
+from kinelast.outputs.page.data import Numbers
 from kinelast.outputs.page.report import as_data, filled, shared_parts, text_of
 
 MARK = b'<script type="application/json" id="designs">'  # by which a page of this program is known

@@ -1,10 +1,11 @@
-"""report.html: the polynomials of a scene and the script that evaluates them, as one file that needs nothing else."""
+"""report.html, a scene as one file that needs nothing else, and index.html, the table of a folder of scenes."""
 
 from __future__ import annotations
 
 import re
 import zlib
 from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.util import find_spec
@@ -101,3 +102,36 @@ def _library() -> Path:
     if found is None or not found.submodule_search_locations:
         raise ModuleNotFoundError('the page needs uPlot: install "uplot-python"', name="uplot")
     return Path(found.submodule_search_locations[0]) / "static"
+
+
+MARK = b'<script type="application/json" id="rows">'  # by which a page of this program is known
+INDEX_SCRIPTS = ("numbers", "dom", "theme", "index")
+INDEX_TITLE = b"All scenes"  # whatever the folder is called: a batch made anew is the same byte for byte
+
+
+def index_page(
+    out: Path, head: Sequence[str], rows: Sequence[Sequence[str]], seconds: Mapping[str, float] | None = None
+) -> bytes:
+    """The page of a folder of results, UTF-8: the rows of its summary.csv, linked to the scenes' own pages.
+
+    Parameters
+    ----------
+    out
+        The folder; a row is linked where its report is there.
+    head, rows
+        Of summary.csv: the first column names the scene's folder in `out`.
+    seconds
+        That scenes took, by their folders, where they were computed just now.
+    """
+    taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
+    reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
+    return filled(
+        "index.html",
+        {
+            "title": INDEX_TITLE,
+            "rows": as_data(
+                {"head": list(head), "rows": [list(row) for row in rows], "reports": reports, "seconds": taken}
+            ),
+            **shared_parts(INDEX_SCRIPTS),
+        },
+    )
