@@ -15,9 +15,10 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
+from rigid.decomposition import assur_groups
 from rigid.dynamics import multiplier_forces
 from rigid.joints import WeldJoint
-from rigid.topology import mechanism_mobility, mobility_count
+from rigid.topology import bar_graph, mechanism_mobility, mobility_count
 
 MASS = 0.8
 SECTION = Section(EA=2e6, EI=50.0)
@@ -388,3 +389,22 @@ class TestScene:
     def test_faults(self, table, words):
         with pytest.raises(SceneError, match=words):
             scene(WELDED + "", table)
+
+
+def test_groups_of_welded_links_are_named():
+    links = bars("base", {"P": 0, "O": -1}, ("P", "O")), bars("arm", {"O": 0, "T": 0.3}, ("O", "T"))
+    ground = Link("ground", {"P": 1.0})
+    held = Mechanism(
+        (ground, *links),
+        (PinDrive("arm", "O", "base"),),
+        {"P": 1, "O": 0, "T": 0.3},
+        welds=(Weld("P", "base", "ground"),),
+    )
+    assert [group.name for group in assur_groups(held)] == ["welded link", "driven link"]
+    assert [group.name for group in assur_groups(FOUR_BARS["welded"])] == ["driven link", "dyad RRR, class II"]
+    _, ring = triangle()
+    assert assur_groups(ring)[-1].name == "redundant link, 3 conditions too many"
+    assert mobility_count(ring) == 1 - 3
+    assert int(mechanism_mobility(ring).mobility) == 1
+    bodies = bar_graph(FOUR_BARS["welded"]).branches
+    assert [(bar.start, bar.end) for bar in bodies] == [("O", "D"), ("O", "A"), ("A", "B"), ("D", "B")]

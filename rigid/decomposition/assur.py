@@ -26,8 +26,8 @@ class AssurGroup:
     drives
         Numbers of the drives that move joints inside it or to what was placed before.
     group_class
-        1 for links that drives alone place, 2 for a dyad, else the order of the greatest contour: links in a loop of
-        the group, or joints within the group on one link. 0 for links held by more conditions than they have
+        1 for links that drives or welds alone place, 2 for a dyad, else the order of the greatest contour: links in a
+        loop of the group, or joints within the group on one link. 0 for links held by more conditions than they have
         freedoms, which are no Assur group.
     order
         Number of joints to what was placed before.
@@ -35,6 +35,8 @@ class AssurGroup:
         Of a dyad the pairs outer, inner, outer, such as "RRP"; empty for others.
     surplus
         Number of conditions beyond the freedoms.
+    fixed
+        Whether nothing but welds holds its links.
     """
 
     links: tuple[str, ...]
@@ -43,6 +45,7 @@ class AssurGroup:
     order: int
     signature: str = ""
     surplus: int = 0
+    fixed: bool = False
 
     @property
     def name(self) -> str:
@@ -50,6 +53,8 @@ class AssurGroup:
         if self.surplus:
             links = "link" if len(self.links) == 1 else "links"
             return f"redundant {links}, {counted(self.surplus, 'condition')} too many"
+        if self.group_class == 1 and self.fixed:
+            return "welded link" if len(self.links) == 1 else "welded links"
         if self.group_class == 1:
             return "driven link" if len(self.links) == 1 else "driven chain"
         what = f"dyad {self.signature}" if self.signature else f"group of {len(self.links)} links"
@@ -59,7 +64,7 @@ class AssurGroup:
 def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
     """Groups in the order of solution. The highest class among them is the mechanism's.
 
-    A driven joint inside a group holds its two links together as if they were one.
+    A driven joint or a weld inside a group holds its two links together as if they were one.
 
     Raises
     ------
@@ -79,7 +84,7 @@ def assur_groups(mechanism: Mechanism) -> tuple[AssurGroup, ...]:
 
 
 def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
-    joints = group.tree + group.cut
+    joints = group.joints
     names = tuple(mechanism.links[link].name for link in sorted(group.links))
     drives = tuple(sorted(joint.drive for joint in joints if joint.drive is not None))
     body = _bodies(group.links, joints)
@@ -91,7 +96,8 @@ def _classified(mechanism: Mechanism, group: Group) -> AssurGroup:
     if surplus:
         return AssurGroup(names, drives, 0, len(outer), surplus=surplus)
     if not free:
-        return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints))
+        fixed = all(joint.drive is None and joint.gear is None for joint in joints)
+        return AssurGroup(names, drives, 1, sum(joint.parent not in group.links for joint in joints), fixed=fixed)
     if len(bodies) == 2 and len(inner) == 1:
         ends = sorted(joint.letter for joint in outer)
         first, last = ("R", "P") if ends == ["P", "R"] else ends
