@@ -36,6 +36,7 @@ from rigid.reach import ReachError, reachable, require_reach
 from rigid.resistance import Resistance
 from rigid.springs import Spring, TorsionSpring
 from rigid.statics import drive_efforts, reactions
+from rigid.transmission import transmission_angles
 
 __all__ = [
     "GROUND",
@@ -79,6 +80,7 @@ __all__ = [
     "reactions",
     "require_reach",
     "structure",
+    "transmission_angles",
     "velocity_of",
     "with_rates",
 ]

@@ -17,6 +17,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words, joint_wor
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
 from kinelast.scene.limits import OUTPUT_ERROR, Output
+from rigid import transmission_angles
 from rigid.constants import mass_moments
 from rigid.friction import friction_power, rubbing_joints
 
@@ -204,8 +205,6 @@ def _condition(cycle: Cycle) -> Largest:
 
 def _transmission(cycle: Cycle) -> Largest:
     """Least transmission angle of any dyad; nan where there is none."""
-    from rigid.analysis import transmission_angles
-
     angles = [one.angle for one in transmission_angles(cycle.motion)]
     if not angles:
         return fixed(lambda _: np.nan)(cycle)

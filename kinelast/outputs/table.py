@@ -10,7 +10,6 @@ import csv
 import io
 import math
 import re
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
@@ -208,6 +207,8 @@ def xlsx_bytes(table: Table) -> bytes:
     RequestError
         There are more rows than a sheet has.
     """
+    import zipfile
+
     rows = table.rows()
     if len(rows) >= ROWS_OF_A_SHEET:
         raise RequestError(f"{len(rows)} rows are more than a sheet of XLSX has: {ROWS_OF_A_SHEET - 1}")

@@ -14,12 +14,11 @@ from rigid.analysis.inverse import drive_values
 from rigid.analysis.turning_points import (
     DeadPoint,
     LimitPosition,
-    Transmission,
     dead_points,
     limits,
     swing,
     time_ratio,
-    transmission_angles,
     velocity_ratio,
 )
 from rigid.reach import ReachError, reachable, require_reach, stops
+from rigid.transmission import Transmission, transmission_angles

@@ -1,4 +1,4 @@
-"""Analysis of a moving linkage: limits, dead centres, time ratio, transmission, velocity ratios."""
+"""Analysis of a moving linkage: limits, dead centres, time ratio, velocity ratios."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ import numpy as np
 
 from rigid.analysis.coordinates import Coordinate, Rated
 from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
-from rigid.arrays import Columns, Reals
-from rigid.closure import Closure
+from rigid.arrays import Reals
 from rigid.conditioning import SINGULAR
-from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
 from rigid.parts import MechanismError
-from rigid.plane import cross, dot
 from rigid.reach import stops
+from rigid.transmission import transmission_angles
 
 GOLDEN = (np.sqrt(5) - 1) / 2  # section
 NARROWINGS = 80  # by it: to round-off
@@ -40,26 +38,6 @@ class LimitPosition:
     kind: Literal["maximum", "minimum"]
     value: float
     drive: Reals
-
-
-@dataclass(frozen=True, eq=False)
-class Transmission:
-    """How two links of a dyad meet.
-
-    Attributes
-    ----------
-    joint
-        Name of the joint where they meet.
-    links
-        Their names.
-    angle
-        Between them [rad], folded into 0 to pi/2, shape (..., positions); the sine of it is |s|. At a slider the normal
-        of its line takes the place of a link.
-    """
-
-    joint: str
-    links: tuple[str, str]
-    angle: Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,47 +131,6 @@ def velocity_ratio(course: Motion, output: Rated, source: Rated) -> Reals:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Reals = output.rate(course) / source.rate(course)
         return ratio
-
-
-def transmission_angles(course: Motion) -> list[Transmission]:
-    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
-    links = course.mechanism.links
-    angles = []
-    for closed in course.closures:
-        if closed.group.dyad is not None and closed.group.free:
-            one, other = _lines(closed)
-            angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
-            names = tuple(links[link].name for link in closed.group.links)
-            angles.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
-    return angles
-
-
-def _lines(closed: Closure) -> tuple[Columns, Columns]:
-    """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
-    inner, hinges = closed.cut[0], [closed.tree[number] for number in closed.group.free]
-    if inner.turns:
-        first, second = (_body_arm(closed, hinge) if hinge.turns else 1j * hinge.along for hinge in hinges)
-        return first, second
-    slides = [hinge for hinge in hinges if not hinge.turns]
-    if slides:
-        return 1j * inner.along, 1j * slides[0].along
-    # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
-    ends = [_body_arm(closed, hinge) for hinge in hinges]
-    return ends[0] - ends[1], 1j * inner.along
-
-
-def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
-    """From an outer joint of a dyad to the inner one [m], through the links that are welded together."""
-    inner, body = closed.cut[0], {hinge.joint.child: hinge}
-    for place in closed.tree:
-        if place.joint.moved and place.joint.parent in body:
-            body[place.joint.child] = place
-    link = inner.joint.child if inner.joint.child in body else inner.joint.parent
-    reach = inner.arm(link)
-    while link != hinge.joint.child:
-        reach = reach - body[link].arm_child + body[link].arm_parent
-        link = body[link].joint.parent
-    return reach - hinge.arm_child
 
 
 def dead_points(course: Motion) -> list[DeadPoint]:

@@ -1,0 +1,74 @@
+"""Transmission angles of dyads: how well the force of one link turns the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigid.arrays import Columns, Reals
+from rigid.closure import Closure
+from rigid.joints import JointPlace
+from rigid.kinematics import Motion
+from rigid.plane import cross, dot
+
+
+@dataclass(frozen=True, eq=False)
+class Transmission:
+    """How two links of a dyad meet.
+
+    Attributes
+    ----------
+    joint
+        Name of the joint where they meet.
+    links
+        Their names.
+    angle
+        Between them [rad], folded into 0 to pi/2, shape (..., positions); the sine of it is |s|. At a slider the normal
+        of its line takes the place of a link.
+    """
+
+    joint: str
+    links: tuple[str, str]
+    angle: Reals
+
+
+def transmission_angles(course: Motion) -> list[Transmission]:
+    """Transmission angle of every dyad, in the order of solution. Larger groups have none: see `Motion.sine`."""
+    links = course.mechanism.links
+    angles = []
+    for closed in course.closures:
+        if closed.group.dyad is not None and closed.group.free:
+            one, other = _lines(closed)
+            angle = np.arctan2(np.abs(cross(one, other)), np.abs(dot(one, other)))
+            names = tuple(links[link].name for link in closed.group.links)
+            angles.append(Transmission(closed.cut[0].joint.name, names, np.broadcast_to(angle, course.columns)))  # type: ignore[arg-type]
+    return angles
+
+
+def _lines(closed: Closure) -> tuple[Columns, Columns]:
+    """Lines of a dyad with the transmission angle between them: its links, normals for its sliders."""
+    inner, hinges = closed.cut[0], [closed.tree[number] for number in closed.group.free]
+    if inner.turns:
+        first, second = (_body_arm(closed, hinge) if hinge.turns else 1j * hinge.along for hinge in hinges)
+        return first, second
+    slides = [hinge for hinge in hinges if not hinge.turns]
+    if slides:
+        return 1j * inner.along, 1j * slides[0].along
+    # Two links that slide on each other: the line of their outer pins, as seen through the inner joint.
+    ends = [_body_arm(closed, hinge) for hinge in hinges]
+    return ends[0] - ends[1], 1j * inner.along
+
+
+def _body_arm(closed: Closure, hinge: JointPlace) -> Columns:
+    """From an outer joint of a dyad to the inner one [m], through the links that are welded together."""
+    inner, body = closed.cut[0], {hinge.joint.child: hinge}
+    for place in closed.tree:
+        if place.joint.moved and place.joint.parent in body:
+            body[place.joint.child] = place
+    link = inner.joint.child if inner.joint.child in body else inner.joint.parent
+    reach = inner.arm(link)
+    while link != hinge.joint.child:
+        reach = reach - body[link].arm_child + body[link].arm_parent
+        link = body[link].joint.parent
+    return reach - hinge.arm_child
