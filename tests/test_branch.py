@@ -232,3 +232,23 @@ def test_steps_none_of_which_is_certain_are_not_halved_without_end(monkeypatch):
     with pytest.raises(FirstTimeOnlyError):
         motion(parallelogram(), [np.pi / 2, np.pi / 2 + 0.1])
     assert halved
+
+
+def test_rows_of_an_integrated_motion_are_on_the_branch_that_was_integrated():
+    """A four-bar of 1, 2, 2.5 and 3.5 m falls through its flat position again and again: there its sign changes."""
+    places = {"O": 0, "A": 1j, "B": 1.7 + 2j, "D": 3.5}
+    links = (
+        Link("ground", {"O": 0.0, "D": 3.5}),
+        Link("crank", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),)),
+        Link("coupler", {"A": 0.0, "B": 2.0}, (Beam("A", "B", 1.0),)),
+        Link("rocker", {"D": 0.0, "B": 2.5}, (Beam("D", "B", 1.0),)),
+    )
+    mechanism = Mechanism(links, (PinDrive("crank", "O"),), places, gravity=-9.81j)
+    found = motion_during(forward(mechanism, [Effort()], np.pi / 2, 6.0, 2.0, 1e-6), np.linspace(0, 2, 2001))
+    angle = found.drive[0]
+    passed = np.floor((angle - np.pi) / (2 * np.pi)) + 1
+    assert passed.max() - passed.min() > 2
+    base = 3.5 - np.exp(1j * angle)
+    along = (np.abs(base) ** 2 + 2.0**2 - 2.5**2) / (2 * np.abs(base))
+    expected = base / np.abs(base) * (along + 1j * (-1.0) ** passed * np.sqrt(2.0**2 - along**2)) / 2.0
+    np.testing.assert_allclose(found.direction[2], expected, rtol=0, atol=1e-6)

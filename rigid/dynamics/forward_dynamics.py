@@ -175,7 +175,8 @@ def _stepped(
             why = f"it has taken {run.most_steps} steps, {more}"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
         tracker.mark()
-        steps.append((solver.t, solver.dense_output(), tracker.origin, tracker.direction, tracker.angle))
+        here = tracker.origin, tracker.direction, tracker.angle  # the interpolation takes the tracker elsewhere
+        steps.append((solver.t, solver.dense_output(), *here))
         run.time, run.steps = solver.t, run.steps + 1
         if run.on_step:
             run.on_step(run.time)

@@ -106,19 +106,50 @@ def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
     return {number: values[_nearest(stretch, time)] for number, values in stretch.own.items()}
 
 
-def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
-    """The motion of a stretch's variant, at times in it."""
+def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> tuple[Reals, Reals, Reals]:
+    """Coordinates, rates and, of those with a law, accelerations of what leads, each of shape (drives, positions)."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
-    state, variant = stretch.state(time), stretch.lead.variant
+    state = stretch.state(time)
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
     for number, law in enumerate(drives):
         if isinstance(law, Effort):
             drive[number], rate[number] = state[free.index(number)], state[len(free) + free.index(number)]
         else:
             drive[number], rate[number], rate2[number] = law(time)
-    step = _nearest(stretch, time)
-    near = Posture(variant, stretch.origin[:, step], stretch.direction[:, step])
-    coasting = motion(variant, drive, rate, 0.0, time, near)
+    return drive, rate, rate2
+
+
+def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
+    """Where the links nearly are: cubics of time through their places and velocities at the steps around.
+
+    Past a change point within a step the step next in time may be nearer to the other branch.
+    """
+    variant = stretch.lead.variant
+    before = np.clip(np.searchsorted(stretch.time, time, side="right") - 1, 0, len(stretch.time) - 2)
+    steps = np.union1d(before, before + 1)
+    here = Posture(variant, stretch.origin[:, steps], stretch.direction[:, steps])
+    at = motion(variant, *_drive_columns(stretch, drives, stretch.time[steps])[:2], 0.0, stretch.time[steps], here)
+    low = np.searchsorted(steps, before)
+    length = at.time[low + 1] - at.time[low]
+    part = (time - at.time[low]) / length
+    turned = np.angle(here.direction[:, low + 1] * np.conj(here.direction[:, low]))
+    mean = length * 0.5 * (at.angular_velocity[:, low] + at.angular_velocity[:, low + 1])
+    turned = turned + 2 * np.pi * np.round(np.nan_to_num(mean - turned) / (2 * np.pi))
+    moved = here.origin[:, low + 1] - here.origin[:, low]
+
+    def cubic(way: Any, rates: Any) -> Any:
+        first, last = (np.where(np.isfinite(end), end * length, way) for end in (rates[:, low], rates[:, low + 1]))
+        return part * (first + part * (3 * way - 2 * first - last + part * (first + last - 2 * way)))
+
+    direction = here.direction[:, low] * np.exp(1j * cubic(turned, at.angular_velocity))
+    return Posture(variant, here.origin[:, low] + cubic(moved, at.velocity), direction)
+
+
+def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Motion:
+    """The motion of a stretch's variant, at times in it."""
+    free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
+    drive, rate, rate2 = _drive_columns(stretch, drives, time)
+    coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
     equation = equation_of_motion(coasting)
     balance = equation.force - equation.bias - np.einsum("jk...,k...->j...", equation.inertia, rate2)
     seen = stretch.lead.seen(coasting, _near(stretch, time))
