@@ -120,7 +120,7 @@ def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time:
 
 
 def _postures(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> Posture:
-    """Where the links nearly are: cubics of time through their places and velocities at the steps around.
+    """Postures near those at some times: cubics through places and velocities of the links at the steps around.
 
     Past a change point within a step the step next in time may be nearer to the other branch.
     """
