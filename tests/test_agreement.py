@@ -138,7 +138,7 @@ def allowed(figure, factor):
     return f"{factor * abs(figure['value'])!r} {figure['unit']}"
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(scenes())
 def test_a_scene_has_the_same_figures_and_verdicts_at_every_door(tables):
     check_doors(tables)
@@ -195,7 +195,6 @@ def test_a_limit_of_an_unnamed_output_is_judged_alone():
         problem_of(tables)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("named", [True, False])
 def test_a_speed_of_a_map_is_judged_as_its_report(named):
     """At the scene's own speed, slow enough to vibrate little; maps look between the positions and settle to 0.2 %."""
