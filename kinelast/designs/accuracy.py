@@ -11,7 +11,7 @@ import numpy as np
 from elastic.assessment import angle_error
 from elastic.sampling import displacement_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.registry import FIXED, SCENE, Figure, fixed, largest_of, whole
+from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output
 from rigid import Motion, position_of
 

@@ -10,9 +10,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from kinelast.figures.entry import Figure, Measure, chosen, measures_of
 from kinelast.figures.limits import acceptable
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import Figure, Measure, chosen, figures_of, measures_of
+from kinelast.figures.registry import figures_of
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
@@ -26,9 +27,6 @@ from kinelast.scene.variables import Place, place_of, replaced, within_bounds
 from rigid import structure
 from rigid.plane import unit
 
-SUMMARY = ("deflection", "chord", "stress", "safety", "output_error", "drive_effort", "joint_force", "shaking_force",
-           "shaking_moment", "mass", "condition", "transmission_angle", "reach", "acceptable")  # fmt: skip
-"""Figures of a design where none are asked for by name, as far as a scene has them."""
 FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
 
 
@@ -78,7 +76,8 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Fi
     )
     output = output_of(scene) if asked else scene.output
     known = design_measures(scene, output)
-    names: Sequence[str | Figure] = [name for name in SUMMARY if name in known] if figures is None else figures
+    told = [name for name, each in known.items() if each.figure.told and each.items is None]
+    names: Sequence[str | Figure] = told if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
     return Base(document, places, on_axis, tuple(chosen(known, names)))
 

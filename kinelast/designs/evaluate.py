@@ -10,7 +10,7 @@ import numpy as np
 
 from kinelast.designs.base import Base, Rows, base_of, numbers_at_fault, table_with
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.registry import Figure
+from kinelast.figures.entry import Figure
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of

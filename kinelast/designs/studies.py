@@ -16,8 +16,8 @@ from kinelast.designs.optimum import Solved, optimum
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
+from kinelast.figures.entry import Figure
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import Figure
 from kinelast.progress import SILENT, Progress
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of

@@ -1,4 +1,4 @@
-"""The judge of limits: of a run, of every design and of every speed."""
+"""The judge of limits: of a run, of every design and of every speed; and its verdict on a run as plain data."""
 
 from __future__ import annotations
 
@@ -10,9 +10,17 @@ from typing import Any
 import numpy as np
 
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.registry import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.figures.entry import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.figures.figure import figure
+from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
+
+PLACES = {
+    "deflection": "w",
+    "chord": "chord",
+    "safety": "mises",
+}  # figures of beams, and the fields that have their place
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +85,7 @@ def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
         return np.where(kept(judged(cycle.scene, magnitudes(cycle, bounded))), 1.0, 0.0)
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))
-    return Figure("acceptable", "all limits are kept", "1", SCENE, fixed(find), FIXED, fields)
+    return Figure("acceptable", "all limits are kept", "1", SCENE, fixed(find), FIXED, fields, told=True)
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
@@ -90,3 +98,48 @@ def bounded_beams(scene: Scene, limit: Limit) -> list[int]:
     """Numbers of the beams that a limit holds for."""
     owners = [scene.mechanism.links[at].name for at, _ in scene.mechanism.beams]
     return [number for number, owner in enumerate(owners) if limit.link in ("", owner)]
+
+
+def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Every limit of the scene with the figure that it bounds, and whether all are kept.
+
+    Parameters
+    ----------
+    figures
+        The rest of the summary, see `kinelast.figures.summary.summary`: places and units.
+
+    Returns
+    -------
+    `passed`: None where no limit is set; a limit that there is no figure for is not kept. `limits`: a row each.
+    """
+    peaks = results.figures.peaks
+    bounded = {limit.figure for limit in results.scene.limits} & peaks.keys()
+    sizes = {key: np.abs([peak.value for peak in peaks[key]]) for key in bounded}
+    rows = [
+        {
+            "kind": verdict.limit.kind,
+            "on": verdict.limit.link,
+            "limit": figure(verdict.limit.bound, row["unit"] if verdict.limit.kind == "output" else verdict.limit.unit),
+            "found": row,
+            "passed": bool(verdict.kept),
+        }
+        for verdict in judged(results.scene, sizes)
+        for row in [_row(results, figures, verdict)]
+    ]
+    return {"passed": all(row["passed"] for row in rows) if rows else None, "limits": rows}
+
+
+def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
+    """The figure that a limit bounds, with its place; without a value where it is not known."""
+    kind = verdict.limit.kind
+    if np.isnan(verdict.value):
+        return figure(np.nan, verdict.limit.unit or "m")
+    if kind == "output":
+        output = figures["output"]
+        return {**output, "label": output["name"], "shares": None}
+    label = results.scene.labels[int(verdict.item)]
+    row = figures["peaks"][label][PLACES[kind]]
+    if kind == "safety":
+        place = {key: value for key, value in row.items() if key not in ("value", "unit")}
+        row = {**place, **figures["strength"][label]["safety_factor"]}
+    return {**row, "label": label}

@@ -14,7 +14,8 @@ from elastic import FIELDS, Deflection, Kind
 from elastic.assessment import least_axial_force, stress_ends
 from elastic.largest import Largest
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
-from kinelast.figures.registry import FIXED, LARGEST, LEAST, NAMES, Figure, figures_of
+from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
+from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.limits import Output
 from rigid import Mechanism, Motion
 

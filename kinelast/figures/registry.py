@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial, reduce
 from typing import Any
 
@@ -13,150 +13,35 @@ from elastic import FIELDS, Section
 from elastic.assessment import angle_error
 from elastic.largest import Largest, largest_row
 from elastic.sampling import displacement_of
-from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words, joint_words, points_of
+from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
+from kinelast.figures.entry import (
+    BEAM,
+    DRIVE,
+    FIXED,
+    FRICTION,
+    JOINT,
+    LEAST,
+    LINK,
+    MOST,
+    POINT,
+    RUBBING,
+    SCENE,
+    Figure,
+    each,
+    fixed,
+    items_of,
+    least,
+    sole,
+    whole,
+)
 from kinelast.scene.data import Scene
-from kinelast.scene.error import fault, likely
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
 from rigid.constants import mass_moments
 from rigid.friction import friction_power, rubbing_joints
 
-SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
-RUBBING, FRICTION = "joint with friction", "scene with friction"
-LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
 NAMES = {"w": "deflection", "mises": "stress"}  # of figures that are fields, where not the field's key
 HARMONICS = 6  # of the fastest drive, that natural frequencies are held against
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a machine.
-
-    Attributes
-    ----------
-    key
-        By which files name it, as in `[optimize]`; of an item `KEY.ITEM`.
-    name
-        What it is, in words.
-    unit
-        SI unit; of every item one where they differ.
-    of
-        Of which items there is one: the scene, or every beam, link, point, joint, drive; see `items_of`.
-    find
-        From a cycle to the largest values of the items over the positions, shape (items, ...).
-    over
-        How it is reduced over positions and items: `LARGEST`, `LEAST`, `MOST` or `FIXED`.
-    fields
-        Keys of the fields that it takes.
-    everywhere
-        Whether ill-conditioned positions count too.
-    asked
-        Whether it is computed only where it is asked for by name.
-    error
-        From a cycle to how far the items' values may be off, in the figure's unit, shape (items, ...); None where that
-        is not known.
-    """
-
-    key: str
-    name: str
-    unit: str | Callable[[Scene], Sequence[str]]
-    of: str
-    find: Callable[[Cycle], Largest]
-    over: str = LARGEST
-    fields: tuple[str, ...] = ()
-    everywhere: bool = False
-    asked: bool = False
-    error: Callable[[Cycle], Any] | None = None
-
-    def units(self, scene: Scene) -> list[str]:
-        """Of every item."""
-        if not isinstance(self.unit, str):
-            return [*self.unit(scene)]
-        return [self.unit] * len(items_of(scene, self.of))
-
-
-@dataclass(frozen=True)
-class Measure:
-    """A figure of some items of a scene, or of all: a number for a design or a speed."""
-
-    name: str
-    unit: str
-    figure: Figure
-    items: tuple[int, ...] | None = None
-
-    def among(self, values: Any) -> Any:
-        """Its values among magnitudes of all items, shape (items, ...)."""
-        rows = values if self.items is None else values[[*self.items]]
-        return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
-
-    def of(self, cycle: Cycle) -> tuple[Any, Any]:
-        """Value, and a number that is the same for the same item and position, -1 of no position; shape (...)."""
-        known = cycle.of(self.figure)
-        count, items = len(known.value), self.items or range(len(known.value))
-        rows = known if len(items) == count else _picked(known, items)
-        best = largest_row(rows, self.figure.over == LEAST)
-        inner = np.take_along_axis(np.broadcast_to(rows.row, np.shape(rows.value)), best.row[None], 0)[0]
-        place = (inner * count + np.array(items)[best.row]) * cycle.columns[-1] + best.position
-        value = np.abs(best.value) if self.figure.over == LARGEST else best.value
-        shape = cycle.columns[:-1]
-        return np.broadcast_to(value, shape), np.broadcast_to(np.where(best.position < 0, -1, place), shape)
-
-
-def _picked(known: Largest, items: Sequence[int]) -> Largest:
-    shape, at = np.shape(known.value), [*items]
-    parts = (known.value, known.position, known.xi, known.row)
-    return Largest(*(np.broadcast_to(part, shape)[at] for part in parts))
-
-
-def items_of(scene: Scene, of: str) -> list[str]:
-    """Names of the items that a figure is of."""
-    mechanism = scene.mechanism
-    names: dict[str, Callable[[], Iterable[str]]] = {
-        SCENE: lambda: [""],
-        FRICTION: lambda: [""] * bool(rubbing_joints(mechanism)),
-        BEAM: lambda: scene.labels,
-        LINK: lambda: [link.name for link in mechanism.links[1:]],
-        POINT: lambda: [name for name, _ in points_of(mechanism)],
-        JOINT: lambda: [name for name, _ in joint_words(mechanism)],
-        RUBBING: lambda: [joint_words(mechanism)[number][0] for number, _ in rubbing_joints(mechanism)],
-        DRIVE: lambda: [name for name, *_ in drive_words(mechanism)],
-    }
-    return [*names[of]()]
-
-
-def _sole(found: Largest) -> Largest:
-    """The largest of the one scene, as that of its only item."""
-    return Largest(*(np.asarray(each)[None] for each in (found.value, found.position, found.xi, found.row)))
-
-
-def whole(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Figures of the scene from its values at every position."""
-    return lambda cycle: _sole(cycle.largest(values(cycle)))
-
-
-def each(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """Figures of items from their values at every position."""
-    return lambda cycle: cycle.largest(cycle.rows(values(cycle)))
-
-
-def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """The figure of the scene that is the largest of several rows of values at every position."""
-    return lambda cycle: _sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
-
-
-def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
-    """A figure of the scene that belongs to no position."""
-    return lambda cycle: _sole(
-        Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
-    )
-
-
-def least(values: Any) -> Largest:
-    """Least over the positions, the last axis; nan where none is known."""
-    known = np.where(np.isnan(values), np.inf, values)
-    at = known.argmin(axis=-1)
-    value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
-    return Largest(value, np.where(np.isnan(value), -1, at)[()])
 
 
 def _along(cycle: Cycle, key: str) -> Largest:
@@ -200,7 +85,7 @@ def _condition(cycle: Cycle) -> Largest:
     condition = np.where(cycle.singular, -1.0, cycle.condition)
     at = condition.argmax(axis=-1)
     most = np.take_along_axis(condition, at[..., None], -1)[..., 0]
-    return _sole(Largest(np.where(most < 0.0, np.nan, most), np.where(most < 0.0, -1, at)))
+    return sole(Largest(np.where(most < 0.0, np.nan, most), np.where(most < 0.0, -1, at)))
 
 
 def _transmission(cycle: Cycle) -> Largest:
@@ -208,7 +93,7 @@ def _transmission(cycle: Cycle) -> Largest:
     angles = [one.angle for one in transmission_angles(cycle.motion)]
     if not angles:
         return fixed(lambda _: np.nan)(cycle)
-    return _sole(least(np.broadcast_to(reduce(np.minimum, angles), cycle.columns)))
+    return sole(least(np.broadcast_to(reduce(np.minimum, angles), cycle.columns)))
 
 
 def _fastest(cycle: Cycle) -> Any:
@@ -237,13 +122,17 @@ def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
     return each(lambda cycle: [values(cycle)] if rubbing_joints(cycle.scene.mechanism) else [])
 
 
-FIGURES: tuple[Figure, ...] = (
+TOLD = ("w", "chord", "mises")  # fields that a design's row tells
+ALONG_BEAMS: tuple[Figure, ...] = (
     *(
-        Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, partial(_along, key=key), fields=(key,))
-        for key in EXTREME_FIELDS
+        Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, partial(_along, key=key), fields=(key,),
+               told=key in TOLD)
+        for key in (*TOLD, *(key for key in EXTREME_FIELDS if key not in TOLD))
     ),
-    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",)),
+    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True),
     Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio)),
+)  # fmt: skip
+OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("displacement", "displacement of a point", "m", POINT,
            each(lambda cycle: [np.abs(one.displacement) for one in cycle.deviations.values()])),
     Figure("along_path", "displacement along the path", "m", POINT,
@@ -251,32 +140,31 @@ FIGURES: tuple[Figure, ...] = (
     Figure("off_path", "displacement off the path", "m", POINT,
            each(lambda cycle: [one.normal for one in cycle.deviations.values()])),
     Figure("angle_error", "error of a link's angle", "rad", LINK, _angle_errors),
-    Figure("joint_force", "force in a joint", "N", JOINT,
-           each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force])),
     Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
-           DRIVE, each(lambda cycle: cycle.efforts)),
+           DRIVE, each(lambda cycle: cycle.efforts), told=True),
+    Figure("joint_force", "force in a joint", "N", JOINT,
+           each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
     Figure("friction_power", "power that friction takes", "W", FRICTION,
            _rubbing(lambda cycle: friction_power(cycle.motion, cycle.deflection.forces))),
     Figure("friction_feedback", "what friction adds to itself", "1", FRICTION, _rubbing(_feedback), everywhere=True),
     Figure("shaking_force", "force on the ground", "N", SCENE,
-           whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force))),
+           whole(lambda cycle: np.abs(cycle.deflection.forces.ground_force)), told=True),
     Figure("shaking_moment", "moment on the ground", "N m", SCENE,
-           whole(lambda cycle: cycle.deflection.forces.ground_moment)),
-    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED),
-    Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True),
-    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST),
+           whole(lambda cycle: cycle.deflection.forces.ground_moment), told=True),
+    Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, told=True),
+    Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True, told=True),
+    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, told=True),
     Figure("reach", "share of the positions that are reached", "1", SCENE,
-           fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True),
+           fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True, told=True),
     Figure("frequency", "lowest natural frequency", "rad/s", SCENE,
-           lambda cycle: _sole(least(cycle.lowest_frequency)), LEAST, asked=True),
+           lambda cycle: sole(least(cycle.lowest_frequency)), LEAST, asked=True),
     Figure("frequency_ratio", "lowest natural frequency over the speed of the fastest drive", "1", SCENE,
-           lambda cycle: _sole(least(cycle.lowest_frequency / _fastest(cycle))), LEAST, asked=True),
+           lambda cycle: sole(least(cycle.lowest_frequency / _fastest(cycle))), LEAST, asked=True),
     Figure("resonance_distance", "distance of the lowest natural frequency from harmonics of the drive", "1", SCENE,
-           lambda cycle: _sole(least(_resonance(cycle))), LEAST, asked=True),
+           lambda cycle: sole(least(_resonance(cycle))), LEAST, asked=True),
 )  # fmt: skip
-"""The figures of every scene; those of its output besides, see `output_figures`."""
 
 
 def output_figures(output: Output | None) -> tuple[Figure, ...]:
@@ -288,14 +176,14 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
         def moved(cycle: Cycle) -> Any:
             return displacement_of(cycle.deflection, output.link, output.point)
 
-        return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved)),)
+        return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True),)
     swing = partial(_swing, link=output.link)
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
-               lambda cycle: _sole(_angle_error(cycle, output.link))),
-        Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[0]), LEAST,
+               lambda cycle: sole(_angle_error(cycle, output.link)), told=True),
+        Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[0]), LEAST,
                asked=True),
-        Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: _sole(swing(cycle)[1]), MOST,
+        Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,
                asked=True),
         Figure("output_travel", "travel of the output", "rad", SCENE, fixed(lambda cycle: _travel(*swing(cycle))),
                FIXED, asked=True),
@@ -332,34 +220,4 @@ def _top(values: Any, closed: bool) -> Largest:
 
 def figures_of(output: Output | None) -> tuple[Figure, ...]:
     """All figures of a scene with this output."""
-    return (*FIGURES, *output_figures(output))
-
-
-def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
-    """Figures by name: of all items together, where these have one unit, and of every item."""
-    return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
-
-
-def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
-    names, units = items_of(scene, figure.of), figure.units(scene)
-    if not names:
-        return
-    if len(set(units)) == 1 and (figure.of != DRIVE or len(names) == 1):
-        yield Measure(figure.key, units[0], figure)
-    for name in dict.fromkeys(name for name in names if name):
-        rows = tuple(number for number, each in enumerate(names) if each == name)
-        yield Measure(f"{figure.key}.{name}", units[rows[0]], figure, rows)
-
-
-def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
-    """Figures by name; one that is none of the table stands for itself.
-
-    Raises
-    ------
-    SceneError
-        There is none of a name.
-    """
-    for name in names:
-        if isinstance(name, str) and name not in table:
-            raise fault("", "figures", f'there is no figure "{name}"{likely(name, table)}')
-    return [table[name] if isinstance(name, str) else Measure(name.key, str(name.unit), name) for name in names]
+    return (*ALONG_BEAMS, *output_figures(output), *OF_THE_MACHINE)

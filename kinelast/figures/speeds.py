@@ -13,9 +13,10 @@ import numpy as np
 from elastic import Deflection
 from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.entry import Figure, Measure, items_of, measures_of
 from kinelast.figures.limits import judged, kept, magnitudes
 from kinelast.figures.output import output_of
-from kinelast.figures.registry import Figure, Measure, figures_of, items_of, measures_of
+from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
 from kinelast.numbers import quantity
 from kinelast.scene.data import Scene

@@ -1,4 +1,4 @@
-"""What the links bear, and how fast they would vibrate, as figures."""
+"""Strength of the links, their natural frequencies, and friction in the joints, as figures."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from elastic.assessment import harmonics
 from kinelast.figures.figure import at_position, figure, largest
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import Results
+from rigid.friction import rubbing_joints, sliding_directions
 
 
 def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
@@ -82,3 +83,30 @@ def fastest_drive(results: Results) -> float:
     rates = np.abs(results.figures.rates).max(axis=0)
     turning = (rate for drive, rate in zip(results.mechanism.drives, rates.tolist(), strict=True) if drive.turns)
     return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))
+
+
+def friction_figures(results: Results) -> dict[str, Any] | None:
+    """Efforts and heat of friction in the joints; None where no joint has any."""
+    rubbing = rubbing_joints(results.mechanism)
+    if not rubbing:
+        return None
+    peaks, words = results.figures.peaks, results.joint_words
+    places = results.motion.places
+    units = ["N m" if places[number].turns else "N" for number, _ in rubbing]
+    return {
+        "joints": [
+            {"joint": words[number][0], "on": words[number][1], "effort": largest(results, peak, unit)}
+            for (number, _), peak, unit in zip(rubbing, peaks["friction_effort"], units, strict=True)
+        ],
+        "power": largest(results, peaks["friction_power"][0], "W"),
+        "feedback": figure(peaks["friction_feedback"][0].value, "1"),
+        "locked": results.figures.locked,
+        "resting": int(np.count_nonzero(resting(results))),
+    }
+
+
+def resting(results: Results) -> Any:
+    """Whether nothing slides in any joint with friction, though drives may hold it there, shape (positions,)."""
+    signs = sliding_directions(results.motion)
+    found = np.all([sign == 0.0 for sign in signs.values()], axis=0)
+    return found & ~results.singular

@@ -17,9 +17,8 @@ from elastic.beams.cross_sections import POISSON
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.figure import at_peak
-from kinelast.figures.friction import friction_figures
 from kinelast.figures.results import Results
-from kinelast.figures.strength import fastest_drive
+from kinelast.figures.strength import fastest_drive, friction_figures
 from kinelast.numbers import number, percent, quantity
 from rigid import Friction
 from rigid.names import counted

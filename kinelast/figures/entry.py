@@ -1,0 +1,183 @@
+"""What a figure is: of which items, how it is found and reduced, and how it is asked for by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic.largest import Largest, largest_row
+from kinelast.figures.cycle import Cycle, drive_words, joint_words, points_of
+from kinelast.scene.data import Scene
+from kinelast.scene.error import fault, likely
+from rigid.friction import rubbing_joints
+
+SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
+RUBBING, FRICTION = "joint with friction", "scene with friction"
+LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a machine.
+
+    Attributes
+    ----------
+    key
+        By which files name it, as in `[optimize]`; of an item `KEY.ITEM`.
+    name
+        What it is, in words.
+    unit
+        SI unit; of every item one where they differ.
+    of
+        Of which items there is one: the scene, or every beam, link, point, joint, drive; see `items_of`.
+    find
+        From a cycle to the largest values of the items over the positions, shape (items, ...).
+    over
+        How it is reduced over positions and items: `LARGEST`, `LEAST`, `MOST` or `FIXED`.
+    fields
+        Keys of the fields that it takes.
+    everywhere
+        Whether ill-conditioned positions count too.
+    told
+        Whether it stands in a design's row where none is asked for by name.
+    asked
+        Whether it is computed only where it is asked for by name.
+    error
+        From a cycle to how far the items' values may be off, in the figure's unit, shape (items, ...); None where that
+        is not known.
+    """
+
+    key: str
+    name: str
+    unit: str | Callable[[Scene], Sequence[str]]
+    of: str
+    find: Callable[[Cycle], Largest]
+    over: str = LARGEST
+    fields: tuple[str, ...] = ()
+    everywhere: bool = False
+    asked: bool = False
+    told: bool = False
+    error: Callable[[Cycle], Any] | None = None
+
+    def units(self, scene: Scene) -> list[str]:
+        """Of every item."""
+        if not isinstance(self.unit, str):
+            return [*self.unit(scene)]
+        return [self.unit] * len(items_of(scene, self.of))
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A figure of some items of a scene, or of all: a number for a design or a speed."""
+
+    name: str
+    unit: str
+    figure: Figure
+    items: tuple[int, ...] | None = None
+
+    def among(self, values: Any) -> Any:
+        """Its values among magnitudes of all items, shape (items, ...)."""
+        rows = values if self.items is None else values[[*self.items]]
+        return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
+
+    def of(self, cycle: Cycle) -> tuple[Any, Any]:
+        """Value, and a number that is the same for the same item and position, -1 of no position; shape (...)."""
+        known = cycle.of(self.figure)
+        count, items = len(known.value), self.items or range(len(known.value))
+        rows = known if len(items) == count else _picked(known, items)
+        best = largest_row(rows, self.figure.over == LEAST)
+        inner = np.take_along_axis(np.broadcast_to(rows.row, np.shape(rows.value)), best.row[None], 0)[0]
+        place = (inner * count + np.array(items)[best.row]) * cycle.columns[-1] + best.position
+        value = np.abs(best.value) if self.figure.over == LARGEST else best.value
+        shape = cycle.columns[:-1]
+        return np.broadcast_to(value, shape), np.broadcast_to(np.where(best.position < 0, -1, place), shape)
+
+
+def _picked(known: Largest, items: Sequence[int]) -> Largest:
+    shape, at = np.shape(known.value), [*items]
+    parts = (known.value, known.position, known.xi, known.row)
+    return Largest(*(np.broadcast_to(part, shape)[at] for part in parts))
+
+
+def items_of(scene: Scene, of: str) -> list[str]:
+    """Names of the items that a figure is of."""
+    mechanism = scene.mechanism
+    names: dict[str, Callable[[], Iterable[str]]] = {
+        SCENE: lambda: [""],
+        FRICTION: lambda: [""] * bool(rubbing_joints(mechanism)),
+        BEAM: lambda: scene.labels,
+        LINK: lambda: [link.name for link in mechanism.links[1:]],
+        POINT: lambda: [name for name, _ in points_of(mechanism)],
+        JOINT: lambda: [name for name, _ in joint_words(mechanism)],
+        RUBBING: lambda: [joint_words(mechanism)[number][0] for number, _ in rubbing_joints(mechanism)],
+        DRIVE: lambda: [name for name, *_ in drive_words(mechanism)],
+    }
+    return [*names[of]()]
+
+
+def sole(found: Largest) -> Largest:
+    """The largest of the one scene, as that of its only item."""
+    return Largest(*(np.asarray(each)[None] for each in (found.value, found.position, found.xi, found.row)))
+
+
+def whole(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of the scene from its values at every position."""
+    return lambda cycle: sole(cycle.largest(values(cycle)))
+
+
+def each(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of items from their values at every position."""
+    return lambda cycle: cycle.largest(cycle.rows(values(cycle)))
+
+
+def largest_of(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """The figure of the scene that is the largest of several rows of values at every position."""
+    return lambda cycle: sole(largest_row(cycle.largest(cycle.rows(values(cycle)))))
+
+
+def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """A figure of the scene that belongs to no position."""
+    return lambda cycle: sole(
+        Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
+    )
+
+
+def least(values: Any) -> Largest:
+    """Least over the positions, the last axis; nan where none is known."""
+    known = np.where(np.isnan(values), np.inf, values)
+    at = known.argmin(axis=-1)
+    value = np.take_along_axis(np.asarray(values), at[..., None], -1)[..., 0]
+    return Largest(value, np.where(np.isnan(value), -1, at)[()])
+
+
+def measures_of(scene: Scene, figures: Iterable[Figure]) -> dict[str, Measure]:
+    """Figures by name: of all items together, where these have one unit, and of every item."""
+    return {measure.name: measure for figure in figures for measure in _measures(scene, figure)}
+
+
+def _measures(scene: Scene, figure: Figure) -> Iterator[Measure]:
+    names, units = items_of(scene, figure.of), figure.units(scene)
+    if not names:
+        return
+    if len(set(units)) == 1 and (figure.of != DRIVE or len(names) == 1):
+        yield Measure(figure.key, units[0], figure)
+    for name in dict.fromkeys(name for name in names if name):
+        rows = tuple(number for number, each in enumerate(names) if each == name)
+        yield Measure(f"{figure.key}.{name}", units[rows[0]], figure, rows)
+
+
+def chosen(table: Mapping[str, Measure], names: Iterable[str | Figure]) -> list[Measure]:
+    """Figures by name; one that is none of the table stands for itself.
+
+    Raises
+    ------
+    SceneError
+        There is none of a name.
+    """
+    for name in names:
+        if isinstance(name, str) and name not in table:
+            raise fault("", "figures", f'there is no figure "{name}"{likely(name, table)}')
+    return [table[name] if isinstance(name, str) else Measure(name.key, str(name.unit), name) for name in names]
