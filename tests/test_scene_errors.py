@@ -36,6 +36,32 @@ GEAR = '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "rocker"}\nrati
 GEARED = edited(WHEEL, ("[[drives]]", MESH + "[[drives]]"), ("R =", "Q = [1, 0]\nR ="))
 
 
+STUDIED = f"""{FOUR_BAR}
+[tolerances]
+"sections.bar.depth" = {{plus_minus = "0.1 mm", distribution = "normal"}}
+"points.A.x" = "1 %"
+[sensitivities]
+figures = ["mass"]
+numbers = ["sections.bar.depth"]
+[sweep]
+method = "sobol"
+samples = 8
+smallest = "mass"
+[sweep.vary]
+"sections.bar.depth" = {{from = "3 mm", to = "9 mm"}}
+"sections.bar.width" = ["10 mm", "20 mm"]
+[optimize]
+minimize = "mass"
+[optimize.variables]
+"sections.bar.depth" = ["3 mm", "9 mm"]
+[optimize.limits]
+deflection = {{most = "1 mm"}}
+[optimize.path]
+point = "B"
+places = [[0.1, 0.2]]
+"""
+
+
 def add(text: str) -> tuple[str, str]:
     return "[run]", f"{text}\n[run]"
 
@@ -374,7 +400,7 @@ def test_the_message_names_file_table_key_and_problem():
         scene_from_text(edited(FOUR_BAR, ('speed = "100 rad/s"', "")), "mine", "mine.toml")
 
 
-@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED])
+@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED, STUDIED])
 def test_the_texts_are_right_before_they_are_spoilt(text):
     scene_motion(scene_from_text(text))
 
@@ -424,7 +450,7 @@ def test_lengths_that_never_assemble_are_told():
 
 JUNK = [0, -1, 1e300, float("inf"), float("nan"), "", "A", "ground", "rocker", "3 mm", "2 kg", [], {}, [1, 2], ["A", "B"], ["O"],
         [["A", "B"]], True, None, 10**40, {"A": [0, 0], "B": [1, 0]}, {"A": 1}, [{"a": 1}]]  # fmt: skip
-BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED)]
+BASES = [tomllib.loads(text) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN, YOKE, SWING, GEARED, STUDIED)]
 
 
 def branches(tree, path=()):
