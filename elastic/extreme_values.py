@@ -98,7 +98,7 @@ def _along_chain(deflection: Deflection, chain: Sequence[str], wanted: Sequence[
     needed = [chain.index(key) for key in ("phi" if key == "chord" else key for key in wanted) if key in chain[1:]]
     if not needed:
         return {}
-    turned = deflection.amplitudes.free is not None
+    turned = deflection.is_turned
     bare = not (deflection.compliance.strained or deflection.compliance.sheared or turned)
     greatest: dict[str, Extreme] = {}
     load = coefficients(deflection, chain[0])

@@ -108,6 +108,11 @@ class Deflection:
     N, V, M = _polynomials("N"), _polynomials("V"), _polynomials("M")
     u, w, phi = _polynomials("u"), _polynomials("w"), _polynomials("phi")
 
+    @property
+    def is_turned(self) -> bool:
+        """Whether section forces are those of turned sections: no field is then just the integral of another."""
+        return self.amplitudes.free is not None
+
     @cached_property
     def condition(self) -> Reals:
         """By how much round-off grows in the fields, shape (..., positions): errors are of this many eps.

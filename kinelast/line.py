@@ -65,7 +65,11 @@ def questions(figures: Mapping[str, Any]) -> list[str]:
 def _theory(figures: Mapping[str, Any]) -> list[str]:
     """The theory and how far it is off, and what further checks found."""
     theory, words = figures["theory"], []
-    if theory["error"] is not None:
+    if theory["reached"] is False:
+        largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)
+        off = "unknown" if theory["error"] is None else f"{percent(theory['error'])} reached: mostly {largest}"
+        words.append(f"{theory['name']}, {percent(theory['accuracy'])} asked, {off}")
+    elif theory["error"] is not None:
         words.append(f"{theory['name']}, about {percent(theory['error'])} off")
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
         if figures[key] and "problem" in figures[key]:

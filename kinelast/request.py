@@ -58,7 +58,7 @@ class Request:
         default=(),
     )
     theory: str | None = option(
-        SCENE, "of motion, instead of the scene's own", choices=("quasi-static", "elastodynamic")
+        SCENE, "of motion, instead of the scene's own", choices=("quasi-static", "elastodynamic", "geometrically-exact")
     )
     accuracy: float | None = option(
         SCENE,

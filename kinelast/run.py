@@ -250,7 +250,10 @@ def _drawings(
 
 
 def _differs(figures: Mapping[str, Any]) -> bool:
-    """Whether a check failed, cannot be made or called, or a limit of the scene is not kept."""
+    """Whether a check failed, cannot be made or called, or a limit is not kept, or an accuracy not reached."""
     checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check", "acceptance")]
     made = [check for check in checks if check is not None]
-    return any(check.get("passed") is False or check.get("problem") or check.get("too_near_to_call") for check in made)
+    failed = any(
+        check.get("passed") is False or check.get("problem") or check.get("too_near_to_call") for check in made
+    )
+    return failed or figures.get("theory", {}).get("reached") is False

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from elastic.arrays import PerBeam
-from elastic.beams.polynomials import evaluate, zeros_of
+from elastic.beams.polynomials import evaluate, turning_points, zeros_of
 from elastic.beams.section import Section
 from elastic.derived import coefficients
 from elastic.solution import Deflection
@@ -20,7 +20,7 @@ POINTS = 64  # of Gauss' quadrature, and at which a taper is looked at
 def least_axial_force(deflection: Deflection) -> PerBeam:
     """Smallest axial force along every beam [N], negative in compression, shape (beams, ..., positions). Exact."""
     N = deflection.N
-    turning = zeros_of(coefficients(deflection, "q_x"))
+    turning = turning_points(N) if deflection.is_turned else zeros_of(coefficients(deflection, "q_x"))
     rows = np.min([evaluate(N, xi) + 0.0 * N.sum(0) for xi in (0.0, 1.0, *turning)], axis=0)
     least = np.full((len(deflection.sections), *rows.shape[1:]), np.inf)
     for row, beam in zip(rows, deflection.division.beam, strict=True):

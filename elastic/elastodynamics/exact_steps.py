@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,16 @@ from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
+from elastic.elastodynamics.second_order import chord_of
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
+from elastic.sampling import reference_deflection
 from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
 
 STEPS = 30
+BEAMS = 10.0  # times the tolerance that the deflection of a single beam may be off
+STATIONS = 21
 MIXED = 5  # steps before, of which the next is mixed
 TINY = float(np.finfo(float).tiny)
 LOST = 10.0  # times the least change, beyond which steps lead nowhere
@@ -56,9 +61,27 @@ class Settled:
         greatest = np.abs(self.displaced.moved.beams).max(initial=TINY)
         return float(np.abs(self.change).max(initial=0.0) / greatest)
 
+    @cached_property
+    def worst(self) -> float:
+        """The change of the deflection from the chord, of the largest of the beam for which that is most."""
+        linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
+        both = (self.displaced.moved.beams[1:, ..., 0], self.change)
+        chord, change = (np.abs(chord_of(linear, each, stations)).max(axis=(1, 2), initial=0.0) for each in both)
+        return float((change / np.maximum(reference_deflection(chord), TINY)).max(initial=0.0))
 
-def settled_links(linear: Vibration, tolerance: float) -> Settled:
-    """Links displaced by any amount; their `share` is above the tolerance where steps do not get there.
+    @property
+    def open(self) -> float:
+        """How far from settled it may be: a beam that bends little may be less so."""
+        return max(self.share, self.worst / BEAMS)
+
+
+def settled_links(linear: Vibration, tolerance: float, fastest: float) -> Settled:
+    """Links displaced by any amount; they are open by more than the tolerance where steps do not get there.
+
+    Parameters
+    ----------
+    fastest
+        Angular frequency [rad/s] up to which accelerations of what the linear coordinates do not follow are taken.
 
     Raises
     ------
@@ -70,12 +93,12 @@ def settled_links(linear: Vibration, tolerance: float) -> Settled:
     before: list[Settled] = []
     best: Settled | None = None
     for count in range(1, STEPS + 1):
-        after = _step(now)
+        after = _step(now, fastest)
         found = Settled(after, (after.moved.beams - now.moved.beams)[1:, ..., 0], count)
-        if best and not found.share < LOST * best.share:
+        if best and not found.open < LOST * best.open:
             break
-        best = found if best is None or found.share < best.share else best
-        if best.share <= tolerance:
+        best = found if best is None or found.open < best.open else best
+        if best.open <= tolerance:
             break
         before = [*before[-MIXED:], found]
         now = _mixed(before)
@@ -123,7 +146,7 @@ def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes]:
     return N - 1j * V, np.array(joints, complex).reshape(len(joints), -1).T
 
 
-def _step(now: Displaced) -> Displaced:
+def _step(now: Displaced, fastest: float) -> Displaced:
     """Displaced links under their exact loads, with the vibration that this change makes in the linear equations."""
     linear = now.vibration
     terms = linear.problem.terms
@@ -142,7 +165,7 @@ def _step(now: Displaced) -> Displaced:
     push = (strains.swapaxes(-1, -2) @ more[..., None])[..., 0]
     static: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
     change = displacements_of(linear, bent) - now.moved
-    rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid)
+    rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid, fastest)
     moving = linear.under(push[1:] + inertia_load(linear, rest))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
     return Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)

@@ -288,6 +288,13 @@ class Discretization:
         assert self.model.cycle is not None
         return reduced_basis(self.model.cycle, self.modes, self.besides)
 
+    @property
+    def left_out(self) -> float:
+        """Lowest natural frequency of which the mode is not let vibrate by itself [rad/s]."""
+        assert self.model.cycle is not None
+        values = self.model.cycle.values[self.modes :]
+        return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
+
     def finer(self, error: float) -> Discretization | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does."""
         stalled = error > self.before / 2

@@ -143,10 +143,20 @@ class Grid:
         share: Reals = last * fall / greatest
         return share
 
-    def smoothed(self, values: Numbers) -> Numbers:
-        """Values at all points without the highest order of the Legendre series of every element."""
+    def smoothed(self, values: Numbers, fastest: float) -> Numbers:
+        """Values at all points without the orders of every element's Legendre series that change faster than allowed.
+
+        Parameters
+        ----------
+        fastest
+            Angular frequency that second derivatives may come up to [rad/s]; that of order k has a mean of some
+            (0.7 k^2/h)^2. The highest order of all is left out in any case.
+        """
         elements = values.reshape(len(self.steps), self.stages, -1)
-        return (_without_highest(self.stages) @ elements).reshape(values.shape)
+        highest = np.minimum(np.sqrt(fastest * self.steps / 0.7), self.stages - 2).astype(int)
+        kept = _up_to(self.stages)[highest]
+        smooth: Numbers = (kept @ elements).reshape(values.shape)
+        return smooth
 
     def divided(self, parts: Integers) -> Grid:
         """With every element in so many equal parts, shape (elements,)."""
@@ -169,9 +179,10 @@ def _spectrum(stages: int) -> Reals:
 
 
 @lru_cache(maxsize=8)
-def _without_highest(stages: int) -> Reals:
-    kept = np.diag((np.arange(stages) < stages - 1).astype(float))
-    return _values(scheme(stages).points, np.eye(stages)) @ kept @ _spectrum(stages)
+def _up_to(stages: int) -> Reals:
+    """Per order, from values at the points to those of the series up to that order, shape (stages, stages, stages)."""
+    kept = np.tri(stages)[:, :, None] * _spectrum(stages)
+    return _values(scheme(stages).points, np.eye(stages)) @ kept
 
 
 @lru_cache(maxsize=8)

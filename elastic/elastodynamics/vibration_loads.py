@@ -61,10 +61,13 @@ class ResidualResponse:
     def __add__(self, other: ResidualResponse) -> ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
-    def smoothed(self, grid: Grid) -> ResidualResponse:
-        """Without the highest order in time of every element, the acceleration of which would not be resolved."""
-        moved = (grid.at_nodes(grid.smoothed(part[1:])) for part in vars(self.moved).values())
-        return ResidualResponse(Displacements(*moved), grid.at_nodes(grid.smoothed(self.forces[1:])))
+    def smoothed(self, grid: Grid, fastest: float) -> ResidualResponse:
+        """The same without what changes faster in time than an angular frequency, as of `Grid.smoothed`."""
+
+        def slow(values: Numbers) -> Numbers:
+            return grid.at_nodes(grid.smoothed(values[1:], fastest))
+
+        return ResidualResponse(Displacements(*map(slow, vars(self.moved).values())), slow(self.forces))
 
     def viscous(self, found: Problem) -> Reals:
         """Rates of the forces at the points, times beta, shape (points, rows)."""

@@ -17,7 +17,7 @@ from kinelast.figures.cycle import Cycle, drive_words, joint_words
 from kinelast.figures.divided_links import divided_links
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
-from kinelast.scene.data import ELASTODYNAMIC, Scene
+from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals
 
@@ -63,7 +63,7 @@ class Results:
     @property
     def vibrates(self) -> bool:
         """Whether the answer is that of vibrating links."""
-        return self.answer is not None and self.answer.theory == ELASTODYNAMIC
+        return self.answer is not None and self.answer.theory != QUASI_STATIC
 
     @property
     def quasi_static(self) -> Deflection:

@@ -111,7 +111,14 @@ def theory_figures(results: Results) -> dict[str, Any]:
     """The theory that was taken, and what its answer may be off by, as shares; what is not known is null."""
     answer = results.answer
     if answer is None:
-        return {"name": QUASI_STATIC, "error": None, "errors": {}, "without_vibration": None, "accuracy": None}
+        return {
+            "name": QUASI_STATIC,
+            "error": None,
+            "errors": {},
+            "without_vibration": None,
+            "accuracy": None,
+            "reached": None,
+        }
 
     def known(share: float) -> float | None:
         return share if math.isfinite(share) else None
@@ -122,6 +129,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
         "errors": {name: known(share) for name, share in answer.errors.items()},
         "without_vibration": known(answer.missed),
         "accuracy": answer.accuracy,
+        "reached": answer.accurate,
         **({} if answer.vibrating is None else _vibrating(answer.vibrating)),
     }
 

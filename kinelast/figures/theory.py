@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +14,13 @@ from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
+    TheoryError,
     elastodynamic,
+    geometrically_exact,
     theory_error,
     transient,
 )
-from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC, Scene, Theory
+from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.threads import one_thread
 from rigid import MechanismError, Motion
@@ -26,7 +28,9 @@ from rigid import MechanismError, Motion
 ACCURACY = 0.05  # where none is asked for
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
 SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: the worst beam may bend a hundredth of the largest
-BESIDES = 0.1  # of the accuracy: vibration that is not worth answering where others hold the accuracy back
+FINE = 0.02  # of the accuracy, that being finer than the tolerance
+LEFT = ("beam theory", "round-off")  # parts that no theory of motion changes
+BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 STATIONS = 21  # along a beam, at which deflections are looked at
@@ -39,7 +43,7 @@ class Answer:
     Attributes
     ----------
     theory
-        "quasi-static" or "elastodynamic".
+        "quasi-static", "elastodynamic" or "geometrically-exact".
     deflection, quasi_static
         The answer, and that of links that do not vibrate.
     vibrating
@@ -91,31 +95,66 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     Raises
     ------
     SceneError
-        Vibration is asked for by name and cannot be answered: a singular position, a block that leaves its beam.
+        What is asked for by name cannot be answered: a singular position, a block that leaves its beam, a gear.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
-    by_name = theory.name == ELASTODYNAMIC
-    if not by_name and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
+    named = theory.name is not None
+    if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
         return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
+    tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted)
     try:
-        found = _vibrating(scene, plain.motion, period, TOLERANCE if by_name else max(TOLERANCE, SETTLED * wanted))
-        if not by_name and found.time_error + found.reduction_error > wanted:
+        linear = _vibrating(scene, plain.motion, period, tolerance)
+        if not named and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             raise SceneError(scene.path, "run", "theory", "vibration cannot be answered: it is too fine to be resolved")
     except SceneError as error:
-        if by_name:
+        if named:
             raise
         return _unknown(plain, theory, error.problem)
-    off = theory_error(found)
+    rungs: list[Answer] = []
+    for rung in _rungs(scene, plain, linear, theory, tolerance):
+        if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
+            return rung
+        rungs.append(rung)
+    return min(reversed(rungs), key=lambda rung: rung.error)
+
+
+def _rungs(
+    scene: Scene, plain: Deflection, linear: Elastodynamic, theory: Theory, tolerance: float
+) -> Iterator[Answer]:
+    """The answers of all theories, from the cheapest to the finest.
+
+    Raises
+    ------
+    SceneError
+        Large displacement is asked for by name and cannot be answered: a gear, a slider along a link that bends.
+    """
+    off = theory_error(linear)
     missed = float(off.history.max(initial=0.0))
     missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
-    others = {"large displacement": off.large_displacement, **_others(plain)}
-    left = wanted - math.fsum(others.values())
-    enough = missed <= max(left, BESIDES * wanted) or not found.stable
-    if only_told or (enough and not by_name):
-        return Answer(QUASI_STATIC, plain, plain, found, {"vibration": missed, **others}, theory.accuracy, missed)
-    others = {"large displacement": off.large_displacement, **_others(found.deflection)}
-    errors = {**others, "time": found.time_error + found.reduction_error}
-    return Answer(ELASTODYNAMIC, found.deflection, plain, found, errors, theory.accuracy, missed)
+    of_plain = {"vibration": missed, "large displacement": off.large_displacement, **_others(plain)}
+    yield Answer(QUASI_STATIC, plain, plain, linear, of_plain, theory.accuracy, missed)
+    yield _vibrating_answer(ELASTODYNAMIC, linear, off, theory)
+    try:
+        exact = geometrically_exact(linear, tolerance)
+    except MechanismError as error:
+        if theory.name == GEOMETRICALLY_EXACT:
+            raise SceneError(scene.path, "run", "theory", f"large displacement cannot be answered: {error}") from None
+    else:
+        yield _vibrating_answer(GEOMETRICALLY_EXACT, exact, theory_error(exact), theory)
+
+
+def _vibrating_answer(name: str, found: Elastodynamic, off: TheoryError, theory: Theory) -> Answer:
+    large, settled = off.large_displacement, found.time_error + found.reduction_error
+    errors = {"large displacement": large, **_others(found.deflection), "time": settled}
+    missed = float(off.history.max(initial=0.0))
+    missed = math.inf if math.isnan(missed) else missed
+    return Answer(name, found.deflection, found.quasi_static, found, errors, theory.accuracy, missed)
+
+
+def _enough(rung: Answer, wanted: float) -> bool:
+    """Whether a finer theory would not help: the accuracy is reached, or what it could take away is small beside it."""
+    left = math.fsum(share for name, share in rung.errors.items() if name in LEFT)
+    return rung.error - left <= max(wanted - left, BESIDES * wanted)
 
 
 def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:

@@ -20,6 +20,7 @@ from kinelast.figures.figure import at_peak
 from kinelast.figures.results import Results
 from kinelast.figures.strength import fastest_drive, friction_figures
 from kinelast.numbers import number, percent, quantity
+from kinelast.scene.data import GEOMETRICALLY_EXACT
 from rigid import Friction
 from rigid.names import counted
 
@@ -38,6 +39,10 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "E": (1e6, 2e12, "Pa", '"210 GPa"'),
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
+}
+NEARER = {
+    "beam theory": "what is left is no beam's, see --check solid",
+    "large displacement": "--check nonlinear has an answer that comes nearer",
 }
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
@@ -213,12 +218,18 @@ def _theory(results: Results) -> Iterator[Finding]:
     if math.isnan(answer.missed):
         how = f"Quasi-static: {answer.unanswered}."
     if results.vibrates:
-        how = f"Elastodynamic: the links vibrate{damping}, and feel the axial forces of the motion. Without vibration"
-        how += f" the answer would be {percent(answer.missed)} off."
+        felt = "feel the axial forces of the motion"
+        if answer.theory == GEOMETRICALLY_EXACT:
+            felt = "are displaced by any amount; N, V, M and stresses hold what damping adds"
+        how = f"{answer.theory.capitalize()}: the links vibrate{damping}, and {felt}. Without vibration"
+        how += f" and large displacement the answer would be {percent(answer.missed)} off."
     off = "How far off is not known" if math.isnan(answer.error) else f"About {percent(answer.error)} off the truth"
     text = f"{how} {off}: {parts}."
     if answer.accurate is False:
-        text += f" {percent(answer.accuracy or 0.0)} were asked for: --check nonlinear has an answer that comes nearer."
+        largest = max(answer.errors, key=lambda name: answer.errors[name])
+        text += (
+            f" {percent(answer.accuracy or 0.0)} were asked for: {NEARER.get(largest, 'no theory here comes nearer')}."
+        )
     limit = LIMITS["vibration"]
     level = POOR if limit.far_passed(answer.error) else CAUTION if limit.passed(answer.error) else GOOD
     if level == GOOD and answer.accurate is False:
@@ -366,6 +377,8 @@ def left_out(results: Results) -> list[str]:
     others = ["large displacements", "the axial force's part in bending", play, "fatigue"]
     if results.vibrates:
         others.remove("the axial force's part in bending")
+    if results.answer and results.answer.theory == GEOMETRICALLY_EXACT:
+        others.remove("large displacements")
     return [
         *([] if results.vibrates else ["vibration of the links"]),
         *(["shear deformation"] if stiff else []),

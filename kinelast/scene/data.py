@@ -13,7 +13,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.limits import Limit, Output
 from rigid import Mechanism
 
-QUASI_STATIC, ELASTODYNAMIC = "quasi-static", "elastodynamic"
+QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Theory:
     Attributes
     ----------
     name
-        "quasi-static" or "elastodynamic"; None where the accuracy chooses.
+        "quasi-static", "elastodynamic" or "geometrically-exact"; None where the accuracy chooses.
     accuracy
         How far the answer may be off, as a share; None where nothing is asked for, which is 5 %.
     damping_ratio
@@ -45,7 +45,7 @@ class Theory:
     @property
     def demanded(self) -> bool:
         """Whether vibration is asked for, by name or by an accuracy."""
-        return self.name == ELASTODYNAMIC or self.accuracy is not None
+        return self.name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT) or self.accuracy is not None
 
 
 @dataclass(frozen=True)

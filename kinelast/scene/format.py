@@ -95,7 +95,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     duration: Duration | None = None
     gravity: tuple[Acceleration, Acceleration] | None = None
     beams: Literal["euler-bernoulli", "timoshenko"] | None = None
-    theory: Literal["quasi-static", "elastodynamic"] | None = None
+    theory: Literal["quasi-static", "elastodynamic", "geometrically-exact"] | None = None
     accuracy: Share | None = None
     damping_ratio: Annotated[float, Meta(gt=0, lt=1)] | None = None
     tolerance: Annotated[float, Meta(gt=0, le=1e-3)] = 1e-10

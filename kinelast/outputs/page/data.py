@@ -57,7 +57,8 @@ def field_coefficients(results: Results) -> dict[str, Any]:
     """
     bent = results.deflection
     sheared = any(np.isfinite(section.kGA) for section in bent.sections)
-    others = [field for field in FOLLOWING if not bent.division.whole or (field == "phi" and sheared)]
+    none_follows = bent.is_turned or not bent.division.whole
+    others = [field for field in FOLLOWING if none_follows or (field == "phi" and sheared)]
     made = [key for key, field in FIELDS.items() if not field.greatest_of and not field.root_of]
     others += [key for key in made if key not in (*STORED, *FOLLOWING, *EVALUATED)]
     return {field: coefficients(bent, field) for field in (*STORED, *others)}

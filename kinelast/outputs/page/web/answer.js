@@ -108,7 +108,7 @@ function contributions() {
   if (!output?.shares?.length || !output.value) return null;
   const ranked = [...output.shares].sort((a, b) => Math.abs(b.value) - Math.abs(a.value)), rows = ranked.filter((each) => Math.abs(each.value) > 1e-6 * Math.abs(output.value)), idle = ranked.filter((each) => !rows.includes(each));
   const most = Math.max(...rows.map((each) => Math.abs(each.value)), 1e-300);
-  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft(`At the instant where it is largest${summary.theory.name === "elastodynamic" ? ", under the forces there, those of the vibration among them" : ""}: what every link's own giving way adds; together they are the whole. A negative part makes up for others.`),
+  return h("div", { class: "shares" }, h("h3", {}, "Who causes the error of the output"), soft(`At the instant where it is largest${summary.theory.name !== "quasi-static" ? ", under the forces there, those of the vibration among them" : ""}: what every link's own giving way adds; together they are the whole. A negative part makes up for others.`),
     h("ul", {}, rows.map((each) => h("li", {}, h("span", {}, each.link), h("span", { class: "strip", "aria-hidden": "true" }, h("i", { style: `width:${(100 * Math.abs(each.value)) / most}%`, class: each.value * output.value < 0 ? "less" : "" })), h("span", {}, `${figureAngle(each, 3)} (${number((100 * each.value) / output.value, 3)} %)`)))), idle.length ? soft(`Nothing by ${idle.map((each) => each.link).join(", ")}.`) : null);
 }
 
