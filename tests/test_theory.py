@@ -21,7 +21,7 @@ from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
 from kinelast.figures.speeds import speeds
 from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.request import Request
-from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
+from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
@@ -109,6 +109,42 @@ def test_the_cheapest_theory_that_is_near_enough():
     assert slow.accurate
     assert rough.accurate
     assert fast.missed > 0.05
+
+
+def test_a_finer_accuracy_never_takes_a_cheaper_theory_or_a_worse_answer():
+    """Vibration 9 %, large displacement 0.4 %, shear and moments at the ends 0.3 %: what is asked in turn."""
+    scene = scene_at(FAST)
+    found = [computed(scene, Request(accuracy=share)).answer for share in (0.6, 0.05, 0.005, 0.0005)]
+    rungs = (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT)
+    taken = [rungs.index(answer.theory) for answer in found]
+    assert taken == [0, 1, 2, 2]
+    errors = [answer.error for answer in found]
+    assert errors == sorted(errors, reverse=True)
+    assert [answer.accurate for answer in found] == [True, True, True, False]  # it is no beam to 0.05 %
+    assert found[-1].errors["large displacement"] + found[-1].errors["time"] < 0.0005
+
+
+def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):
+    (tmp_path / "bars.toml").write_text(edited(FOUR_BAR, ("positions = 36", 'positions = 24\naccuracy = "0.01 %"')))
+    assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path / "out")]) == 1
+    words = capsys.readouterr().out
+    assert "geometrically-exact, 0.01 % asked, 0.4" in words
+    assert "reached: mostly beam theory" in words
+    summary = json.loads((tmp_path / "out" / "bars" / "summary.json").read_text())
+    assert summary["theory"]["reached"] is False
+    assert "large displacements" not in summary["not_computed"]
+    assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path / "out"), "--accuracy", "1 %"]) == 0
+
+
+def test_the_theory_by_name():
+    """Peaks of the steel four-bar at its 100 rad/s, 4 % from those of small displacements."""
+    found = computed(scene_at("100 rad/s"), Request(theory=GEOMETRICALLY_EXACT))
+    assert found.answer.theory == GEOMETRICALLY_EXACT
+    assert found.answer.vibrating.exact.steps > 1
+    assert any("displaced by any amount" in finding.text for finding in findings(found))
+    geared = read_scene(shipped_scenes()["flapping_wing"])
+    with pytest.raises(SceneError, match='large displacement cannot be answered: the gear of "a"'):
+        computed(geared, Request(theory=GEOMETRICALLY_EXACT, positions=12))
 
 
 def test_round_off_where_nothing_bends_is_no_reason_to_let_links_vibrate():

@@ -62,7 +62,7 @@ class ResidualResponse:
         return ResidualResponse(self.moved + other.moved, self.forces + other.forces)
 
     def smoothed(self, grid: Grid, fastest: float) -> ResidualResponse:
-        """The same without what changes faster in time than an angular frequency, as of `Grid.smoothed`."""
+        """The same without changes in time faster than an angular frequency, as of `Grid.smoothed`."""
 
         def slow(values: Numbers) -> Numbers:
             return grid.at_nodes(grid.smoothed(values[1:], fastest))
