@@ -1,4 +1,4 @@
-"""What ends a sweep, and what is left of it: 200,000 four-bars, killed ten times, on a full disk, with lost workers.
+"""Ends of a sweep and faults of its files: 200,000 four-bars, killed, on a full disk, with lost workers, edited.
 
 `python benchmarks/sweep_faults.py [COUNT]`. Every one goes on in the end and must come to the bytes of the undisturbed
 one. The small disk is a memory file system of some MB, where this process may mount one.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,10 +22,11 @@ from typing import Any
 import measuring
 from sweeping import CHUNK, four_bars, identity, tree
 
+from kinelast.progress import Progress
 from kinelast.request import RequestError
 from kinelast.sweep.running import run_plan
 
-COUNT, KILLS, JOBS = 200_000, 10, 2
+COUNT, KILLS, JOBS, FLIPS = 200_000, 10, 2, 17
 FIGURES = ("deflection", "mass")
 SMALL_DISK = 0.4  # of what the store takes
 
@@ -110,6 +112,68 @@ def worker_killed(case: Case) -> str:
     return f"killed with {' and '.join(deaths)}"
 
 
+def edited(case: Case, whole: Path, fault: Callable[[Path, bytes], None]) -> str:
+    """A finished store with a fault in one of its files, gone on with: it must be noticed and mended."""
+    shutil.copytree(whole, case.folder)
+    files = sorted(case.folder.glob("designs.*/[0-9]*")) or [case.folder / "designs.csv"]
+    path = random.Random(repr(fault)).choice(files[:-1] or files)
+    fault(path, path.read_bytes())
+    heard = Heard()
+    try:
+        case.run(progress=heard)
+    except RequestError as error:
+        heard.tell(str(error))
+        for stray in case.folder.glob("designs.*/[0-9]*77.*"):
+            stray.unlink()
+    assert heard.sentences, "nothing was said"
+    return heard.sentences[0].replace(str(case.folder), "...")
+
+
+class Heard(Progress):
+    """Sentences that were said."""
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+
+    def tell(self, sentence: str) -> None:
+        """Note a sentence."""
+        self.sentences.append(sentence)
+
+
+def _cut(path: Path, content: bytes) -> None:
+    path.write_bytes(content[: len(content) // 2])
+
+
+def _empty(path: Path, _: bytes) -> None:
+    path.write_bytes(b"")
+
+
+def _gone(path: Path, _: bytes) -> None:
+    path.unlink()
+
+
+def _longer(path: Path, content: bytes) -> None:
+    path.write_bytes(content + content[-40:])
+
+
+def _swapped(path: Path, content: bytes) -> None:
+    other = path.with_name(f"{int(path.stem) + 1:010}{path.suffix}")
+    path.write_bytes(other.read_bytes())
+    other.write_bytes(content)
+
+
+def _foreign(path: Path, content: bytes) -> None:
+    path.with_name(f"0000009977{path.suffix}").write_bytes(content)
+
+
+def _flip(at: float) -> Callable[[Path, bytes], None]:
+    def fault(path: Path, content: bytes) -> None:
+        place = int(at * (len(content) - 1))
+        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+
+    return fault
+
+
 def _workers(parent: int) -> list[int]:
     """Processes that a process has started to compute."""
     found = []
@@ -163,6 +227,17 @@ def main() -> None:
             "a process killed, twice": worker_killed,
             "dask, a worker killed": on_dask,
         }
+        faults: dict[str, Callable[[Path, bytes], None]] = {
+            "cut in half": _cut,
+            "emptied": _empty,
+            "gone": _gone,
+            "longer": _longer,
+            "two chunks swapped": _swapped,
+            "a foreign chunk": _foreign,
+        }
+        faults |= {f"a bit flipped at {at / (FLIPS - 1):.0%}": _flip(at / (FLIPS - 1)) for at in range(FLIPS)}
+        for what, fault in faults.items():
+            cases[what] = lambda case, fault=fault: edited(case, whole.folder, fault)
         for number, (what, run) in enumerate(cases.items()):
             print(what, flush=True)
             case, start = Case(Path(top) / str(number), count), time.perf_counter()
