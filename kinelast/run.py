@@ -77,9 +77,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
             advice = "the quasi-static answer takes any"
             raise RequestError(f"vibration and further checks take no more than {SHOWN} positions; {advice}")
         if request.tables:
-            raise RequestError(
-                f"--tables: of more than {SHOWN} positions there is CSV alone, which is written on the way"
-            )
+            raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
             figures = _finish(part, document, _long(part, scene, request, progress), made, request, progress)
     else:
