@@ -1,7 +1,10 @@
 """Claim: links that are welded together are one link, and a weld bears what the section there does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from mechanisms import six_bar, triad
 
 from elastic import PRIMARY, JointCompliance, Section, deflection, sample
 from elastic.elastodynamics import elastodynamic
@@ -16,7 +19,7 @@ from kinelast.scene.motion import scene_motion
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
 from rigid.decomposition import assur_groups
-from rigid.dynamics import multiplier_forces
+from rigid.dynamics import Effort, forward, motion_during, multiplier_forces
 from rigid.joints import WeldJoint
 from rigid.topology import bar_graph, mechanism_mobility, mobility_count
 
@@ -408,3 +411,47 @@ def test_groups_of_welded_links_are_named():
     assert int(mechanism_mobility(ring).mobility) == 1
     bodies = bar_graph(FOUR_BARS["welded"]).branches
     assert [(bar.start, bar.end) for bar in bodies] == [("O", "D"), ("O", "A"), ("A", "B"), ("D", "B")]
+
+
+def cut_in_two(mechanism, name):
+    """A mechanism with the last beam of a link as a link of its own, the last one, that is welded to the rest."""
+    link = mechanism.links[mechanism.index[name]]
+    last = link.beams[-1]
+    rest = {point for beam in link.beams[:-1] for point in (beam.start, beam.end)}
+    at, tip = (last.start, last.end) if last.start in rest else (last.end, last.start)
+    own = placed_in(TURN, link.points[at], **{at: link.points[at], tip: link.points[tip]})
+    lumps = tuple(replace(lump, offset=lump.offset / TURN) for lump in link.lumps if lump.point == tip)
+    parts = (
+        replace(
+            link,
+            points={point: place for point, place in link.points.items() if point != tip},
+            beams=link.beams[:-1],
+            lumps=tuple(lump for lump in link.lumps if lump.point != tip),
+        ),
+        Link("cut off", own, (last,), lumps),
+    )
+    links = (*(parts[0] if each is link else each for each in mechanism.links), parts[1])
+    return Mechanism(
+        links, mechanism.drives, mechanism.drawing, gravity=mechanism.gravity, welds=(Weld(at, "cut off", name, TURN),)
+    )
+
+
+@pytest.mark.parametrize(("make", "name"), [(six_bar, "coupler"), (triad, "plate")])
+def test_larger_mechanisms_with_a_link_cut_in_two(make, name):
+    case = make()
+    whole = replace(case.mechanism, loads=(), friction={})
+    cut = cut_in_two(whole, name)
+    ends = [[(beam.start, beam.end) for _, beam in each.beams] for each in (whole, cut)]
+    order = [ends[1].index(pair) for pair in ends[0]]
+    sections = [case.sections[ends[0].index(pair)] for pair in ends[1]]
+    expected = deflection(motion(whole, case.drive, case.rate, case.rate2), case.sections)
+    bent = deflection(motion(cut, case.drive, case.rate, case.rate2), sections)
+    for field in PRIMARY:
+        assert near(sample(bent, field, STATIONS)[order], sample(expected, field, STATIONS))
+
+
+def test_a_motion_under_a_motors_moment():
+    def course(mechanism):
+        return motion_during(forward(mechanism, [Effort(0.5)], np.pi / 2, 0.0, 0.2), np.linspace(0, 0.2, 5)).drive
+
+    assert near(course(FOUR_BARS["welded"]), course(four_bar(WHOLE)), 1e-9)

@@ -191,7 +191,7 @@ def build_welds(scene: SceneTable, links: Mapping[str, Link], places: Points) ->
 def _welds(point: str, table: WeldTable, links: Mapping[str, Link], places: Points) -> Iterator[Weld]:
     """The links at a point, each welded to the first of them."""
     where = f"welds.{point}"
-    known_name("welds", point, point, {name for link in links.values() for name in link.points}, "point")
+    known_name("welds", point, point, sorted({name for link in links.values() for name in link.points}), "point")
     names = table.links or [name for name, link in links.items() if point in link.points]
     for name in names:
         known_name(where, "links", name, links)
