@@ -107,7 +107,7 @@ def _near(stretch: Stretch, time: Reals) -> dict[int, Reals]:
 
 
 def _drive_columns(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals) -> tuple[Reals, Reals, Reals]:
-    """Coordinates, rates and, of those with a law, accelerations of what leads, each of shape (drives, positions)."""
+    """Coordinates, rates and, of those with a law, accelerations of the leading joints, (drives, positions)."""
     free = [number for number, drive in enumerate(drives) if isinstance(drive, Effort)]
     state = stretch.state(time)
     drive, rate, rate2 = (np.zeros((len(drives), len(time))) for _ in range(3))
