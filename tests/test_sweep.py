@@ -13,7 +13,7 @@ import pytest
 from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.compute import computed
-from kinelast.designs import evaluate, with_value
+from kinelast.designs import evaluate, read_value, with_value
 from kinelast.designs.plan import plan_of
 from kinelast.request import Request
 from kinelast.scene.text import file_text, toml_tables
@@ -144,6 +144,7 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
 
     assert swept(tmp_path, SWEEP, "--design", best[0]) == 0
     one = toml_tables(file_text(tmp_path / "out" / "bars_design_10.toml"), "")
+    assert read_value(one, DEPTH, one["sections"]["bar"]["depth"]) == float(best[1])
     results = computed(scene_from_dict(one), Request(theory="quasi-static"))
     assert abs(results.figures.of_field("w")[2].value) == pytest.approx(float(best[4]), rel=1e-11)
     assert swept(tmp_path, SWEEP, "--design", "12") == 2
