@@ -1,4 +1,4 @@
-"""What the terminal says of a scene: the gist of its figures in one line, and what is asked about them."""
+"""Lines of the terminal on a scene: a headline of its figures, and questions about them."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ def _exceeded(row: Mapping[str, Any]) -> str:
 
 
 def questions(figures: Mapping[str, Any]) -> list[str]:
-    """What is asked about the scene's inputs: most likely slips of a unit."""
+    """Questions about the scene's inputs: most likely slips of a unit."""
     return [finding["text"] for finding in figures["trust"] if finding["heading"] == INPUTS]
 
 
 def _theory(figures: Mapping[str, Any]) -> list[str]:
-    """The theory and how far it is off, and what further checks found."""
+    """The theory and how far it is off, and results of further checks."""
     theory, words = figures["theory"], []
     if theory["reached"] is False:
         largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)

@@ -19,7 +19,7 @@ class OptionError(ValueError):
 
 @dataclass(frozen=True)
 class Option:
-    """What the command line knows of a field.
+    """An option of the command line, as metadata of its field.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ def colour(text: str) -> str:
 
 
 def shown(text: str) -> tuple[str, ...]:
-    """What is shown in a picture besides the mechanism."""
+    """Names of the things shown in a picture besides the mechanism."""
     from animations import SHOWN
 
     words = () if text.strip() == "none" else names(text)

@@ -1,4 +1,4 @@
-"""A scene that is to be computed, and how that went: whatever goes wrong with it does not take the others with it."""
+"""A task and its outcome: a fault of a scene does not take the others with it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TO_INSTALL = {  # by the name that is imported, where that is not what is instal
 
 @dataclass(frozen=True)
 class Task:
-    """A scene's file, the folder for its results, and what the two are called."""
+    """A scene's file, the folder for its results, and the name of both in messages."""
 
     path: Path
     folder: Path
@@ -55,7 +55,7 @@ class Outcome:
 
 
 def attempted(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
-    """The outcome of a scene's work, or of what it raises.
+    """The outcome of a scene's work, or of the exception that it raises.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def attempted(name: str, work: Callable[[], Outcome], fewer: str = "positions", 
 
 
 def missing_package(error: BaseException) -> str:
-    """What to say of a package that is not installed; empty of any other error."""
+    """The message on a package that is not installed; empty of any other error."""
     name = (error.name or "").partition(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     if not name or name in OURS:
         return ""

@@ -22,7 +22,7 @@ A = TypeVar("A")
 
 @dataclass(frozen=True)
 class Lost:
-    """What there is instead of an answer where the process at work has died: how it ended."""
+    """In place of an answer where the process at work has died: how it ended."""
 
     how: str
 
@@ -131,7 +131,7 @@ def _ready(workers: list[_Worker]) -> list[_Worker]:
 
 
 def _answer(worker: _Worker) -> Any:
-    """What a worker answers, or how it has died."""
+    """The answer of a worker, or how it has died."""
     try:
         if worker.line.poll():
             return worker.line.recv()
@@ -143,7 +143,7 @@ def _answer(worker: _Worker) -> Any:
 
 
 def _end(workers: list[_Worker]) -> None:
-    """End what still runs."""
+    """End the workers that still run."""
     for worker in workers:
         worker.process.terminate()
     for worker in workers:
@@ -155,7 +155,7 @@ def _end(workers: list[_Worker]) -> None:
 
 
 def _serve(line: Connection, work: Callable[[Any], Any]) -> None:
-    """What a worker does: task after task, until nobody asks any more."""
+    """The loop of a worker: task after task, until nobody asks any more."""
     threading.Thread(target=_die_with_parent, daemon=True).start()
     while True:
         try:

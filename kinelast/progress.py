@@ -1,4 +1,4 @@
-"""How far a run is: what everything that takes long reports to."""
+"""Progress of a run: the listener that long work reports to."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ class Progress:
     """A listener who keeps it to himself; the command's shows a bar, or prints a line now and then."""
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Hear what is being done, how much of it is done, and how much is to be done."""
+        """Hear the stage of a run, how much of it is done, and how much is to be done."""
 
     def tell(self, sentence: str) -> None:
-        """Hear a sentence for the user, on how long something takes or what is kept of it."""
+        """Hear a sentence for the user, on how long something takes or on kept results."""
 
     def within(self, name: str) -> Progress:
-        """A listener to a part of the work, whose stages are heard under a name."""
+        """A listener to a part of the work, that hears its stages under a name."""
         return _Part(self, name)
 
 

@@ -1,4 +1,4 @@
-"""What can be asked: of a scene besides what it says itself, and of a run over scenes.
+"""Requests: options of a scene besides its own tables, and of a run over scenes.
 
 The fields are the options of the command, which makes its parser of them; there is no other list.
 """
@@ -44,7 +44,7 @@ class RequestError(ValueError):
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a scene: what its results depend on besides its file."""
+    """Options of one scene: all that its results depend on besides its file."""
 
     positions: int | None = option(
         SCENE, "positions over the cycle, instead of the scene's own", "N", read=at_least(1, MOST_POSITIONS)
@@ -197,7 +197,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Batch:
-    """What is asked of a run over scenes: which, what for if not for their reports, where to, and how."""
+    """Options of a run over scenes: which, for reports or else, where to, and how."""
 
     scenes: tuple[str, ...] = option(
         SCENE,

@@ -32,7 +32,7 @@ from kinelast.weight import require_room
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute a scene and write its folder; whatever goes wrong becomes the outcome.
+    """Compute a scene and write its folder; every fault becomes the outcome.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def _on_step(scene: Scene, progress: Progress) -> OnStep:
 
 
 def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Results:
-    """The results of a long run, whose tables are written on the way."""
+    """The results of a long run, with tables written on the way."""
     instants = scene.course.times()
     count = len(instants)
     if request.reachable:
@@ -123,7 +123,7 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
 
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
-    """What is known of every position."""
+    """Write the tables of every position."""
     tables.write_positions(part / "positions.csv", results, request.tables)
     if request.fields:
         tables.write_fields(part / "fields.npz", results, request.stations)
@@ -132,7 +132,7 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 def _finish(
     part: Path, document: Document, results: Results, made: dict[str, Any], request: Request, progress: Progress
 ) -> dict[str, Any]:
-    """The figures of a scene whose tables are written, and all other files."""
+    """The figures of a scene with its tables written, and all other files."""
     from kinelast.figures.refinement import refined
     from kinelast.figures.summary import summary
 
@@ -172,7 +172,7 @@ def _speeds(
 
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
-    """What to say of a scene whose folder is there."""
+    """The outcome of a scene with its folder written: sentences and status."""
     line = f"{task.name}: {gist(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
@@ -189,7 +189,7 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
 
 @contextmanager
 def _kept_apart(name: str, failed: dict[str, str]) -> Iterator[None]:
-    """Note what the program fails on: figures are not to be lost with their drawing."""
+    """Note an exception instead of raising it: figures are not to be lost with their drawing."""
     try:
         yield
     except (RequestError, OSError, MemoryError):
@@ -207,7 +207,7 @@ def _drawings(
     request: Request,
     progress: Progress,
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Names of what can be seen of a scene, and what draws them."""
+    """Names of the drawings of a scene, and the functions that make them."""
     name = results.scene.name
 
     def report() -> None:

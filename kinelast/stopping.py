@@ -1,4 +1,4 @@
-"""Signals that end a run: each becomes an exception, so that what is half done is cleaned up and told."""
+"""Signals that end a run: each becomes an exception, so that unfinished work is cleaned up and told."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def ignored_interrupts() -> Iterator[None]:
-    """Ignore the keyboard's interrupt, while what it has ended is tidied up."""
+    """Ignore the keyboard's interrupt, while the work that it has ended is tidied up."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

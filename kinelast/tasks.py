@@ -25,7 +25,7 @@ def shipped_structures() -> dict[str, Path]:
 
 
 def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
-    """The files of the scenes, each once, and what is wrong with arguments that name none."""
+    """The files of the scenes, each once, and the problems of arguments that name none."""
     paths: dict[str, Path] = {}
     problems = []
     for argument in arguments:
@@ -47,7 +47,7 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
 
 
 def _paths(argument: str) -> list[Path] | str:
-    """The files that an argument names, or what is wrong with it."""
+    """The files that an argument names, or the problem with it."""
     path, shown = Path(argument), plain(argument, LINE)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
         return [path]

@@ -1,4 +1,4 @@
-"""How much a request takes of memory and disk, told before it starts; what is too much is refused with what to do."""
+"""Memory and disk that a request takes, told before it starts; too large a request is refused, with advice."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COPIES = 5  # of its arrays that the check has at once
 
 
 def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
-    """What to say of a heavy request; empty of others.
+    """The message on a heavy request; empty of others.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The deflection-report command: its options, what it prints, and scenes side by side."""
+"""The deflection-report command: its options, its messages, and scenes side by side."""
 
 import signal
 import sys

@@ -52,7 +52,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _answer(request: Request, batch: Batch) -> int:
-    """Do what is asked."""
+    """Run the command: version, list, or scenes."""
     if batch.version:
         return _version()
     if batch.list:
@@ -72,7 +72,7 @@ def _refuse(message: str) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Say what has gone wrong outside of a scene; the exit status."""
+    """Report an error outside of a scene; the exit status."""
     if isinstance(error, RequestError):
         return _refuse(str(error))
     if isinstance(error, OSError):
@@ -86,7 +86,7 @@ def _failed(error: Exception) -> int:
 
 
 def _stopped(stop: BaseException, done: str) -> int:
-    """Say what has ended the run; the exit status."""
+    """Report how the run was interrupted; the exit status."""
     number = stop.number if isinstance(stop, StoppedError) else 0
     how = f"ended by signal {number}" if number else "interrupted"
     say(f"{how}{done}; finished scenes are kept, --resume goes on from there", sys.stderr)
@@ -113,7 +113,7 @@ def _list() -> int:
 
 
 def _run(request: Request, batch: Batch) -> int:
-    """Do with all scenes what is asked, say how each went, and in the end how all went; the exit status."""
+    """Run all scenes, report each and in the end all of them; the exit status."""
     from kinelast.tasks import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)

@@ -24,7 +24,7 @@ examples:
 
 
 def parsed(argv: Sequence[str]) -> tuple[Request, Batch]:
-    """What is asked for by some arguments.
+    """The request and the batch of some arguments.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _help(option: Option, default: Any) -> str:
 
 
 def _typed(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """A reader whose message argparse prints."""
+    """A reader that raises its message as argparse's error, so that it is printed."""
 
     def value(text: str) -> Any:
         try:

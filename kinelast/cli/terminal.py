@@ -1,4 +1,4 @@
-"""What the command says and shows: lines that any terminal bears, and a bar where a run takes longer than a second."""
+"""Output of the command: lines that any terminal bears, and a bar where a run takes longer than a second."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SOON, SELDOM = 1.0, 10.0  # [s] until there is a bar, and between two lines wher
 
 
 def say(text: str, stream: TextIO | None) -> None:
-    """Print lines: control characters escaped, a question mark for what the terminal has no letter for.
+    """Print lines: control characters escaped, a question mark for letters that the terminal has not.
 
     A stream that takes no more, as a pipe that was closed or a disk that is full, is given no more.
     """
@@ -34,7 +34,7 @@ def say(text: str, stream: TextIO | None) -> None:
 
 
 def _mute(stream: TextIO) -> None:
-    """Lead a stream nowhere, also what it holds and would write at the end of the process."""
+    """Lead a stream nowhere, also the text in its buffer that would be written at the end of the process."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -42,7 +42,7 @@ def _mute(stream: TextIO) -> None:
 
 
 def fill_closed_streams() -> None:
-    """Open what the caller has closed of the standard streams, lest a file of results takes its number."""
+    """Open the standard streams that the caller has closed, lest a file of results takes the number of one."""
     for _ in range(3):
         spare = os.open(os.devnull, os.O_RDWR)
         if spare > 2:

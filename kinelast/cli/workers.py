@@ -1,4 +1,4 @@
-"""What is done with the scenes of a batch, one after the other or side by side in processes."""
+"""The work on the scenes of a batch, one after the other or side by side in processes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Work:
-    """What a batch does with a scene, wherever: its report, its structure, its sweep, or one design of that."""
+    """The work on a scene, in any process: its report, its structure, its sweep, or one design of that."""
 
     request: Request
     batch: Batch
@@ -102,7 +102,7 @@ def side_by_side(tasks: Sequence[Task], work: Work, jobs: int, progress: Progres
 
 
 def _lost(task: Task, end: Lost) -> Outcome:
-    """What to say of a scene whose process has died."""
+    """The outcome of a scene after the death of its process."""
     from kinelast.outputs.outbox import recovered
 
     recovered(task.folder)

@@ -1,4 +1,4 @@
-"""What a scene's tables ask of its designs: sensitivities, tolerances, the best one."""
+"""Tables of a scene on its designs: sensitivities, tolerances, optimum."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def scattered(document: Document) -> Scattered:
 
 @dataclass(frozen=True, eq=False)
 class Sought:
-    """What is to be made best: variables with bounds, a figure, and limits of others."""
+    """An optimization: variables with bounds, the figure to optimize, and limits of others."""
 
     variables: tuple[Variable, ...]
     low: np.ndarray
@@ -59,7 +59,7 @@ class Sought:
 
 
 def sought(document: Document, units: Mapping[str, str]) -> Sought:
-    """What a scene's [optimize] asks for; its [limits] count too.
+    """The optimization of a scene's [optimize]; its [limits] count too.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """What holds for all designs of a scene.
+    """The base of a scene's designs: its document, and the places and kinds of the numbers that differ.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
-    """Whether a number can be an array: it changes neither what the scene is made of nor which branch is meant.
+    """Whether a number can be an array: it changes neither the scene's parts nor the choice of branch.
 
     Friction is found for all columns in as many rounds as the slowest takes: there designs would not be their own.
     """
@@ -177,7 +177,7 @@ def table_with(base: Base, group: Rows) -> SceneTable:
 
 
 def _many(place: Place, each: Any) -> Any:
-    """What stands in a place, for many designs."""
+    """The content of a place for many designs."""
     leaf, own = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, Sizes):
         both = Size.many(each, own)
@@ -191,7 +191,7 @@ def _many(place: Place, each: Any) -> Any:
 
 
 def numbers_at_fault(base: Base, group: Rows) -> Iterator[tuple[Any, Any]]:
-    """Rows of designs with a number that cannot stand where it is, and what is wrong with each."""
+    """Rows of designs with a number that is out of the bounds of its place, and the problem of each."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):
         if not base.on_axis[k]:

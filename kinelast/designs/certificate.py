@@ -1,4 +1,4 @@
-"""Why a design is taken for the best: which limits hold it, what they cost, and what its neighbours are like."""
+"""Certificate of an optimum: the limits that hold it, their cost, and the neighbouring designs."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Certificate:
 
 
 def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certificate:
-    """What speaks for a design, of shares of shape (variables,), as the best."""
+    """First-order conditions and neighbours of a design, at shares of shape (variables,)."""
     cost, slope, margin, margin_slope, kinked = _gradients(problem, shares)
     unit = abs(cost) or 1.0
     holds = abs(margin) < ACTIVE

@@ -112,7 +112,7 @@ def evaluated(base: Base, values: Any) -> Designs:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """What some designs come to: their rows, reasons and figures."""
+    """Results of some designs: their rows, reasons and figures."""
 
     rows: Any
     reason: Any
@@ -160,7 +160,7 @@ def _computed(base: Base, group: Rows) -> Iterator[Part]:
 
 
 def _wide(base: Base, scene: Scene, count: int) -> Scene:
-    """A scene of many designs, its sections as arrays, so that all figures have an axis for them whatever differs."""
+    """A scene of many designs, its sections as arrays, so that all figures have an axis for the designs."""
     if not scene.sections or not any(base.on_axis):
         return scene
     first = replace(scene.sections[0], EA=np.broadcast_to(scene.sections[0].EA, (count, 1)))

@@ -40,12 +40,12 @@ class Evaluation:
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:
-        """Pickled without what can be built again."""
+        """Pickled by document, plan and figures: the base is built again."""
         return Evaluation, (self.document, self.plan, self.figures)
 
     @cached_property
     def base(self) -> Base:
-        """What holds for all designs, found once in every process."""
+        """The base of all designs, made once in every process."""
         return base_of(self.document, self.plan.paths, self.figures)
 
     @property

@@ -1,4 +1,4 @@
-"""What is to be found: the design whose one figure is least, within bounds of its numbers and limits of its figures."""
+"""An optimization problem: the least of a figure, within bounds of numbers and limits of other figures."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ class Linear:
 
 
 def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """Sum of the shares by which limits are not kept; half of what is held back does not count, nor does round-off."""
+    """Sum of the shares by which limits are violated; neither half of the reserve `KEPT` counts, nor round-off."""
     whole = np.where(margin < -KEPT / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 

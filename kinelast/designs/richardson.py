@@ -45,7 +45,7 @@ def steps(scale: np.ndarray) -> np.ndarray:
 
 
 def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Limit:
-    """The limit of difference quotients whose steps shrink by `RATIO`, by Richardson's extrapolation.
+    """The limit of difference quotients with steps that shrink by `RATIO`, by Richardson's extrapolation.
 
     Of all extrapolations the one is taken whose estimated error is least: truncation, by how far it is from those that
     it is made of (Ridders), and round-off, by the noise of the values or by how far neighbours differ at small steps,

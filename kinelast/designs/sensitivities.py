@@ -129,25 +129,25 @@ class _Tried:
 
     @property
     def smooth(self) -> np.ndarray:
-        """Whether a moved design has what is largest where those that are moved less to that side have it."""
+        """Whether a figure's place is the same at a moved design and at all that are moved less to that side."""
         same = (self.place == self.place[:, :, -1:]) & np.isfinite(self.value)
         return np.asarray(np.logical_and.accumulate(same[:, :, ::-1], axis=2)[:, :, ::-1])
 
     @property
     def unmoved(self) -> np.ndarray:
-        """Whether, close by, what is largest is where the design itself has it; shape (figures, sides, variables)."""
+        """Whether a figure's place is the same at the least moved design and unmoved; (figures, sides, variables)."""
         return np.asarray(self.place[:, :, -1] == self.own_place[:, None, None])
 
 
 def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
-    """Largest relative change tried, to both sides, that leaves what is largest where it is; (figures, variables)."""
+    """Largest relative change tried, to both sides, that leaves a figure in its place; (figures, variables)."""
     way = np.where(tried.smooth & tried.unmoved[:, :, None], abs(tried.move) / scale, 0.0)
     return np.asarray(way.max(axis=2).min(axis=1))
 
 
 @dataclass(frozen=True)
 class _Slopes:
-    """Derivatives by differences over both sides, over what is below, and over what is above; (figures, variables)."""
+    """Derivatives by central, backward and forward differences; (figures, variables)."""
 
     middle: Limit
     below: Limit
@@ -187,6 +187,6 @@ def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
 
 
 def _better(one: Limit, other: Limit) -> Limit:
-    """Of two limits the one whose error is less."""
+    """The limit with the smaller error of two."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
     return Limit(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

@@ -113,7 +113,7 @@ def _machine(table: SceneTable) -> list[str]:
 
 
 def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
-    """How large variables are: a coordinate as the drawing, what is zero as one."""
+    """Scales of variables: their magnitudes; of a coordinate at least the drawing's extent, of a zero 1."""
     extent = max((abs(float(each)) for place in table.points.values() for each in place), default=0.0) or 1.0
     return np.array(
         [
@@ -161,7 +161,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """What a scene's [optimize] asks for, as a problem; its figures as it stands, their units, whether it is plain."""
+    """A scene's [optimize] as a problem; its figures as it stands, their units, whether it is quasi-static."""
 
     sought: Sought
     problem: Problem

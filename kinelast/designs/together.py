@@ -1,4 +1,4 @@
-"""Several searches at once, whose questions are answered in one call for all."""
+"""Several searches at once, with their questions answered in one call for all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tolerances of a design's numbers make of its figures: to first order, and by samples of designs."""
+"""Scatter of a design's figures from tolerances of its numbers: to first order, and by samples of designs."""
 
 from __future__ import annotations
 

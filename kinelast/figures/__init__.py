@@ -1,1 +1,1 @@
-"""What was found out about a scene, as figures with units."""
+"""Results of a scene, as figures with units."""

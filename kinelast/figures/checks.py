@@ -128,7 +128,7 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
 
 
 def check_passed(results: Results) -> bool | None:
-    """Whether all that the finite element check compares is within what it grants; None where it compares nothing."""
+    """Whether all comparisons of the finite element check are within their bounds; None where it compares nothing."""
     comparison, verdicts = results.comparison, []
     assert comparison is not None
     if not comparison.passed or (results.scene.labels and comparison.compared):
@@ -138,7 +138,7 @@ def check_passed(results: Results) -> bool | None:
 
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
-    """What beam theory leaves out of the quasi-static answer, by links as plane-stress bodies."""
+    """Error of beam theory in the quasi-static answer, by links as plane-stress bodies."""
     from fem_check.solid.comparison import compare_solid
 
     try:

@@ -1,4 +1,4 @@
-"""What further checks found, and as plain data."""
+"""Results of further checks, and as plain data."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class NonlinearCheck:
 
     @property
     def near(self) -> bool:
-        """Whether the difference is so near to what is allowed that the check's own error decides."""
+        """Whether the difference is so near to its bound that the check's own error decides."""
         return abs(self.largest - allowed_difference(self.estimate)) < self.error
 
     @property
@@ -74,7 +74,7 @@ class NonlinearCheck:
 
 
 def allowed_difference(estimate: float) -> float:
-    """What a check may find of an answer that says how far it is off; nan of one that does not."""
+    """Largest difference that a check may find of an answer with an estimated error; nan without an estimate."""
     return math.nan if math.isnan(estimate) else max(WITHIN * estimate, LEAST)
 
 

@@ -26,7 +26,7 @@ SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of i
 
 
 class Finding(Protocol):
-    """What finds the largest values of a cycle: a figure."""
+    """A search for the largest values of a cycle: a figure."""
 
     @property
     def find(self) -> Callable[[Cycle], Largest]:
@@ -73,7 +73,7 @@ class Cycle:
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
-        """Shape of the columns, also where the designs differ in what does not move them."""
+        """Shape of the columns, also where the designs differ in numbers that do not move them."""
         return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
 
     @cached_property
@@ -191,7 +191,7 @@ def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
 
 
 def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
-    """Per drive: its name, what its coordinate is called, and the units of coordinate and effort."""
+    """Per drive: its name, the word for its coordinate, and the units of coordinate and effort."""
     kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
     words = [(drive.name, *kinds[drive.turns]) for drive in mechanism.drives]
     names = [name for name, *_ in words]
@@ -201,5 +201,5 @@ def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
 
 
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Per joint of the solution: its name and that of the link whose load is given, the parent feels the opposite."""
+    """Per joint: its name and that of the link that bears the load given; the parent bears the opposite."""
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]

@@ -16,7 +16,7 @@ KIND = "axial force"
 
 
 def divided_links(scene: Scene, pressed: Mapping[int, Peak]) -> list[tuple[Exceedance, Peak]]:
-    """What the mechanism as a whole is pressed with, past its limit, and where; nothing where all links are one beam.
+    """Share of the whole mechanism's buckling load, past its limit, and where; nothing where all links are one beam.
 
     Where the load at which it buckles cannot be found, that is told by a figure of nan.
 

@@ -1,4 +1,4 @@
-"""What a figure is: of which items, how it is found and reduced, and how it is asked for by name."""
+"""Entry of a figure: its items, how it is found and reduced, and how it is asked for by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scene was computed from, as figures: speeds, gravity, loads, point masses, materials, theory."""
+"""Inputs of a scene, as figures: speeds, gravity, loads, point masses, materials, theory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
 
 
 def input_figures(results: Results) -> dict[str, Any]:
-    """What the reader of a report needs to know of the scene beside its links."""
+    """Inputs of a scene that the reader of a report needs beside its links."""
     mechanism, sections = results.mechanism, results.deflection.sections
     gravity = complex(mechanism.gravity)
     return {

@@ -89,7 +89,7 @@ def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
 
 
 def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """By key what `judged` takes of figures."""
+    """Magnitudes of figures for `judged`, by key."""
     values = {figure: cycle.of(figure).value for figure in figures}
     return {figure.key: np.abs(each) if figure.over == LARGEST else each for figure, each in values.items()}
 

@@ -106,7 +106,7 @@ class RunFigures:
         }
 
     def rounded(self, values: Any, unit: str) -> Any:
-        """Values with zero in place of what is round-off beside `scales`."""
+        """Values with zero in place of those that are round-off beside `scales`."""
         return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
 
 

@@ -47,7 +47,7 @@ def refined(results: Results) -> Results:
 
 
 def _searched(results: Results, names: list[tuple[str, int]]) -> dict[int, tuple[float, float, float]]:
-    """By number of a name, value, place and time of what is larger between the positions."""
+    """By number of a name, value, place and time where a larger value lies between the positions."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}

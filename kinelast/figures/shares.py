@@ -18,7 +18,7 @@ NOTHING = 1e-9  # share of the error below which a rest is round-off
 
 
 def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
-    """What every link adds to the error of the output where that is largest.
+    """Share of every link in the error of the output where that is largest.
 
     Displacements are linear in the compliances of the links as long as statics alone tells the forces between these: a
     link that is twice as stiff takes half of its share away. So twice the difference is the share, exactly. Of a point

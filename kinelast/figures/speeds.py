@@ -143,7 +143,7 @@ def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
 
 
 def _words(found: Speeds, scene: Scene) -> Iterator[str]:
-    """What the speeds come to."""
+    """Sentences on the speeds: the highest within the limits, and those without a steady state."""
     unit, unstable = speed_unit(scene), found.speed[~found.found.stable]
     if found.highest is not None:
         kept = "all limits hold up to" if found.highest else "limits do not hold at the lowest speed,"

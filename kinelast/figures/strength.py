@@ -40,7 +40,7 @@ def _swing(swings: Any, length: float) -> dict[str, Any]:
 
 
 def vibration_figures(results: Results) -> dict[str, Any] | None:
-    """Natural frequencies over the cycle, and what excites them; None where no link has beams."""
+    """Natural frequencies over the cycle, and their excitation; None where no link has beams."""
     frequencies = results.frequencies
     if frequencies is None:
         return None

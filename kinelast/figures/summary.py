@@ -108,7 +108,7 @@ def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def theory_figures(results: Results) -> dict[str, Any]:
-    """The theory that was taken, and what its answer may be off by, as shares; what is not known is null."""
+    """The theory that was taken, and estimates of its errors, as shares; null where not known."""
     answer = results.answer
     if answer is None:
         return {

@@ -163,7 +163,7 @@ def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:
 
 
 def _others(bent: Deflection) -> dict[str, float]:
-    """What either theory leaves out."""
+    """Errors of both theories: of beam theory, and round-off."""
     beams = np.maximum(shear_share(bent), introduction_share(bent))
     return {
         "beam theory": float(beams.max(initial=0.0)),
@@ -172,7 +172,7 @@ def _others(bent: Deflection) -> dict[str, float]:
 
 
 def _round_off(bent: Deflection) -> float:
-    """A position's digits lost, times its share of the largest deflection; where all are, what stands there is lost."""
+    """Round-off, as a share of the largest deflection: EPS times a position's condition, 1 at most, times its share."""
     chord = np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     known = np.isfinite(bent.condition) & np.isfinite(chord).all(axis=0)
     chord, condition = chord[:, known], bent.condition[known]
@@ -183,7 +183,7 @@ def _round_off(bent: Deflection) -> float:
 
 
 def damping_of(scene: Scene) -> Damping:
-    """beta of every beam whose material tells it, and the damping ratio for the others."""
+    """Damping of every beam: beta where its material gives it, the damping ratio for the others."""
     theory = scene.theory
     return Damping(np.array(theory.damping or (math.nan,) * len(scene.labels)), ratio=theory.damping_ratio)
 

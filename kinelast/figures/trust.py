@@ -1,4 +1,4 @@
-"""How far the figures of a scene can be trusted: what the theory leaves out, sized for this scene.
+"""How far the figures of a scene can be trusted: effects that the theory leaves out, sized for this scene.
 
 Limits and where they come from: docs/report.md and docs/strength.md.
 """
@@ -85,7 +85,7 @@ def findings(results: Results) -> list[Finding]:
 
 
 def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
-    """The worst level of findings as plain data, and what has it.
+    """The worst level of findings as plain data, and the headings with it.
 
     Strength does not count: that a link yields is a bad answer, not a doubtful one.
     """
@@ -121,7 +121,7 @@ def _positions(results: Results) -> Finding:
 
 
 def _friction(results: Results) -> Iterator[Finding]:
-    """What friction takes, and how near it is to locking the mechanism."""
+    """Power lost in friction, and how near it is to locking the mechanism."""
     found = friction_figures(results)
     if found is None:
         return
@@ -155,7 +155,7 @@ def _unguided(results: Results, name: str, own: Friction) -> bool:
 
 
 def _inputs(results: Results) -> Iterator[Finding]:
-    """What no solid and no mechanism has: most likely a number without its unit."""
+    """Numbers that no solid and no mechanism has: most likely without their units."""
     yield from _sizes(results)
     for name, stuff in results.scene.materials.items():
         for (what, (least, most, unit, example)), value in zip(
@@ -188,7 +188,7 @@ def _sizes(results: Results) -> Iterator[Finding]:
 
 
 def _poisson(results: Results) -> Iterator[Finding]:
-    """What was taken for the Poisson's ratio of materials that do not tell it, where beams shear by it."""
+    """The Poisson's ratio assumed for materials that do not tell it, where beams shear by it."""
     scene = results.scene
     sheared = {
         made.material for made, own in zip(scene.made_of, scene.sections, strict=False) if np.isfinite(own.kGA).all()
@@ -238,7 +238,7 @@ def _theory(results: Results) -> Iterator[Finding]:
 
 
 def _damping(results: Results) -> str:
-    """What was assumed of it, where materials do not tell."""
+    """The damping assumed where materials do not tell it."""
     told = results.scene.theory
     assumed = not told.damping or any(math.isnan(beta) for beta in told.damping)
     return f" at {percent(told.damping_ratio)} of critical damping" if assumed else ""
@@ -311,7 +311,7 @@ def _sentence(words: str) -> str:
 
 
 def _within(results: Results) -> Iterator[Finding]:
-    """What was looked at and found within its limits, and what could not be looked at."""
+    """The effects judged and found within their limits, and those that could not be judged."""
     if not results.mechanism.beams or results.figures.singular == results.figures.positions:
         return
     judged = _judged(results)
@@ -329,7 +329,7 @@ def _within(results: Results) -> Iterator[Finding]:
 
 
 def _lacking(results: Results) -> str:
-    """What no beam has that a safety factor asks for, and a verb."""
+    """The inputs that a safety factor needs and no beam has, and a verb."""
     stress, depth = "the yield stress of the materials", "the dimensions of the sections"
     yields = any(np.isfinite(section.yield_stress) for section in results.deflection.sections)
     stressed = any(math.isfinite(peak.value) for peak in results.figures.peaks["stress"])
@@ -371,7 +371,7 @@ def exceedance_figures(results: Results) -> list[dict[str, Any]]:
 
 
 def left_out(results: Results) -> list[str]:
-    """What the figures do not hold, in words."""
+    """Effects that the figures do not hold, in words."""
     stiff = all(np.isinf(section.kGA) for section in results.deflection.sections)
     play = "play in the joints" if results.mechanism.friction else "play and friction in the joints"
     others = ["large displacements", "the axial force's part in bending", play, "fatigue"]

@@ -1,1 +1,1 @@
-"""A scene at hand: what a notebook asks of it, by name, and shows inline."""
+"""A scene at hand: questions of a notebook, by name, and inline pictures."""

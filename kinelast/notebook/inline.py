@@ -26,7 +26,7 @@ FRAME = "width:100%;height:48em;border:1px solid #ccd"
 
 @dataclass(frozen=True)
 class Still:
-    """A picture: what it shows, and its bytes as PNG."""
+    """A picture: its subject, and its bytes as PNG."""
 
     shows: str
     png: bytes
@@ -40,7 +40,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Film:
-    """A film: what it shows, and its bytes as MP4."""
+    """A film: its subject, and its bytes as MP4."""
 
     shows: str
     mp4: bytes
@@ -55,7 +55,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Report:
-    """What `deflection-report` says of a scene: the answer in one line, all figures, and the page."""
+    """The report of `deflection-report` on a scene: the answer in one line, all figures, and the page."""
 
     name: str
     headline: str

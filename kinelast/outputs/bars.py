@@ -1,4 +1,4 @@
-"""Bars of what matters most, as SVG of its own colours or of the page's."""
+"""Bars of the largest sensitivities, as SVG of its own colours or of the page's."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 
 
 def write_batch(out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float]) -> None:
-    """A row a scene, instead of older rows of these scenes, beside those of others whose folders are still there.
+    """Write a row a scene, instead of older rows of these, beside the rows of others that still have their folders.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound",
 
 
 def optimum_figures(solved: Solved) -> dict[str, Any]:
-    """The best design and why, as plain data that JSON can hold; what is not known is null."""
+    """The best design and its certificate, as plain data that JSON can hold; null where not known."""
     sought, found = solved.sought, solved.optimum
     held, name = found.certificate, sought.figure
     sign = -1.0 if sought.largest else 1.0
@@ -86,7 +86,7 @@ def _limits(solved: Solved) -> list[dict[str, Any]]:
 
 
 def words(solved: Solved) -> list[str]:
-    """What to say of an optimum."""
+    """Sentences on an optimum."""
     sought, found, unit = solved.sought, solved.optimum, solved.units[solved.sought.figure]
     held = found.certificate
     kept = "all limits kept" if found.feasible else "NOT all limits can be kept: this is the nearest to that"

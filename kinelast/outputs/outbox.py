@@ -1,4 +1,4 @@
-"""The folder of a scene: what it was made from, and how it appears all at once.
+"""The folder of a scene: its origin, and how it appears all at once.
 
 A folder is written beside its place under a name of its own and then exchanged with what is there, while a lock keeps
 other runs from the same folder. The lock's file tells the name: whoever finds it of a run that was killed cleans up.
@@ -31,7 +31,7 @@ LINE = 300  # letters of a message
 
 
 def made_from(content: bytes, request: Request) -> dict[str, Any]:
-    """What a folder is made from: the bytes of the scene's file and the options. Where they are the same, so is it."""
+    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it."""
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
     return {"sha256": hashlib.sha256(content).hexdigest(), "options": options}
 
@@ -63,7 +63,7 @@ def complete(folder: Path) -> Iterator[Path]:
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
-    """Make a file of this program anew, of what is there where need be, while other runs wait.
+    """Make a file of this program anew, of its content where need be, while other runs wait.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def sync(file: int) -> None:
 
 
 def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -> None:
-    """Put texts by their file names into a folder, beside what this program has written there before.
+    """Put texts by their file names into a folder, beside files that this program has written there before.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Data as strict JSON; nan is null, and what no text may hold, of a file's name, is told by its number."""
+    """Data as strict JSON; nan is null, characters of a file's name that no text may hold are escaped by number."""
     import msgspec
 
     try:
@@ -158,14 +158,14 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
 
 def seal(folder: Path, summary: Mapping[str, Any]) -> None:
-    """Write the summary of a folder last: with the size of every file, and what they and itself are known by."""
+    """Write the summary of a folder last: with the size and the digest of every file, and its own digest."""
     whole = {**summary, "files": sizes(folder)}
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
     write_json(folder / SUMMARY, whole)
 
 
 def sizes(folder: Path) -> dict[str, int]:
-    """Bytes of every file in a folder, and of what is in every folder in it, by name."""
+    """Bytes of every file in a folder, and of all files in every folder in it, by name."""
     return {
         entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
         for entry in sorted(folder.iterdir())
@@ -173,7 +173,7 @@ def sizes(folder: Path) -> dict[str, int]:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """What every file in a folder, and every folder in it, is known by; but its summary."""
+    """Digests of every file in a folder, and of every folder in it; but its summary."""
     return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
 
 
@@ -186,7 +186,7 @@ def _digest(path: Path) -> str:
 
 
 def _own_digest(summary: Mapping[str, Any]) -> str:
-    """What a summary is known by: all that it says but digests."""
+    """Digest of a summary: of all its entries but digests."""
     said = {key: value for key, value in summary.items() if key != "sha256"}
     return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
 
@@ -214,7 +214,7 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
-    """Names of what somebody else has put into a folder; its summary, where that is known already."""
+    """Names of files that somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         return sorted(names - ({*_files(summary), SUMMARY} if summary else _ours(folder))) if names else []
@@ -222,7 +222,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
 
 
 def recovered(folder: Path) -> None:
-    """Clear away what a process that has died left of a folder, and bring back what was there before."""
+    """Clear away the leftovers of a process that has died, and bring back the folder that was there before."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
             with held(folder):
@@ -244,7 +244,7 @@ def _lock_of(folder: Path) -> Path:
 
 @contextmanager
 def held(folder: Path, patience: float | None = None) -> Iterator[str]:
-    """Keep other runs from a folder or file; the name of what may be hidden beside it meanwhile.
+    """Keep other runs from a folder or file; the name for hidden files beside it meanwhile.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ def _locked(path: Path, shown: str, patience: float) -> int:
 
 
 def _clean(folder: Path, hidden: str) -> None:
-    """Away with what is hidden beside a folder; what stood in the folder and was not replaced goes back."""
+    """Remove the hidden files beside a folder; files that stood in it and were not replaced go back."""
     part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
@@ -330,7 +330,7 @@ def _clean(folder: Path, hidden: str) -> None:
 
 
 def _ours(folder: Path) -> set[str]:
-    """Names of what this program has written into a folder, as its summary tells.
+    """Names of the files that this program has written into a folder, as its summary tells.
 
     Where that cannot be read, by a fault of the disk or of an editor, all names that this program uses.
     """
@@ -349,7 +349,7 @@ def _written() -> set[str]:
 
 
 def _files(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """The files that a summary tells of; what is none was put there by hand."""
+    """Files listed in a summary, with their sizes; entries of another kind, put there by hand, are left out."""
     files = summary.get("files")
     names = files if isinstance(files, (dict, list)) else ()
     return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}

@@ -23,7 +23,7 @@ SIZED = 5e-4  # per cent to one per cent: what changes a figure by less is not d
 def sensitivity_figures(
     found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Sensitivities as plain data that JSON can hold, what is not known null; `words` tell what matters most."""
+    """Sensitivities as plain data that JSON can hold, null where not known; `words` tell the largest."""
     rows = range(min(TOLD, len(found.figures)))
     return {
         "words": [words for row in rows for _, words in _ranked(found, variables, row)[:1]],
@@ -54,7 +54,7 @@ def _slope(found: Sensitivities, row: int, column: int) -> dict[str, Any]:
 
 
 def _ranked(found: Sensitivities, variables: Sequence[Variable], row: int) -> list[tuple[int, str]]:
-    """Numbers of the variables that matter to a figure, what matters most first, and what to say of each."""
+    """Numbers of the variables that matter to a figure, the largest sensitivity first, and a sentence on each."""
     sizes = np.where(np.isfinite(found.logarithmic[row]), found.logarithmic[row], 0.0)
     order = [int(column) for column in np.argsort(-abs(sizes), kind="stable") if abs(sizes[column]) > SIZED]
     return [(column, told(variables[column].path, sizes[column], found.figures[row])) for column in order]
@@ -91,7 +91,7 @@ def sensitivity_table(found: Sensitivities, variables: Sequence[Variable], units
 
 
 def sensitivity_bars(found: Sensitivities, variables: Sequence[Variable], units: Mapping[str, str]) -> str:
-    """What matters most to every figure, as bars in SVG: per cent of the figure to one per cent of the number."""
+    """Largest sensitivities of every figure, as bars in SVG: per cent of the figure to one per cent of the number."""
     charts = []
     for row, name in enumerate(found.figures):
         ranked = _ranked(found, variables, row)[:MOST_BARS]

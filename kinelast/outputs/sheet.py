@@ -81,7 +81,7 @@ class Sheet:
         self.draw_joints()
 
     def draw_joints(self) -> None:
-        """Joints, drives and the names of points: what goes on top of the links, wherever these are drawn."""
+        """Joints, drives and the names of points: all that lies on top of the links, wherever these are drawn."""
         for slider in self.mechanism.sliders:
             self._slider(slider)
         for point, links in self.pins.items():
@@ -115,7 +115,7 @@ class Sheet:
             self.beside(spots[0], -2.5j * self.unit * (block or 1.0), name, color=color, fontsize=10)
 
     def _block_line(self, point: str) -> complex | None:
-        """Direction of the slider whose block is at a point, to the right or up."""
+        """Direction of the slider with its block at a point, to the right or up."""
         for slider in self.mechanism.sliders:
             if slider.point == point:
                 along = self._along(slider)

@@ -1,4 +1,4 @@
-"""What a scene's designs were asked for, written into its folder, and its figures."""
+"""Studies of a scene's designs, written into its folder, and their figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinelast.scene.text import of_file
 
 
 def write_studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:
-    """Files of what is asked for, and the figures of it by what they are of.
+    """Files of the studies asked for, and their figures by study.
 
     Parameters
     ----------

@@ -146,7 +146,7 @@ def csv_rows(path: Path) -> list[list[str]]:
 
 
 def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes:
-    """A table as Parquet, what is said `about` it in its schema; needs pyarrow."""
+    """A table as Parquet, `about` it in the metadata of its schema; needs pyarrow."""
     import pyarrow
     import pyarrow.parquet
 

@@ -1,4 +1,4 @@
-"""What tolerances make of figures, as plain data, as a table and as bars."""
+"""Scatter of figures from tolerances, as plain data, as a table and as bars."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "kn
 
 
 def tolerance_figures(found: Toleranced) -> dict[str, Any]:
-    """Ranges of figures as plain data that JSON can hold, what is not known null; `words` tell the first of them."""
+    """Ranges of figures as plain data that JSON can hold, null where not known; `words` tell the first of them."""
     numbers = [
         {
             "path": one.path,

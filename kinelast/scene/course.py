@@ -120,7 +120,7 @@ class Course(ABC):
 
 @dataclass(frozen=True, eq=False)
 class CourseByLaws(Course):
-    """A course whose drives all follow laws."""
+    """A course with laws for all drives."""
 
     laws: tuple[DriveLaw, ...]
 
@@ -153,7 +153,7 @@ class CourseByLaws(Course):
 
 @contextmanager
 def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
-    """Turn what the mechanism says into a mistake of its scene."""
+    """Turn the mechanism's errors into mistakes of its scene."""
     try:
         yield
     except MechanismError as error:
@@ -163,7 +163,7 @@ def of_scene(path: str, mechanism: Mechanism) -> Iterator[None]:
 
 
 def _advice(error: MechanismError) -> str:
-    """What can be done about an integration that stops."""
+    """Advice on an integration that stops."""
     if getattr(error, "course", None) is None:
         return ""
     more = "; steps under [run] allows more" if error.kind == "steps" else ""

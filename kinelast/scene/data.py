@@ -1,4 +1,4 @@
-"""What a scene is once it is read: a mechanism, its drives and its run."""
+"""A scene once it is read: a mechanism, its drives and its run."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Theory:
 
     @property
     def plain(self) -> bool:
-        """Whether the quasi-static answer is what is asked for, however far it is off."""
+        """Whether the quasi-static answer is asked for, however far it is off."""
         return self.name == QUASI_STATIC
 
     @property
@@ -50,7 +50,7 @@ class Theory:
 
 @dataclass(frozen=True)
 class Material:
-    """What links are made of, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+    """Material of links, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
 
     The last two are None where they are not known.
     """
@@ -63,7 +63,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Making:
-    """What a beam is made of, by the names in the file: section, its shape and sizes [m], material or nothing."""
+    """Source of a beam's section, by the names in the file: section, its shape and sizes [m], material or nothing."""
 
     section: str
     shape: str
@@ -122,13 +122,13 @@ class Scene:
         return f'Scene("{self.name}": {self._told})'
 
     def _repr_html_(self) -> str:
-        """What a notebook shows of it."""
+        """Title, counts and links, for a notebook."""
         links = ", ".join(link.name for link in self.mechanism.links[1:])
         return f"<p><b>{escape(self.title)}</b>: {self._told}<br>links: <code>{escape(links)}</code></p>"
 
     @property
     def _told(self) -> str:
-        """How much of what there is."""
+        """Counts of links, beams, drives and positions."""
         counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
         counts["position"] = self.run.positions
         return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
@@ -150,5 +150,5 @@ class Scene:
 
     @property
     def path(self) -> str:
-        """Of the file, or what stands for it."""
+        """Of the file, or the name in place of one."""
         return self.course.path

@@ -24,7 +24,7 @@ Tables = Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Document:
-    """A scene as it is written: what its numbers are, before a mechanism is built of them.
+    """A scene as it is written: its tables and numbers, before a mechanism is built of them.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Document:
         return f'Document("{self.name}"{changed})'
 
     def __reduce__(self) -> Any:
-        """Pickled without what can be built again."""
+        """Pickled by its fields: all else is built again."""
         return Document, (self.tables, self.table, self.name, self.path, self.source, self.values)
 
     @cached_property

@@ -81,7 +81,7 @@ def likely(word: str, choices: Iterable[str]) -> str:
 
 
 def known_name(table: str, key: str, name: str, names: Iterable[str], what: str = "link") -> None:
-    """Raise where there is no link, or whatever it is, of a name."""
+    """Raise where there is no link, or other thing, of a name."""
     names = list(names)
     if name not in names:
         raise fault(table, key, f'there is no {what} "{name}"{likely(name, names)}')

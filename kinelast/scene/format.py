@@ -1,4 +1,4 @@
-"""The tables and keys of a scene file: what a mechanism is made of, and the scene as a whole."""
+"""The tables and keys of a scene file: the parts of a mechanism, and the scene as a whole."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
 
 
 class MaterialTable(Table, frozen=True, kw_only=True):
-    """What a link is made of."""
+    """The material of links."""
 
     E: Stress
     density: Density
@@ -71,7 +71,7 @@ class BeamTable(Table, frozen=True, kw_only=True):
 
 
 class LinkTable(Table, frozen=True, kw_only=True):
-    """A link: its points, and what it is made of."""
+    """A link: its points, beams, masses and outline."""
 
     points: list[str] | dict[str, Place]
     length: Size | None = None
@@ -134,7 +134,7 @@ class SceneTable(Table, frozen=True, kw_only=True):
 
 
 def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
-    """A quantity from what stands in a file; msgspec's `dec_hook`. `per_length`: metres to a bare length."""
+    """A quantity from its value in a file; msgspec's `dec_hook`. `per_length`: metres to a bare length."""
     if issubclass(kind, Direction):
         return kind.read(value)
     if issubclass(kind, Quantity | Sizes):

@@ -1,4 +1,4 @@
-"""The tables and keys of a scene file: what joins, drives and loads the links."""
+"""The tables and keys of a scene file: joints, drives and loads of the links."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class WeldTable(Table, frozen=True, kw_only=True):
 
 
 class JointTable(Table, frozen=True, kw_only=True):
-    """How a pin, slider or weld rubs, how it gives way, and what it lacks in fit."""
+    """Friction, compliance and misfit of a pin, slider or weld."""
 
     compliance: Compliance | None = None
     rotation: TurnCompliance | None = None
@@ -86,7 +86,7 @@ class SegmentTable(Table, frozen=True, kw_only=True):
 
 
 class AgainstTable(Table, frozen=True, kw_only=True):
-    """What a table is against, if not time: the angle of a link, or a slide."""
+    """The coordinate that a table is against, if not time: the angle of a link, or a slide."""
 
     link: str | None = None
     on: str = "ground"
@@ -94,7 +94,7 @@ class AgainstTable(Table, frozen=True, kw_only=True):
 
 
 class DriveTable(Table, frozen=True, kw_only=True):
-    """What moves the mechanism: a pin or a slider, at constant speed, by a law or table, or by an effort."""
+    """A drive: a pin or a slider, at constant speed, by a law or table, or by an effort."""
 
     link: str | None = None
     on: str = "ground"
@@ -118,7 +118,7 @@ class DriveTable(Table, frozen=True, kw_only=True):
 
 
 class JointNameTable(Table, frozen=True, kw_only=True):
-    """A joint whose coordinate a gear ties, named as a drive names its own."""
+    """A joint with a coordinate that a gear ties, named as a drive names its own."""
 
     link: str | None = None
     on: str = "ground"

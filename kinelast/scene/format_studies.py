@@ -1,4 +1,4 @@
-"""The tables and keys of a scene file: what its answer is allowed to be, and what is asked of its designs."""
+"""The tables and keys of a scene file: limits of its answer, and studies of its designs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Factor = Annotated[float, Meta(gt=0)]
 
 
 class LinkLimitsTable(Table, frozen=True, kw_only=True):
-    """What one link is allowed."""
+    """Limits of one link."""
 
     deflection: Size | None = None
     chord: Size | None = None
@@ -21,7 +21,7 @@ class LinkLimitsTable(Table, frozen=True, kw_only=True):
 
 
 class LimitsTable(Table, frozen=True, kw_only=True):
-    """What the mechanism is allowed: every link, single links, and its output."""
+    """Limits of the mechanism: of every link, of single links, and of its output."""
 
     deflection: Size | None = None
     chord: Size | None = None
@@ -42,7 +42,7 @@ class RangeTable(Table, frozen=True, kw_only=True):
 
 
 class SweepTable(Table, frozen=True, kw_only=True):
-    """Designs that differ in some numbers of the file by their paths, what is asked of them, and which is best."""
+    """Designs that differ in some numbers of the file by their paths, their figures, and the choice of the best."""
 
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
     method: Literal["grid", "latin-hypercube", "sobol"] = "grid"
@@ -72,7 +72,7 @@ class ToleranceTable(Table, frozen=True, kw_only=True):
 
 
 class BoundTable(Table, frozen=True, kw_only=True):
-    """What a figure has to keep."""
+    """Bounds of a figure."""
 
     most: Amount | None = None
     least: Amount | None = None

@@ -34,7 +34,7 @@ class IntegratedCourse(Course):
 
     @cached_property
     def integrated(self) -> tuple[IntegratedMotion, ForwardError | None]:
-        """The motion, and what stops it where it cannot go on to the end of the run.
+        """The motion, and the error that stops it where it cannot go on to the end of the run.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class IntegratedCourse(Course):
         return np.asarray(times[times <= self.integrated[0].time[-1]])
 
     def _until(self, times: Reals) -> IntegratedMotion:
-        """The integrated motion; raises what stops it before the last of some instants."""
+        """The integrated motion; raises the error that stops it before the last of some instants."""
         whole, stop = self.integrated
         if stop is not None and times.max(initial=0.0) > whole.time[-1]:
             raise stop

@@ -126,7 +126,7 @@ def repeated(where: str, key: str, law: Lasting) -> RepeatedLaw:
 def factor_law(
     where: str, table: LoadTable | DriveTable, duration: float, links: Collection[str], sliders: Collection[str]
 ) -> Law | None:
-    """What a load or effort is multiplied by; None without a table. A table against time must cover the duration [s].
+    """Factor on a load or effort; None without a table. A table against time must cover the duration [s].
 
     `links`, `sliders` are the names that there are.
     """
@@ -181,7 +181,7 @@ def _turning(angle: LinkAngle, curve: Callable[[Any], Any], middle: float) -> La
 def _against(
     where: str, table: LoadTable | DriveTable, links: Collection[str], sliders: Collection[str]
 ) -> tuple[str, LinkAngle | Slide | None]:
-    """Unit of what a table is against, and the coordinate; None for time."""
+    """Unit of a table's abscissa, and the coordinate; None for time."""
     from rigid.analysis import LinkAngle, Slide
 
     against = table.against

@@ -1,4 +1,4 @@
-"""What a scene allows: limits of deflection, safety and output, and which point or angle is the output."""
+"""Limits of a scene: of deflection, safety and output, and which point or angle is the output."""
 
 from __future__ import annotations
 

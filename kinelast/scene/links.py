@@ -191,7 +191,7 @@ def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:
 
 
 def _lump(where: str, table: LinkTable, link: Link) -> Lump:
-    """Mass, centre and inertia as given; what is left out from the link's beams, or from the only point."""
+    """Mass, centre and inertia as given; those left out from the link's beams, or from the only point."""
     points = link.points
     mass: Any
     center: Any

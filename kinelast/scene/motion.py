@@ -1,4 +1,4 @@
-"""Motion and deflection of a scene, and what is required of them."""
+"""Motion and deflection of a scene, and their requirements."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_tables(scene: Scene, moved: Motion) -> None:
-    """Raise where a load's table ends before what it is against does."""
+    """Raise where the coordinate of a load's table runs past its end."""
     for number, load in enumerate(scene.mechanism.loads, 1):
         law = getattr(load, "law", None)
         if law is not None:

@@ -1,4 +1,4 @@
-"""From what stands in a file to its tables, and from what a validator says to what a user can act on."""
+"""From the contents of a file to its tables, and from a validator's errors to messages for users."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def _converted(value: Any, kind: Any, table: str, prefix: str = "", hook: Hook =
 
 
 def _found(value: Any, path: str) -> Any:
-    """What stands in a file at a path that counts from 1; a table where that cannot be told."""
+    """The value in a file at a path that counts from 1; a table where that cannot be told."""
     for part in re.findall(r"[^.\[\]]+", path):
         try:
             value = value[int(part) - 1] if isinstance(value, list) else value[part]
@@ -199,7 +199,7 @@ def _path(path: str) -> str:
 
 
 def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
-    """The key at fault and what to say of it."""
+    """The key at fault and the message on it."""
     inner = f"{path}." if path else ""
     if found := re.fullmatch(r"Object contains unknown field `(.*)`", what):
         if found[1] in NOT_MODELLED:

@@ -17,7 +17,7 @@ Points = Mapping[str, Any]
 
 
 def drawn_places(scene: SceneTable) -> dict[str, Complex]:
-    """The drawing: every place under [points], and what the ground says in coordinates [m]."""
+    """The drawing: every place under [points], and the ground's points given in coordinates [m]."""
     places = {name: vector(place) for name, place in scene.points.items()}
     ground = scene.links.get(GROUND)
     if ground is not None and isinstance(ground.points, dict):

@@ -1,4 +1,4 @@
-"""The kinds of quantities in a scene: what a file may hold for each, and how to ask for it."""
+"""The kinds of quantities in a scene: the forms that a file may hold for each, and the words to ask for it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Allowance(Quantity):
 
 
 class Abscissa(Quantity):
-    """Time [s], angle [rad] or slide [m]: what a table is against."""
+    """Abscissa of a table: time [s], angle [rad] or slide [m]."""
 
     expected = 'a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"'
     units = ("s", "rad", "m")
@@ -225,7 +225,7 @@ class Direction(complex):
 
     @classmethod
     def read(cls, value: object) -> Self:
-        """From a list of two numbers or a string; ValueError says what was expected."""
+        """From a list of two numbers or a string; ValueError tells the form expected."""
         if isinstance(value, str):
             with suppress(ValueError):  # whose message would speak of lengths too
                 return cls(_exact(Angle.read(value)))

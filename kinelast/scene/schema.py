@@ -52,7 +52,7 @@ def _quantity_schema(kind: Any) -> dict[str, Any]:
 
 
 def _without_null(schema: Any) -> Any:
-    """TOML has no null: what may be left out is left out."""
+    """A schema without null, which TOML has not: keys that may be null may be left out."""
     if isinstance(schema, list):
         return [_without_null(item) for item in schema]
     if not isinstance(schema, dict):

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: what a shape and a material come to."""
+"""Cross-sections of beams, from a shape and a material."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def poisson_of(stuff: MaterialTable, name: str) -> Any:
 def _strained(
     section: Section, table: str, link: LinkTable, beam: BeamTable, expansion: float | None, material: str = ""
 ) -> Section:
-    """A section with what the beam is longer by: as given, and by its temperature."""
+    """A section with the beam's free strain: as given, and by its temperature."""
     strain = link.strain if beam.strain is None else beam.strain
     warming = link.temperature if beam.temperature is None else beam.temperature
     total = 0.0 if strain is None else real(strain)

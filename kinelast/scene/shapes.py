@@ -71,7 +71,7 @@ class Sizes(tuple[float, float]):
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
-        """From a number, a string, or a list of two; ValueError says what was expected."""
+        """From a number, a string, or a list of two; ValueError tells the form expected."""
         ends = value if isinstance(value, list) else [value, value]
         if len(ends) != 2:
             raise ValueError(f"expected {cls.expected}, got {shown(value)}")

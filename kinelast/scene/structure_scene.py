@@ -18,7 +18,7 @@ from rigid.topology import Contact, SpatialJoint, spatial_chain
 
 @dataclass(frozen=True, eq=False)
 class StructureScene:
-    """What there is of a scene without motion.
+    """A scene without motion: its mechanism, or its joints in space.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
 
 
 def file_bytes(path: Path) -> bytes:
-    """What stands in a scene's file, read once; SceneError where it cannot be read or is no file of a scene's size."""
+    """Bytes of a scene's file, read once; SceneError where it cannot be read or is no file of a scene's size."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise OSError("a folder, a pipe or a device is no scene")
@@ -58,7 +58,7 @@ def toml_tables(text: str, path: str) -> dict[str, Any]:
 
 @contextmanager
 def of_file(path: str) -> Iterator[None]:
-    """Add the file to what is said of a mistake in it."""
+    """Add the file to the message of a mistake in it."""
     try:
         yield
     except SceneError as error:

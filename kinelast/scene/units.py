@@ -146,7 +146,7 @@ class Quantity(float):
 
     @classmethod
     def bound(cls, number: float) -> str:
-        """What a number is expected to be that is out of bounds."""
+        """The bound that a number violates, in words."""
         if not abs(number) < cls.most or (cls.above == 0 and 0 < number < SMALLEST):
             return "a number of a size that occurs"
         return "greater than zero" if cls.above == 0 else "not below zero"
@@ -199,7 +199,7 @@ class Quantity(float):
 
 @cache
 def _factor(name: str, units: tuple[str, ...]) -> tuple[float, str] | None:
-    """What a unit is in the one of some SI units that has its dimension, and which that is; None where none has.
+    """Factor of a unit to the SI unit of its dimension among some, and that SI unit; None where none has its dimension.
 
     Looked up once for all scenes of a batch: pint takes longer than the deflection. Raises whatever its parser does.
     """
@@ -221,7 +221,7 @@ def _float(value: float) -> float:
 
 
 def _unknown(names: Any, whole: str, units: tuple[str, ...]) -> str:
-    """What to say of an unknown unit, with the nearest one: of the right dimension where it stands alone."""
+    """The message on an unknown unit, with the nearest one: of the right dimension where it stands alone."""
     name = names if isinstance(names, str) else next(iter(names))
     dimension = registry().get_dimensionality
     wanted = [dimension(registry().parse_units(unit)) for unit in units]

@@ -93,7 +93,7 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
 
 
 def in_file(place: Place, value: float) -> Any:
-    """A value [SI unit] as it may stand in a place of a file, whatever its bare lengths are in."""
+    """A value [SI unit] as it may stand in a place of a file, with its unit written out unless it is 1."""
     if isinstance(place.leaf, int):
         return round(value)
     unit = place.variable.unit
@@ -174,7 +174,7 @@ def _called(entry: Any) -> str | None:
 
 
 def _entered(node: Any, number: str | None, name: str | None) -> tuple[Any, Any, Any]:
-    """Key, name in the file, and what is there, of one part of a path; LookupError where there is none."""
+    """Key, name in the file, and value of one part of a path; LookupError where there is none."""
     if isinstance(node, msgspec.Struct) and name is not None:
         own = {field.encode_name: field.name for field in msgspec.structs.fields(node)}
         return own[name], name, getattr(node, own[name])

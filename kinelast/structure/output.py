@@ -38,7 +38,7 @@ def _structure(task: Task) -> Outcome:
 
 
 def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
-    """The files of a structure, and what to say of its diagram."""
+    """The files of a structure, and the words on its diagram."""
     files = {"structure.txt": text}
     if scene.mechanism is None:
         return files, ""

@@ -1,4 +1,4 @@
-"""What the structure of a mechanism is, as data and as text for a terminal."""
+"""The structure of a mechanism, as data and as text for a terminal."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
 
 
 def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
-    """What a worker answers: what it computes with, and the result."""
+    """The answer of a worker: the versions that it computes with, and the result."""
     from distributed import get_worker
 
     return versions(), get_worker().plugins[name].work(number)

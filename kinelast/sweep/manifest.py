@@ -1,4 +1,4 @@
-"""What a sweep's folder says of itself: of which sweep it is, how it is divided into chunks, which ones failed."""
+"""The manifest of a sweep's folder: its sweep, its division into chunks, and the chunks that failed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SHOWN = 60  # letters of a value in a message
 
 @dataclass(frozen=True)
 class Kept:
-    """What the content of a chunk is known by: how many designs and bytes it has, and their SHA-256."""
+    """Fingerprint of a chunk's content: how many designs and bytes it has, and their SHA-256."""
 
     rows: int
     size: int
@@ -31,7 +31,7 @@ class Kept:
 
     @classmethod
     def of(cls, rows: int, content: bytes) -> Kept:
-        """What a chunk's content is known by."""
+        """The fingerprint of a chunk's content."""
         return cls(rows, len(content), hashlib.sha256(content).hexdigest())
 
     def fits(self, content: bytes) -> bool:
@@ -90,7 +90,7 @@ class Manifest:
 
 @cache
 def versions() -> dict[str, str]:
-    """What has a say in the last digits of a figure and in the bytes of a file."""
+    """Versions that have a say in the last digits of a figure and in the bytes of a file."""
     found = {"kinelast": VERSION, "numpy": metadata.version("numpy"), "scipy": metadata.version("scipy")}
     with suppress(metadata.PackageNotFoundError):
         found["pyarrow"] = metadata.version("pyarrow")
@@ -106,7 +106,7 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _digest(data: Mapping[str, Any]) -> str:
-    """What a manifest is known by."""
+    """Digest of a manifest."""
     return hashlib.sha256(json.dumps(json.loads(json_bytes(data)), sort_keys=True).encode()).hexdigest()
 
 
@@ -134,7 +134,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def require_same(kept: Manifest, asked: Manifest, folder: Path) -> None:
-    """Raise where a folder holds another sweep than the one that is to go on in it, told by what differs."""
+    """Raise where a folder holds another sweep than the one that is to go on in it, told by the differences."""
     there, here = _flat(kept), _flat(asked)
     names = sorted(name for name in there.keys() | here.keys() if there.get(name) != here.get(name))
     if names:
@@ -148,7 +148,7 @@ def require_same(kept: Manifest, asked: Manifest, folder: Path) -> None:
 
 
 def _flat(manifest: Manifest) -> dict[str, Any]:
-    """What must be the same, by names to tell differences by."""
+    """The entries that must be the same, by names to tell differences by."""
     flat: dict[str, Any] = {"designs": manifest.designs, "chunk": manifest.chunk, "store": manifest.store}
     waiting: list[tuple[str, Any]] = list(json.loads(json_bytes(dict(manifest.identity))).items())
     while waiting:

@@ -1,4 +1,4 @@
-"""The sweep of a scene: all its designs computed and kept, what they come to, and which is best."""
+"""The sweep of a scene: all its designs computed and kept, their summary, and the best."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ MOST_SHOWN = 3  # numbers of the best design in the closing line
 
 
 def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = SILENT) -> Outcome:
-    """Compute the designs of a scene and write its folder; whatever goes wrong becomes the outcome.
+    """Compute the designs of a scene and write its folder; every fault becomes the outcome.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _words(seconds: float) -> str:
 
 
 def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int | None) -> dict[str, Any]:
-    """What the figures of a sweep depend on: the file, the table of designs, figures and positions."""
+    """All that the figures of a sweep depend on: the file, the table of designs, figures and positions."""
     drawn = hashlib.sha256()
     for factor in plan.factors:
         if isinstance(factor, Rows):
@@ -208,7 +208,7 @@ def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifes
 
 
 def _closing(evaluation: Evaluation, found: Tally) -> str:
-    """What a sweep comes to in one line."""
+    """The summary of a sweep in one line."""
     units, words = evaluation.units, [f"{found.designs} designs"]
     if found.acceptable is not None:
         words.append(f"{found.acceptable} acceptable")

@@ -25,14 +25,14 @@ MOST_FAILED = 10  # chunks of a run: what fails so often fails always
 
 
 class Compute(Protocol):
-    """What computes designs: pickled, and called anywhere, in any order."""
+    """A computation of designs: pickled, and called anywhere, in any order."""
 
     @property
     def units(self) -> Mapping[str, str]:
         """Units of the columns by their names."""
 
     def __call__(self, first: int, last: int) -> tuple[Mapping[str, Any], Sequence[str]]:
-        """Columns by name, each of shape (last - first,), of designs first to last - 1, and reasons for what is nan."""
+        """Columns by name, each of shape (last - first,), of designs first to last - 1, and reasons for every nan."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Chunk:
-    """A chunk that was computed: what its file is to hold, and its columns."""
+    """A chunk that was computed: the content of its file, and its columns."""
 
     content: bytes
     columns: tuple[str, ...]
@@ -55,7 +55,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Work:
-    """What is done with the number of a chunk, wherever: its designs are computed, and made a file's content."""
+    """The work on a chunk, in any process: its designs are computed, and made a file's content."""
 
     compute: Compute
     manifest: Manifest
@@ -137,7 +137,7 @@ def run_plan(
 
 
 def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
-    """The manifest of a folder that is ready for a sweep: what is kept there, or a new one."""
+    """The manifest of a folder that is ready for a sweep: the one kept there, or a new one."""
     folder, kept = store.folder, read_manifest(store.folder)
     if kept is None:
         store.require_free()
@@ -156,7 +156,7 @@ def _begun(store: Store, asked: Manifest, resume: bool) -> Manifest:
 
 
 def _checked(store: Store, manifest: Manifest, progress: Progress) -> tuple[Manifest, list[int]]:
-    """The manifest of what is in the folder as it was kept, and numbers of the chunks that are not any more."""
+    """The manifest of the chunks that are as they were kept, and numbers of those that are not any more."""
     done, wrong = store.checked(manifest)
     if not manifest.complete:
         if wrong:
@@ -190,7 +190,7 @@ def _computed(
     scheduler: str | None,
     progress: Progress,
 ) -> Manifest:
-    """Compute the chunks that are not done, what is wrong first, and keep each as it comes; the manifest of that."""
+    """Compute the chunks that are not done, wrong ones first, and keep each as it comes; the manifest of all kept."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
     with closing(_source(Work(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)) as coming:

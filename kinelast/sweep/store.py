@@ -109,7 +109,7 @@ class Store:
                     raise RequestError(f"{entry.path} is of no chunk of this sweep: move it")
 
     def _noted(self) -> dict[int, Kept]:
-        """What chunks were noted as known by, a line each; a line that was torn is as if it had not been."""
+        """Fingerprints of chunks as noted, a line each; a line that was torn is as if it had not been."""
         noted = {}
         for line in _content(self.folder / JOURNAL).decode("ascii", "replace").splitlines():
             with suppress(ValueError):
@@ -157,14 +157,14 @@ class Store:
                 path.unlink(missing_ok=True)
 
     def tidy(self) -> None:
-        """Away with what was not finished."""
+        """Remove unfinished files."""
         for folder in (self.folder, self.parts):
             with suppress(OSError):
                 for path in folder.glob(f".*{UNFINISHED}"):
                     path.unlink()
 
     def keep(self, number: int, rows: int, content: bytes) -> None:
-        """Put the file of a chunk into its place, and note what it is known by."""
+        """Put the file of a chunk into its place, and note its fingerprint."""
         self.parts.mkdir(parents=True, exist_ok=True)
         entry = Kept.of(rows, content)
         put(self._place(number), content)
@@ -172,7 +172,7 @@ class Store:
         self._journal({number: entry})
 
     def note_kept(self) -> None:
-        """Note what the chunks that are there are known by."""
+        """Note the fingerprints of the chunks that are there."""
         self._journal(self.kept)
 
     def _journal(self, entries: Mapping[int, Kept]) -> None:

@@ -1,4 +1,4 @@
-"""What the designs of a sweep come to: how many have no figures and why, ranges of the figures, the best."""
+"""Summary of a sweep's designs: how many have no figures and why, ranges of the figures, the best."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Aim:
 
 @dataclass
 class Tally:
-    """What the designs of a sweep come to: how many have no figures and why, ranges of figures, the best; or all."""
+    """Summary of a sweep's designs: how many have no figures and why, ranges of figures, the best; or all."""
 
     aim: Aim
     designs: int = 0
@@ -60,7 +60,7 @@ class Tally:
 
 
 def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
-    """What all designs come to; `keep` them too."""
+    """The tally of all designs; `keep` them too."""
     tally = Tally(aim)
     for columns, reasons in chunks:
         tally.add(columns, reasons)

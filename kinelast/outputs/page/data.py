@@ -1,4 +1,4 @@
-"""What the page holds of a scene: its polynomials, motion and forces as numbers, and what they belong to as JSON."""
+"""Data of a scene's page: polynomials, motion and forces as numbers, and the parts that they belong to as JSON."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REGISTERED = ("key", "symbol", "name", "unit", "greatest_of", "root_of", "signed
 
 
 def add_fields(store: Numbers, results: Results, taken: Any) -> None:
-    """Put the coefficients of the fields there, but what follows from others of them by integration, to round-off."""
+    """Store the coefficients of the fields, but those that follow from others by integration, to round-off."""
     bent, fields = results.deflection, field_coefficients(results)
     for field, values in fields.items():
         name, kept = f"field.{field}", len(values)
@@ -114,7 +114,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
 
 
 def model_of(results: Results, kept: Any, store: Numbers) -> dict[str, Any]:
-    """What the arrays belong to: links, beams, joints, drives, as plain data."""
+    """The parts that the arrays belong to: links, beams, joints, drives, as plain data."""
     mechanism, bent = results.mechanism, results.deflection
     return {
         "fields": [{name: getattr(field, name) for name in REGISTERED} for field in FIELDS.values()],
@@ -175,7 +175,7 @@ def _springs(results: Results) -> Iterator[dict[str, Any]]:
 
 
 def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
-    """Per gear what drives and what follows: its link, the point that it turns about, and the pitch circle's radius."""
+    """Per gear its driver and its follower: the link, the point that it turns about, and the pitch circle's radius."""
     for place in results.motion.places:
         if place.joint.gear is None:
             continue
@@ -204,7 +204,7 @@ def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
 
 
 def _beams(results: Results) -> list[dict[str, Any]]:
-    """Per beam: label, link, ends, length, and what turns N, V and M into stresses along it."""
+    """Per beam: label, link, ends, length, and the factors from N, V and M to stresses along it."""
     rows = []
     for number, label in enumerate(results.scene.labels):
         at, beam = results.mechanism.beams[number]
@@ -243,7 +243,7 @@ PACKED = 400_000  # bytes of numbers from which they are compressed: below, the 
 
 
 class Numbers:
-    """Rows one behind the other, over positions or designs, and what they belong to.
+    """Rows one behind the other, over positions or designs, and the shapes of the arrays that they belong to.
 
     Attributes
     ----------

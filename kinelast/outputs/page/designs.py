@@ -98,7 +98,7 @@ def designs_page(
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
-    """Which two columns a page shows at first, across and up: one number against a figure, or what a figure costs.
+    """Columns that a page shows at first, across and up: one number against a figure, or two figures.
 
     Examples
     --------

@@ -52,7 +52,7 @@ def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> by
 
 
 def filled(shell: str, parts: dict[str, bytes]) -> bytes:
-    """A page from its shell: what stands in double braces is replaced, once, by parts that are markup already."""
+    """A page from its shell: names in double braces are replaced, once, by parts that are markup already."""
     return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_shell(shell)))
 
 

@@ -35,7 +35,7 @@ LEANER = (
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """What the cycle is drawn over: numbers of shape (positions,), what they are, and where the axis has marks."""
+    """Abscissa of the charts over the cycle: values of shape (positions,), their label, and the axis' marks."""
 
     values: Reals
     label: str

@@ -1,4 +1,4 @@
-"""What the report draws over the cycle: curves of the largest values and forces, maps of the fields along the links."""
+"""Charts over the cycle: curves of the largest values and forces, maps of the fields along the links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ANGLE_STEPS = (1, 2, 5, 10, 15, 30, 60, 90, 180, 360)
 
 
 def axis(results: Results) -> Axis:
-    """What the cycle is drawn over: the first drive's angle where it turns one way throughout, else the time."""
+    """Abscissa of the cycle: the first drive's angle where it turns one way throughout, else the time."""
     motion = results.motion
     drive, values = results.mechanism.drives[0], motion.drive[0]
     steps = np.diff(values)
@@ -134,7 +134,7 @@ def cycle_maps(results: Results, over: Axis) -> list[str]:
 
 
 def _map(results: Results, field: Field) -> tuple[str, tuple[Any, list[str]]]:
-    """What stands above the maps of a field; its values, shape (beams, positions, stations), and ranges in words."""
+    """Heading of the maps of a field; its values, shape (beams, positions, stations), and ranges in words."""
     sampled = sample(results.deflection, field.key, np.linspace(0.0, 1.0, 31))[:MOST_MAPPED]
     values = _with_gaps(results, sampled.swapaxes(1, 2)).swapaxes(1, 2)
     sizes = np.nanmax(np.abs(values), axis=(1, 2), initial=0.0)

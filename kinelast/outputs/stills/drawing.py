@@ -60,7 +60,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
 
 def _make_room(axes: Axes, scale: float) -> None:
-    """Widen the drawing, at its scale in inches per metre, to whatever was drawn: deformed shape, symbols, words."""
+    """Widen the drawing, at its scale in inches per metre, to all artists: deformed shape, symbols, words."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure: Any = axes.figure
@@ -78,7 +78,7 @@ def _make_room(axes: Axes, scale: float) -> None:
 
 
 def _extent(results: Results) -> tuple[complex, complex]:
-    """Corners of what the mechanism reaches [m]."""
+    """Corners of the box that the mechanism reaches [m]."""
     places = [position_of(results.motion, number, point) for point, number in points_of(results.mechanism)]
     places += [np.array([complex(place)]) for place in results.mechanism.links[0].points.values()]
     every = np.concatenate([np.ravel(place) for place in places])
