@@ -90,7 +90,7 @@ def _require_reached(scene: Scene, moved: Motion) -> None:
 
 
 def require_chunk(scene: Scene, bent: Deflection) -> None:
-    """Raise where a chunk of a long run cannot be reached, told of the whole run at fewer positions, or loses a beam."""
+    """Raise where a chunk of a long run cannot be reached, told of all the run at fewer positions, or loses a beam."""
     if not reachable(bent.motion).all():
         _require_reached(scene, scene_motion(scene, SHOWN, partial=True))
         _require_reached(scene, bent.motion)

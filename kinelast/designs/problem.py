@@ -142,7 +142,7 @@ class Linear:
 
 
 def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
-    """Sum of the shares by which limits are violated; neither half of the reserve `KEPT` counts, nor round-off."""
+    """Sum of the shares by which limits are violated; less than half of the reserve `KEPT` is no violation."""
     whole = np.where(margin < -KEPT / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 

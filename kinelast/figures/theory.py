@@ -152,7 +152,7 @@ def _vibrating_answer(name: str, found: Elastodynamic, off: TheoryError, theory:
 
 
 def _enough(rung: Answer, wanted: float) -> bool:
-    """Whether a finer theory would not help: the accuracy is reached, or what it could take away is small beside it."""
+    """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small."""
     left = math.fsum(share for name, share in rung.errors.items() if name in LEFT)
     return rung.error - left <= max(wanted - left, BESIDES * wanted)
 
