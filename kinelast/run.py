@@ -216,7 +216,7 @@ def _drawings(
         (part / "report.html").write_bytes(report_page(results, figures, gist(figures)))
 
     def stills() -> None:
-        from kinelast.outputs.stills.write import write_stills
+        from kinelast.outputs.stills import write_stills
 
         progress(f"{name}: stills", 0, 1)
         write_stills(part / "stills", results)
