@@ -23,8 +23,10 @@ from rigid import (
     Spring,
     TorsionSpring,
     motion,
+    position_of,
 )
-from rigid.dynamics import law_of_time
+from rigid.analysis import LinkAngle
+from rigid.dynamics import law_of, law_of_time
 
 RAMP = law_of_time(lambda time: time)
 GROUND = Link("ground", {"O": 0})
@@ -305,19 +307,50 @@ def test_all_of_it_turned_is_the_same(turn):
         assert getattr(found[0], field) == pytest.approx(getattr(found[1], field), abs=1e-6)
 
 
+class Rope:
+    """A pull on the arm's end to a point of the ground, and a moment by a rate."""
+
+    points = (("ground", "O"), ("arm", "A"))
+
+    def forces(self, motion):
+        pull = 0.2 * (2.0 + 1j - position_of(motion, "arm", "A"))
+        yield "ground", "O", 1.0, 0.0
+        yield "arm", "A", pull, 0.3 * motion.angular_velocity[1]
+
+
+def rigid_arm(*loads):
+    links = GROUND, Link("arm", {"O": 0, "A": 1.0})
+    return Mechanism(links, (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=loads)
+
+
+def test_a_load_of_ones_own_is_felt_as_the_rigid_links_have_it():
+    """A rigid arm: the drive holds the moment of the pull at its place, and of the rate."""
+    arm = Mechanism(
+        (GROUND, Link("arm", {"O": 0, "A": 1.0})), (PinDrive("arm", "O"),), {"O": 0, "A": 1.0}, loads=(Rope(),)
+    )
+    found = nonlinear_equilibrium(arm, [], [lambda t: (0.4 + 0.7 * t,)], np.linspace(0.0, 2.0, 5))
+    tip = np.exp(1j * (0.4 + 0.7 * found.time))
+    moment = (np.conj(tip) * 0.2 * (2.0 + 1j - tip)).imag + 0.3 * 0.7
+    assert found.efforts[0] == pytest.approx(-moment, abs=1e-7)
+
+
+def test_a_law_that_follows_the_motion():
+    """A force by the angle, another by the angular acceleration of the arm."""
+    loads = (
+        PointLoad("arm", "A", 1j, law=law_of(LinkAngle("arm"), np.sin)),
+        PointLoad("arm", "A", moment=1.0, law=lambda motion: motion.turning[1].imag),
+    )
+    arm = rigid_arm(*loads)
+    found = nonlinear_equilibrium(arm, [], [lambda t: (0.4 + 0.7 * t**2,)], np.linspace(0.0, 1.0, 5))
+    angle = 0.4 + 0.7 * found.time**2
+    assert found.efforts[0] == pytest.approx(-np.cos(angle) * np.sin(angle) - 1.4, abs=1e-5)
+
+
 def test_what_is_not_known_is_refused_by_name():
-    arm = cantilever(1.0, PointLoad("arm", "A", 1j, law=lambda motion: motion.angle))
-    with pytest.raises(NotCheckedError, match='"angle"'):
+    arm = cantilever(1.0, PointLoad("arm", "A", 1j, law=lambda motion: motion.closures))
+    with pytest.raises(NotCheckedError, match='"closures"'):
         held(arm, Section(1.0, 1.0), 2)
 
-    class Magnet:
-        points = ()
-
-        def forces(self, motion):
-            return ()
-
-    with pytest.raises(NotCheckedError, match="Magnet"):
-        held(cantilever(1.0, Magnet()), Section(1.0, 1.0), 2)
     rail = Link("rail", {"O": 0, "A": 1.0}, (Beam("O", "A"),))
     block = Link("block", {"P": 0})
     slider = Slider("slot", "block", "rail", "P", 0.0, 1.0)

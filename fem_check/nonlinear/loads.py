@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from fem_check.nonlinear.link_motion import LinkMotion
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError
+from fem_check.nonlinear.rigid_places import RigidPlaces
 from fem_check.nonlinear.ties import place_of
 from rigid import Law, LineLoad, Mechanism, PointLoad, Reals, Spring, TorsionSpring
 from rigid.arrays import Complexes, Flags, Integers
@@ -46,31 +48,15 @@ class Loads:
     laws: tuple[Law, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Clock:
-    """Argument of a law in place of a motion: the time [s], and nothing else."""
-
-    time: Reals
-
-    @property
-    def columns(self) -> tuple[int, ...]:
-        """Shape of the instants."""
-        return self.time.shape
-
-    def __getattr__(self, name: str) -> Any:
-        """Refuse a law that follows the motion."""
-        raise NotCheckedError(
-            f'a law of a load asks for the motion\'s "{name}": the nonlinear check takes laws of time'
-        )
-
-
 def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
-    """All point loads and line loads of a mechanism.
+    """All loads of a mechanism but springs.
+
+    Those that are objects of one's own act on the bent links as the motion of the rigid ones has them.
 
     Raises
     ------
     NotCheckedError
-        A load of another kind.
+        Friction of joints; a load on a point that no beam reaches.
     """
     if mechanism.friction:
         raise NotCheckedError("friction of joints: the nonlinear check does not know it")
@@ -80,7 +66,8 @@ def loads_of(mechanism: Mechanism, nodes: Nodes) -> Loads:
         if isinstance(load, Spring | TorsionSpring):
             continue
         if not isinstance(load, PointLoad | LineLoad):
-            raise NotCheckedError(f"a load of type {type(load).__name__}: the nonlinear check does not know it")
+            rows += _of_its_own(mechanism, nodes, load, laws)
+            continue
         law = -1
         if load.law is not None:
             law, laws = len(laws), [*laws, load.law]
@@ -109,6 +96,33 @@ def _point(mechanism: Mechanism, nodes: Nodes, load: PointLoad, law: int) -> lis
     if load.turning:
         return [(node, force, moment + lever.imag, 0.0, True, law)]
     return [(node, force, moment, lever, False, law)]
+
+
+def _of_its_own(mechanism: Mechanism, nodes: Nodes, load: Any, laws: list[Law]) -> list[tuple[Any, ...]]:
+    """Forces and moments that an object tells of the motion of the rigid links: units times laws of their own."""
+    rows: list[tuple[Any, ...]] = []
+    for number, (link, point) in enumerate(load.points):
+        at = mechanism.index[link]
+        if at == 0:
+            continue
+        node, arm = place_of(mechanism, nodes, at, point)
+        for part, (force, moment) in enumerate(((1.0, 0.0), (1j, 0.0), (0.0, 1.0))):
+            rows.append((node, force, moment, np.conj(arm) * force, False, len(laws)))
+            laws.append(_part(load, number, (link, point), part))
+    return rows
+
+
+def _part(load: Any, number: int, at: tuple[str, str], part: int) -> Law:
+    """x or y of a force of an object, or its moment, as a law."""
+
+    def law(motion: Any) -> Reals:
+        link, point, force, moment = list(load.forces(motion))[number]
+        if (link, point) != at:
+            raise NotCheckedError(f"a load of type {type(load).__name__} does not act at its points in their order")
+        pushed = np.asarray(force, complex)
+        return np.broadcast_to((pushed.real, pushed.imag, np.asarray(moment, float))[part], motion.columns)
+
+    return law
 
 
 def _line(mechanism: Mechanism, nodes: Nodes, load: LineLoad, law: int) -> list[tuple[Any, ...]]:
@@ -161,10 +175,10 @@ def _elastic_pieces(
     return pieces
 
 
-def factors(loads: Loads, time: Reals) -> Reals:
+def factors(loads: Loads, time: Reals, rigid: RigidPlaces) -> Reals:
     """Factors of all loads by their laws, shape (instants, loads)."""
-    clock: Any = Clock(time)
-    values = [np.broadcast_to(np.asarray(law(clock), float), time.shape) for law in loads.laws]
+    motion: Any = LinkMotion(time, rigid)
+    values = [np.broadcast_to(np.asarray(law(motion), float), time.shape) for law in loads.laws]
     table = np.stack([*values, np.ones(time.shape)], axis=-1)
     return table[:, loads.law]
 
@@ -181,7 +195,7 @@ def load_state(loads: Loads, q: Reals, factor: Reals) -> tuple[Reals, Reals]:
     return pushed, change
 
 
-def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Complexes, time: Reals) -> Complexes:
+def line_loads(rigid: RigidPlaces, beam: int, xi: Reals, direction: Complexes, time: Reals) -> Complexes:
     """Force per length on a beam at its nodes in the ground's axes [N/m], complex, shape (instants, nodes).
 
     Parameters
@@ -193,13 +207,14 @@ def line_loads(mechanism: Mechanism, beam: int, xi: Reals, direction: Complexes,
     direction
         Unit vector of x' at the nodes, (instants, nodes).
     """
+    motion: Any = LinkMotion(time, rigid)
+    mechanism = rigid.mechanism
     at = mechanism.beams[beam][0]
     number = beam - next(k for k, (link, _) in enumerate(mechanism.beams) if link == at)
     total = np.zeros(direction.shape, complex)
     for load in mechanism.loads:
         if isinstance(load, LineLoad) and mechanism.index[load.link] == at and load.beam == number:
-            clock: Any = Clock(time)
-            factor = np.ones(time.shape) if load.law is None else np.broadcast_to(load.law(clock), time.shape)
+            factor = np.ones(time.shape) if load.law is None else np.broadcast_to(load.law(motion), time.shape)
             given = complex(load.start) + (complex(load.end) - complex(load.start)) * xi
             total += factor[:, None] * given * (direction if load.turning else 1.0)
     return total

@@ -182,7 +182,7 @@ def _section_forces(system: System, k: int, xi: Reals, axis: complex, instants: 
     direction = axis * np.exp(1j * instants.q[:, system.of_node[along, 2]])
     line = float(beam.mass_per_length) * Powers(xi, beam.mass_taper)
     felt = line * (complex(system.mechanism.gravity) - _complex(instants.a[:, system.of_node[along]]))
-    laid = line_loads(system.mechanism, k, xi, direction, instants.time)
+    laid = line_loads(system.rigid, k, xi, direction, instants.time)
     (push, lever), (laid_push, laid_lever) = inertia_shares(count), line_shares(count)
     force, arm = h * (felt @ push.T + laid @ laid_push.T), h**2 * (felt @ lever.T + laid @ laid_lever.T)
     first = np.arange(count // 2 + 1) if count > 1 else np.arange(1)

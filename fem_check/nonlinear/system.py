@@ -100,7 +100,7 @@ class System:
 
     def load_factors(self, time: Reals) -> Reals:
         """Factors of all loads by their laws, shape (instants, loads)."""
-        return factors(self.loads, time)
+        return factors(self.loads, time, self.rigid)
 
     def rigid_coordinates(self, places: Reals) -> Reals:
         """Coordinates of the nodes on rigid links at given places, (instants, links, 3)."""

@@ -1,0 +1,130 @@
+"""The motion of the rigid links as laws and loads ask for it: from places at single instants, by differences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fem_check.nonlinear.nodes import NotCheckedError
+from fem_check.nonlinear.rigid_places import RigidPlaces, coordinates
+from rigid import Mechanism, Reals, structure
+
+STRIDE = 5e-3
+"""Of the drives between two instants of a difference [rad], or share of the mechanism's size."""
+SHORTEST, SAMPLES = 1e-7, 501
+"""Difference in time [s], and instants at which the drives' strides are looked at."""
+POINTS = 6
+OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class LinkMotion:
+    """What `rigid.Motion` tells of the links, found without it; other attributes of that are refused by name.
+
+    Attributes
+    ----------
+    time
+        [s], shape (instants,).
+    rigid
+        Places of the links at any time.
+    """
+
+    time: Reals
+    rigid: RigidPlaces
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """That moves."""
+        return self.rigid.mechanism
+
+    @property
+    def structure(self) -> Any:
+        """Its joints."""
+        return structure(self.mechanism)
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """Shape of the instants."""
+        return self.time.shape
+
+    @cached_property
+    def drive(self) -> Reals:
+        """Coordinates of the drives, shape (drives, instants)."""
+        return coordinates(self.rigid.laws, self.time).T
+
+    @cached_property
+    def _places(self) -> Any:
+        return self._seen(self.rigid.at(self.time))
+
+    @cached_property
+    def _rates(self) -> Any:
+        """First and second derivatives of origins and angles, each of shape (2, links, instants)."""
+        step = self._step
+        around = np.maximum(self.time, self.rigid.start - OFFSETS[0] * step)  # nothing is known before the start
+        places = self.rigid.at((around[:, None] + step * OFFSETS).ravel())
+        values = places.reshape(len(self.time), POINTS, -1)
+        powers = np.arange(POINTS)
+        fit = np.linalg.inv(OFFSETS[:, None] ** powers)
+        share = ((self.time - around) / step)[:, None]
+        once = powers * share ** np.maximum(powers - 1, 0) @ fit / step
+        twice = powers * (powers - 1) * share ** np.maximum(powers - 2, 0) @ fit / step**2
+        return tuple(
+            np.einsum("pk,pkc->pc", weights, values).reshape(len(self.time), -1, 3) for weights in (once, twice)
+        )
+
+    @property
+    def _step(self) -> float:
+        """Time in which no drive makes more than a stride; short beside the instants [s]."""
+        first, last = float(self.time.min()), float(self.time.max())
+        scale = np.array([1.0 if drive.turns else self.rigid.size for drive in self.mechanism.drives])
+        steps = SHORTEST * 2.0 ** np.arange(24)
+        for step in steps:
+            fine = np.linspace(first, max(last, first + step), SAMPLES)
+            apart = coordinates(self.rigid.laws, fine + step) - coordinates(self.rigid.laws, fine)
+            if (np.abs(apart) / scale).max(initial=0.0) > STRIDE:
+                return float(step)
+        return float(steps[-1])
+
+    @staticmethod
+    def _seen(places: Reals) -> Any:
+        return (places[..., 0] + 1j * places[..., 1]).T, places[..., 2].T
+
+    @property
+    def origin(self) -> Any:
+        """Of every link's axes [m], complex, shape (links, instants)."""
+        return self._places[0]
+
+    @property
+    def direction(self) -> Any:
+        """Unit vector of every link's x' axis, complex."""
+        return np.exp(1j * self._places[1])
+
+    @property
+    def velocity(self) -> Any:
+        """Of the origins [m/s], complex."""
+        return self._seen(self._rates[0])[0]
+
+    @property
+    def angular_velocity(self) -> Reals:
+        """[rad/s]."""
+        spin: Reals = self._seen(self._rates[0])[1]
+        return spin
+
+    @property
+    def acceleration(self) -> Any:
+        """Of the origins [m/s^2], complex."""
+        return self._seen(self._rates[1])[0]
+
+    @property
+    def turning(self) -> Any:
+        """Angular acceleration times i less the square of the angular velocity [1/s^2], complex."""
+        return 1j * self._seen(self._rates[1])[1] - self.angular_velocity**2
+
+    def __getattr__(self, name: str) -> Any:
+        """Refuse what else a law or load may ask a motion for."""
+        raise NotCheckedError(
+            f'a load asks for the motion\'s "{name}": the nonlinear check knows places, velocities and accelerations'
+        )
