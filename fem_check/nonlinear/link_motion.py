@@ -22,7 +22,7 @@ OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
 
 @dataclass(frozen=True, eq=False)
 class LinkMotion:
-    """What `rigid.Motion` tells of the links, found without it; other attributes of that are refused by name.
+    """Places, velocities and accelerations of the rigid links, under the names of `rigid.Motion`; no other of its names.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class LinkMotion:
         return 1j * self._seen(self._rates[1])[1] - self.angular_velocity**2
 
     def __getattr__(self, name: str) -> Any:
-        """Refuse what else a law or load may ask a motion for."""
+        """Refuse another attribute by its name."""
         raise NotCheckedError(
             f'a load asks for the motion\'s "{name}": the nonlinear check knows places, velocities and accelerations'
         )
