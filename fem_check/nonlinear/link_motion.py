@@ -22,7 +22,7 @@ OFFSETS = np.arange(POINTS) - (POINTS - 1) / 2
 
 @dataclass(frozen=True, eq=False)
 class LinkMotion:
-    """Places, velocities and accelerations of the rigid links, under the names of `rigid.Motion`; no other of its names.
+    """Places, velocities and accelerations of the rigid links, by the names of `rigid.Motion`; no other of these.
 
     Attributes
     ----------

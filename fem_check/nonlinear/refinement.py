@@ -1,7 +1,7 @@
 """The deflection to a tolerance: steps of time are halved, and then elements, until neither changes it any more.
 
 Every solution begins where the last one ended. Where Newton's method finds none, steps are halved first, and then the
-motion is followed from one that is damped more.
+motion is followed from that of stiffer beams.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ STEP_SHARE = 1 / 3
 """Of the tolerance, that the steps may take."""
 SETTLED = 0.01
 """Newton's method ends at so much of the tolerance."""
-MORE = 30.0, 900.0
-"""Times the damping, where Newton's method finds nothing with the damping that is."""
-CLOSEST = 1.05
-"""Ratio of two dampings, below which the motion is not followed any more."""
+STIFFER, STIFFEST = 8.0, 4096.0
+"""Times the stiffness of the beams, where Newton's method finds nothing with the one that is."""
+CLOSEST, LONGEST_PATH = 0.96, 40
+"""Ratio of two stiffnesses beyond which, and motions after which, the motion is followed no more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +186,7 @@ class _Problem:
         return int(np.clip(np.ceil(gone / STRIDE), FEWEST, MOST // 4))
 
     def _solved_anyhow(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        """The motion from one near by; with more steps where Newton's method fails; or followed from more damping."""
+        """The motion from one near by; with more steps where Newton's method fails; or followed from stiffer beams."""
         tries: list[tuple[int, _Solved | None]] = [(steps, near)] if near is not None else []
         tries += [(count, None) for count in (steps, 2 * steps, 4 * steps) if count <= 2 * MOST]
         for count, begin in tries:
@@ -194,27 +194,28 @@ class _Problem:
                 return self._solved(system, count, begin)
             except DoesNotCloseError as error:
                 last = error
-        for more in MORE:
-            for count in (steps, 2 * steps, 4 * steps):
-                try:
-                    return self._less_damped(system, count, more)
-                except DoesNotCloseError:
-                    continue
+        for count in (steps, 2 * steps):
+            try:
+                return self._softened(system, count)
+            except DoesNotCloseError:
+                continue
         raise last
 
-    def _less_damped(self, system: System, steps: int, more: float) -> _Solved:
-        """The motion followed from that of a mechanism with `more` times the damping."""
-        here, factor, share = self._solved(_damped(system, more), steps, None), more, 0.25
-        while factor > 1.0:
-            to = max(1.0, factor * share)
+    def _softened(self, system: System, steps: int) -> _Solved:
+        """The motion followed from that of stiffer beams, which bend little."""
+        here, held, factor, share = None, 1.0, 1.0, 0.5
+        for _ in range(LONGEST_PATH):
             try:
-                here, factor = self._solved(_damped(system, to), steps, here), to
-                share = share**1.5 if share > 1e-2 else share
+                here, held = self._solved(_stiffer(system, factor), steps, here), factor
+                share **= 1.3
             except DoesNotCloseError:
-                share = share**0.5
-                if share > 1 / CLOSEST:
+                if (here is None and factor >= STIFFEST) or share > CLOSEST:
                     raise
-        return here
+                share = share if here is None else share**0.5
+            if here is not None and held == 1.0:
+                return here
+            factor = STIFFER * factor if here is None else max(1.0, held * share)
+        raise DoesNotCloseError("no motion found: it is too far from that of stiffer beams")
 
     def _solved(self, system: System, steps: int, near: _Solved | None) -> _Solved:
         edges = np.linspace(self.times[0], self.end, steps + 1)
@@ -243,8 +244,8 @@ class _Problem:
         return w - w[..., :1] * (1 - xi) - w[..., -1:] * xi
 
 
-def _damped(system: System, more: float) -> System:
-    elements = replace(system.nodes.elements, damping=more * system.nodes.elements.damping)
+def _stiffer(system: System, factor: float) -> System:
+    elements = replace(system.nodes.elements, stiffness=factor * system.nodes.elements.stiffness)
     return replace(system, nodes=replace(system.nodes, elements=elements))
 
 
