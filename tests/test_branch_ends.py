@@ -5,6 +5,7 @@ Angles and ends are those of `benchmarks/branch_tracker.py`, which shares no lin
 
 import numpy as np
 import pytest
+from kinelast.command import main
 from mechanisms import linkage
 
 from rigid import PinDrive, motion, motion_in_chunks
@@ -119,3 +120,41 @@ def test_drawn_next_to_a_dead_point_it_goes_away_from_it():
         rtol=0,
         atol=2e-9,
     )
+
+
+THREE_CRANKS = """
+[sections.bar]
+shape = "rigidities"
+EA = 1e6
+EI = 1e3
+mass_per_length = 1.0
+[points]
+A0 = [0.0, 0.0]
+A1 = [1.0, 0.0]
+A2 = [2.0, 0.0]
+B0 = [0.0, 1.0]
+B1 = [1.0, 1.0]
+B2 = [2.0, 1.0]
+[links]
+ground = {points = ["A0", "A1", "A2"]}
+u0 = {points = ["A0", "B0"], section = "bar"}
+u1 = {points = ["A1", "B1"], section = "bar"}
+u2 = {points = ["A2", "B2"], section = "bar"}
+h = {points = ["B0", "B1", "B2"], section = "bar"}
+[[drives]]
+link = "u0"
+effort = 0.0
+speed = -1.0
+[run]
+duration = 10.0
+positions = 101
+gravity = [0.0, -9.81]
+"""
+
+
+@pytest.mark.slow
+def test_three_cranks_let_go_are_answered(tmp_path):
+    """More bars than they need, through flat positions."""
+    (tmp_path / "cranks.toml").write_text(THREE_CRANKS)
+    assert main([str(tmp_path / "cranks.toml"), "-o", str(tmp_path / "out")]) in (0, 1)
+    assert (tmp_path / "out" / "cranks" / "summary.json").exists()

@@ -9,7 +9,7 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.equations_of_motion import Problem
 from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, settled, vibrating_model
-from elastic.elastodynamics.strains import Damping, given_forces, rigidities
+from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation
 from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
@@ -64,7 +64,8 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
 def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
     """Amplitudes of the quasi-static answer at the start, and their rates."""
     grid, structure = posed.terms.grid, posed.terms.kinematics.structure
-    strains = posed.terms.strains[0] if posed.terms.strains.ndim == 3 else posed.terms.strains
+    basis = posed.terms.kinematics.basis
+    strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
     forces = given_forces(structure, bent)
     rate = grid.at_nodes(grid.rates(forces)[0])[0]
     across = strains.T
