@@ -26,6 +26,7 @@ from rigid import Link, Mechanism, PinDrive, Slider, motion
 WRONG = 1e-6  # of a unit vector, or of places over a size of about 1 m
 BESIDE = 1e-7  # of an end [rad]: there the tracker does not tell
 TURNS = (1, 1, 2, 3, 5, 10, 25)
+EVERY = 100  # mechanisms after which the counts are written
 RESULTS = Path(__file__).parent / "results" / "branch_rate.csv"
 
 
@@ -378,15 +379,20 @@ def main() -> None:
             continue
         if wrong or missed:
             print(f"{number} {kind}: {wrong} wrong, {missed} missed of {len(asked)}", flush=True)
-    rows = counts | {"all": together(counts.values())}
-    total = rows["all"]
-    for kind, count in rows.items():
+        if number % EVERY == 0 or number == first + mechanisms - 1:
+            written(counts)
+    for kind, count in counts.items():
         print(f"{kind:26} {count}")
+    total = together(counts.values())
     print(f"wrong mechanisms: at most {upper(total.mechanisms_wrong, total.mechanisms):.2g} (95 %)")
+
+
+def written(counts: dict[str, Count]) -> None:
+    """Keep what is counted so far."""
     with RESULTS.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["kind", *vars(total)])
-        for kind, count in rows.items():
+        writer.writerow(["kind", *vars(Count())])
+        for kind, count in (counts | {"all": together(counts.values())}).items():
             writer.writerow([kind, *(f"{v:.4g}" if isinstance(v, float) else v for v in vars(count).values())])
 
 

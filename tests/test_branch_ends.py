@@ -5,9 +5,9 @@ Angles and ends are those of `benchmarks/branch_tracker.py`, which shares no lin
 
 import numpy as np
 import pytest
-from kinelast.command import main
 from mechanisms import linkage
 
+from kinelast.cli.command import main
 from rigid import PinDrive, motion, motion_in_chunks
 from rigid.analysis import ReachError, require_reach, stops
 
