@@ -217,6 +217,9 @@ def _rates(motion: Motion, masses: _Masses, motion_near: MotionNear, span: tuple
     step = STEP * _pace(motion)
     far = len(EIGHTH) * step
     inside = (motion.time - far >= span[0]) & (motion.time + far <= span[1])
+    if not inside.any():  # a run shorter than the steps
+        unknown = np.full((len(masses.mass), *motion.columns), np.nan)
+        return _Rates(unknown + 0j, unknown + 0j, unknown, inside)
     time, here = motion.time[inside], posture(motion, inside)
     steps = np.array([
         _carried(motion_near(time + k * step, here), masses) - _carried(motion_near(time - k * step, here), masses)
