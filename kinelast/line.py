@@ -10,8 +10,8 @@ from kinelast.numbers import coordinate, number, percent, quantity
 from kinelast.scene.data import QUASI_STATIC
 
 
-def gist(figures: Mapping[str, Any]) -> str:
-    """The gist of a scene in one line."""
+def headline(figures: Mapping[str, Any]) -> str:
+    """Headline of a scene: its figures in one line."""
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted = figures["largest_deflection"], figures["acceptance"]
     if largest:

@@ -54,7 +54,7 @@ class Outcome:
     interrupted: bool = False
 
 
-def attempted(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
+def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
     """The outcome of a scene's work, or of the exception that it raises.
 
     Parameters

@@ -60,7 +60,7 @@ class _Queue(Generic[T]):
         self._left.append(task)
 
 
-def answers(
+def map_surviving(
     work: Callable[[T], A], tasks: Iterable[T], jobs: int, tries: int = 1
 ) -> Generator[tuple[T, A | Lost], None, None]:
     """Tasks with their answers, in the order in which these are found, computed in so many processes.

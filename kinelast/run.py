@@ -16,8 +16,8 @@ import numpy as np
 from kinelast.compute import by_theory, checked, computed, further_checked, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.results import Results
-from kinelast.line import gist, questions
-from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, attempted, missing_package
+from kinelast.line import headline, questions
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, finished, foreign, made_from, seal, sizes, write_json
 from kinelast.progress import SILENT, Progress
@@ -44,7 +44,7 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
     start = time.perf_counter()
     with np.errstate(all="ignore"):  # what is no number is told as none
         work = partial(_scene, task, request, resume, progress)
-        outcome = attempted(task.name, work, "positions, stations or elements, or --jobs")
+        outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
     return replace(outcome, seconds=time.perf_counter() - start)
 
 
@@ -173,7 +173,7 @@ def _speeds(
 
 def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     """The outcome of a scene with its folder written: sentences and status."""
-    line = f"{task.name}: {gist(figures)} -> {task.folder}"
+    line = f"{task.name}: {headline(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
     for study in ("speeds", "sensitivities", "tolerances", "optimum"):
@@ -213,7 +213,7 @@ def _drawings(
     def report() -> None:
         from kinelast.outputs.page.report import report_page
 
-        (part / "report.html").write_bytes(report_page(results, figures, gist(figures)))
+        (part / "report.html").write_bytes(report_page(results, figures, headline(figures)))
 
     def stills() -> None:
         from kinelast.outputs.stills import write_stills

@@ -172,11 +172,11 @@ def test_an_optimum_and_a_notebook_keep_the_limits_of_the_report(factor, named):
     assert written["figures"] == summary_of(tables)["figures"]
     tables["optimize"] = {"minimize": "mass", "variables": {"sections.bar.depth": ["3 mm", "9 mm"]}}
     posed = problem_of(tables)
-    at = np.array([variable.base for variable in posed.sought.variables])
+    at = np.array([variable.base for variable in posed.task.variables])
     columns = posed.problem.figures_of(at[None]).columns
     for row in rows:
         key = {"output": "output_error"}.get(row["kind"], row["kind"])
-        own = [limit for limit in posed.sought.limits if limit.figure.split(".")[0] == key]
+        own = [limit for limit in posed.task.limits if limit.figure.split(".")[0] == key]
         assert all(bool(limit.kept(columns[limit.figure][0])) for limit in own) == row["passed"], key
 
 

@@ -19,9 +19,9 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 import kinelast.outputs.outbox as folders
 from kinelast import processes
 from kinelast.cli.command import main
-from kinelast.cli.workers import Work, side_by_side
+from kinelast.cli.workers import SceneWork, side_by_side
 from kinelast.outcome import BUG, FINE, Task
-from kinelast.outputs.outbox import complete, finished, held, made_from
+from kinelast.outputs.outbox import complete, finished, locked, made_from
 from kinelast.progress import SILENT
 from kinelast.request import Batch, Request, RequestError
 
@@ -84,7 +84,7 @@ def test_two_runs_at_once_leave_whole_folders_of_one_or_the_other(tmp_path):
 def test_a_folder_that_is_held_is_waited_for_and_then_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(folders, "PATIENCE", 0.2)
     another = complete(tmp_path / "arm")
-    with held(tmp_path / "arm"), pytest.raises(RequestError, match="is being written by another run"), another:
+    with locked(tmp_path / "arm"), pytest.raises(RequestError, match="is being written by another run"), another:
         pass
     with complete(tmp_path / "arm") as part:
         (part / "file").write_text("new")
@@ -103,7 +103,7 @@ def test_a_dead_worker_fails_its_scene_alone(tmp_path):
 
     killer = threading.Thread(target=kill)
     killer.start()
-    outcomes = list(side_by_side(tasks, Work(Request(), Batch()), 2, SILENT))
+    outcomes = list(side_by_side(tasks, SceneWork(Request(), Batch()), 2, SILENT))
     killer.join()
     assert [outcome.status for outcome in outcomes] == [BUG, FINE, FINE, FINE, FINE]
     assert "s0: its process was ended (signal 9)" in outcomes[0].line

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.designs.asked import scattered, sought
+from kinelast.designs.asked import optimization_task, tolerance_task
 from kinelast.designs.plan import plan_of
-from kinelast.designs.together import together
+from kinelast.designs.together import batched
 from kinelast.numbers import quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.scene import build, parsing
@@ -283,10 +283,10 @@ class TestBareLengths:
         values = plan_of(document, Path()).values(0, 8)
         assert sorted(values[:, 0] / metres) == pytest.approx([15, 15, 18, 18, 21, 21, 24, 24])
         assert set(values[:, 1]) == {6.0, 7.0}
-        assert scattered(document).tolerances[0].half == pytest.approx(0.1 * metres)
+        assert tolerance_task(document).tolerances[0].half == pytest.approx(0.1 * metres)
         scene = scene_from_text(text)
         units = {"mass": "kg", "chord": "m", "output_error": "m", **dict.fromkeys(deflections(scene), "m")}
-        asked = sought(document, units)
+        asked = optimization_task(document, units)
         assert [asked.low[0], asked.high[0]] == pytest.approx([30 * metres, 50 * metres])
         bounds = {limit.figure: limit.bound for limit in asked.limits}
         own = dict.fromkeys(deflections(scene), 3 * metres)
@@ -318,7 +318,7 @@ class TestTogether:
 
             return run
 
-        assert together([job(1, 3), job(10, 1), job(5, 2)], answers) == [8, 20, 20]
+        assert batched([job(1, 3), job(10, 1), job(5, 2)], answers) == [8, 20, 20]
         assert asked == [[1, 10, 5], [2, 10], [4]]
 
     def test_what_a_job_or_the_answers_raise_ends_all(self):
@@ -334,12 +334,12 @@ class TestTogether:
             raise KeyError("the answers")
 
         with pytest.raises(ValueError, match="a job"):
-            together([fails, lambda ask: ask(2)], lambda questions: questions)
+            batched([fails, lambda ask: ask(2)], lambda questions: questions)
         with pytest.raises(KeyError, match="the answers"):
-            together([asks, asks], broken)
+            batched([asks, asks], broken)
 
     def test_nothing_to_do(self):
-        assert together([], lambda questions: questions) == []
+        assert batched([], lambda questions: questions) == []
 
 
 def test_bars_are_as_long_as_what_they_show():

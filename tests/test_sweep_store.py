@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from sweeps import IDENTITY, Parabolas, tree
 
-from kinelast.outputs.outbox import held
+from kinelast.outputs.outbox import locked
 from kinelast.progress import Progress
 from kinelast.request import RequestError
 from kinelast.sweep import cluster, running, store
@@ -215,7 +215,7 @@ def test_what_is_not_ours_is_not_overwritten(tmp_path):
 
 
 def test_one_run_at_a_time(tmp_path):
-    with held(tmp_path / "out"), pytest.raises(RequestError, match="is being written by another run"):
+    with locked(tmp_path / "out"), pytest.raises(RequestError, match="is being written by another run"):
         sweep(tmp_path / "out")
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from kinelast.cli.parser import parsed
 from kinelast.cli.terminal import fill_closed_streams, listener, say
-from kinelast.cli.workers import Work, one_by_one, side_by_side
+from kinelast.cli.workers import SceneWork, one_by_one, side_by_side
 from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
 from kinelast.request import Batch, Request, RequestError
 from kinelast.scene.error import plain
@@ -137,7 +137,7 @@ def _run(request: Request, batch: Batch) -> int:
     begin, status = time.monotonic(), BAD_INPUT if problems else FINE
     try:
         with listener(batch.quiet) as progress:
-            work, jobs = Work(request, batch), batch.jobs
+            work, jobs = SceneWork(request, batch), batch.jobs
             apart = jobs != 1 and len(tasks) > 1 and not batch.sweep  # which has its designs side by side
             coming = side_by_side(tasks, work, jobs, progress) if apart else one_by_one(tasks, work, progress)
             for task, outcome in zip(tasks, coming, strict=True):

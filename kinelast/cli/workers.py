@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Work:
+class SceneWork:
     """The work on a scene, in any process: its report, its structure, its sweep, or one design of that."""
 
     request: Request
@@ -62,21 +62,21 @@ def _uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def one_by_one(tasks: Sequence[Task], work: Work, progress: Progress) -> Iterator[Outcome]:
+def one_by_one(tasks: Sequence[Task], work: SceneWork, progress: Progress) -> Iterator[Outcome]:
     """The outcomes of scenes, computed in this process."""
     for number, task in enumerate(tasks):
         progress(task.name, number, len(tasks))
         yield work(task, progress)
 
 
-def side_by_side(tasks: Sequence[Task], work: Work, jobs: int, progress: Progress) -> Iterator[Outcome]:
+def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Progress) -> Iterator[Outcome]:
     """The outcomes of scenes in their order, computed in so many processes, of 0 as many as cores.
 
     A scene whose process dies is failed, the others go on. However this ends, no process is left behind, and what
     they leave half done is cleared away.
     """
     from kinelast.outputs.outbox import recovered
-    from kinelast.processes import Lost, answers, cores
+    from kinelast.processes import Lost, cores, map_surviving
 
     begun: set[Task] = set()
     ready: dict[Task, Outcome] = {}
@@ -86,7 +86,7 @@ def side_by_side(tasks: Sequence[Task], work: Work, jobs: int, progress: Progres
             begun.add(task)
             yield task
 
-    coming = answers(work, begin(), min(jobs or cores(), len(tasks)))
+    coming = map_surviving(work, begin(), min(jobs or cores(), len(tasks)))
     try:
         for number, task in enumerate(tasks):
             while task not in ready:

@@ -22,14 +22,14 @@ from kinelast.scene.variables import Variable
 
 
 @dataclass(frozen=True, eq=False)
-class Scattered:
+class ToleranceTask:
     """Numbers of a scene with their tolerances."""
 
     variables: tuple[Variable, ...]
     tolerances: tuple[Tolerance, ...]
 
 
-def scattered(document: Document) -> Scattered:
+def tolerance_task(document: Document) -> ToleranceTask:
     """The tolerances of a scene.
 
     Raises
@@ -41,11 +41,13 @@ def scattered(document: Document) -> Scattered:
     if not asked:
         raise fault("tolerances", "", 'the table is missing: name numbers, as in "links.crank.length" = "0.1 mm"')
     rows = [tolerance(document.table, path, given) for path, given in asked.items()]
-    return Scattered(tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows))
+    return ToleranceTask(
+        tuple(number for number, *_ in rows), tuple(Tolerance(half, normal) for _, half, normal in rows)
+    )
 
 
 @dataclass(frozen=True, eq=False)
-class Sought:
+class OptimizationTask:
     """An optimization: variables with bounds, the figure to optimize, and limits of others."""
 
     variables: tuple[Variable, ...]
@@ -58,7 +60,7 @@ class Sought:
     seed: int
 
 
-def sought(document: Document, units: Mapping[str, str]) -> Sought:
+def optimization_task(document: Document, units: Mapping[str, str]) -> OptimizationTask:
     """The optimization of a scene's [optimize]; its [limits] count too.
 
     Parameters
@@ -88,7 +90,7 @@ def sought(document: Document, units: Mapping[str, str]) -> Sought:
     rows = [bounds(document.table, path, *ends) for path, ends in asked.variables.items()]
     variables, low, high = zip(*rows, strict=True)
     limits = (*_own_limits(document.scene, units), *_limits(document.table, units))
-    return Sought(
+    return OptimizationTask(
         variables, np.array(low), np.array(high),
         figure, asked.maximize is not None, limits, asked.method == "evolution", asked.seed,
     )  # fmt: skip

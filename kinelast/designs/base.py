@@ -145,19 +145,19 @@ def _shears(table: SceneTable) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class DesignRows:
     """Some of the designs: their rows among all, and their values, shape (designs, paths)."""
 
     rows: Any
     values: Any
 
-    def without(self, rows: Any) -> Rows:
+    def without(self, rows: Any) -> DesignRows:
         """The others."""
         kept = ~np.isin(self.rows, rows)
-        return Rows(self.rows[kept], self.values[kept])
+        return DesignRows(self.rows[kept], self.values[kept])
 
 
-def table_with(base: Base, group: Rows) -> SceneTable:
+def table_with(base: Base, group: DesignRows) -> SceneTable:
     """Tables of designs that agree in the numbers that cannot be arrays; their first row is the scene as it stands.
 
     Where no number is an array, all the designs are one, and the tables those of a single scene.
@@ -190,7 +190,7 @@ def _many(place: Place, each: Any) -> Any:
     return (type(leaf) if isinstance(leaf, Quantity) else Quantity).many(each, own)
 
 
-def numbers_at_fault(base: Base, group: Rows) -> Iterator[tuple[Any, Any]]:
+def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:
     """Rows of designs with a number that is out of the bounds of its place, and the problem of each."""
     fine = np.ones(len(group.rows), bool)
     for k, place in enumerate(base.places):

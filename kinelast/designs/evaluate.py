@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.base import Base, Rows, base_of, numbers_at_fault, table_with
+from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import Figure
 from kinelast.scene.build import built
@@ -119,7 +119,7 @@ class Part:
     found: Mapping[str, tuple[Any, Any]]
 
 
-def _groups(base: Base, values: Any) -> Iterator[Rows]:
+def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
     """Designs that can be on one axis of arrays: those that agree in the numbers that cannot be arrays."""
     apart = [k for k, place in enumerate(base.places) if not base.on_axis[k]]
     if not apart:
@@ -131,12 +131,12 @@ def _groups(base: Base, values: Any) -> Iterator[Rows]:
         for first in range(0, len(rows), BLOCK):
             some = rows[first : first + BLOCK]
             if len(some):
-                yield Rows(some, values[some])
+                yield DesignRows(some, values[some])
 
 
-def _computed(base: Base, group: Rows) -> Iterator[Part]:
+def _computed(base: Base, group: DesignRows) -> Iterator[Part]:
     """Figures of the designs of a group; those that cannot be built are left with their reasons."""
-    for rows, reason in numbers_at_fault(base, group):
+    for rows, reason in out_of_bounds(base, group):
         yield Part(rows, reason, {})
         group = group.without(rows)
     while len(group.rows):
@@ -167,7 +167,7 @@ def _wide(base: Base, scene: Scene, count: int) -> Scene:
     return replace(scene, sections=(first, *scene.sections[1:]))
 
 
-def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
+def _moved(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
     """The designs of a scene that stands for many, as many at a time as stay in the cache."""
     if not any(base.on_axis):
         yield from _answered(base, scene, group.rows)
@@ -178,7 +178,7 @@ def _moved(base: Base, scene: Scene, group: Rows) -> Iterator[Part]:
         yield from _some(base, scene, group, np.arange(first, min(first + step, len(group.rows))), step)
 
 
-def _some(base: Base, scene: Scene, group: Rows, which: Any, step: int) -> Iterator[Part]:
+def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[Part]:
     """Some designs behind the scene as it stands, which picks the branch for all, as often again as fills the arrays.
 
     So what a design comes to does not depend on the others: even the last digits of numpy's products change with the

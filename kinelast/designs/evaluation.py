@@ -12,7 +12,7 @@ from kinelast.designs.evaluate import evaluated
 from kinelast.scene.document import Document
 
 
-class Plan(Protocol):
+class DesignPlan(Protocol):
     """Which designs there are: the values of numbers of a scene, by the number of the design alone."""
 
     @property
@@ -36,7 +36,7 @@ class Evaluation:
     """
 
     document: Document
-    plan: Plan
+    plan: DesignPlan
     figures: tuple[str, ...] | None = None
 
     def __reduce__(self) -> Any:

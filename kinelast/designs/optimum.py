@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinelast.designs.asked import Sought
+from kinelast.designs.asked import OptimizationTask
 from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
-from kinelast.designs.search import Found, evolved, from_many_starts, local_searches
+from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.progress import SILENT, Progress
 
 ROUNDS = 4  # local searches from a better neighbour, at most
@@ -37,7 +37,7 @@ class Optimum:
     shares: np.ndarray
     values: np.ndarray
     feasible: bool
-    searches: tuple[Found, ...]
+    searches: tuple[LocalOptimum, ...]
     certificate: Certificate
     designs: int
     calls: int
@@ -80,7 +80,7 @@ def optimum(
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class OptimumResult:
     """A problem and the best design that was found.
 
     Attributes
@@ -91,7 +91,7 @@ class Solved:
         Whether the scene asks for no other theory, as all figures here are without vibration.
     """
 
-    sought: Sought
+    task: OptimizationTask
     optimum: Optimum
     units: Mapping[str, str]
     before: Mapping[str, float]

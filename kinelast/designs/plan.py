@@ -42,7 +42,7 @@ class Factor(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class ListedValues:
     """Values one by one, shape (count, numbers): a list, a grid's, those of a table."""
 
     rows: Reals
@@ -185,7 +185,7 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
     factors: list[Factor] = []
     if sweep.table is not None:
         places, rows = _table(table, folder / sweep.table)
-        factors.append(Rows(rows))
+        factors.append(ListedValues(rows))
     drawn: list[tuple[Place, float, float]] = []
     for path, entry in sweep.vary.items():
         place = place_of(table, path)
@@ -196,7 +196,7 @@ def plan_of(scene: Document | Tables, folder: Path = Path()) -> Plan:
         if isinstance(entry, RangeTable):
             factors.append(Grid(*ends(table, place, entry), entry.count or 2))
         else:
-            factors.append(Rows(np.array([[varied(table, place, text)] for text in entry])))
+            factors.append(ListedValues(np.array([[varied(table, place, text)] for text in entry])))
     if drawn or sweep.method != "grid" or sweep.samples is not None:
         factors.append(_sample(sweep, drawn))
     places += [place for place, _, _ in drawn]

@@ -14,7 +14,7 @@ CERTAIN = 4.0  # times the noise that is seen: few differences show it
 
 
 @dataclass(frozen=True)
-class Limit:
+class Extrapolation:
     """A derivative as the limit of differences.
 
     Attributes
@@ -44,7 +44,7 @@ def steps(scale: np.ndarray) -> np.ndarray:
     return np.asarray(np.multiply.outer(RATIO ** -np.arange(FIRST, FIRST + LEVELS, dtype=float), scale))
 
 
-def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Limit:
+def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Extrapolation:
     """The limit of difference quotients with steps that shrink by `RATIO`, by Richardson's extrapolation.
 
     Of all extrapolations the one is taken whose estimated error is least: truncation, by how far it is from those that
@@ -64,7 +64,7 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Limit:
     ----------
     Ridders, Advances in Engineering Software 4 (1982), p. 75; Press et al., Numerical Recipes, section 5.7.
     """
-    best = Limit(np.full(quotients.shape[1:], np.nan), np.full(quotients.shape[1:], np.inf))
+    best = Extrapolation(np.full(quotients.shape[1:], np.nan), np.full(quotients.shape[1:], np.inf))
     tables = [(quotients, noise, np.full_like(quotients, np.inf))]
     for depth in range(1, DEPTH + 1):
         weight = RATIO ** (order * depth) - 1
@@ -80,8 +80,8 @@ def limit(quotients: np.ndarray, noise: np.ndarray, order: int) -> Limit:
         at = error.argmin(axis=0)[None]
         found, least = (np.take_along_axis(each, at, axis=0)[0] for each in (value, error))
         better = least < best.error
-        best = Limit(np.where(better, found, best.value), np.where(better, least, best.error))
-    return Limit(best.value, np.where(np.isnan(best.value), np.nan, best.error))
+        best = Extrapolation(np.where(better, found, best.value), np.where(better, least, best.error))
+    return Extrapolation(best.value, np.where(np.isnan(best.value), np.nan, best.error))
 
 
 def _seen_noise(value: np.ndarray, rounded: np.ndarray) -> np.ndarray:

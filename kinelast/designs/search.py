@@ -11,7 +11,7 @@ from scipy.optimize import differential_evolution, least_squares, minimize
 from scipy.stats import qmc
 
 from kinelast.designs.problem import Linear, Problem, linearized
-from kinelast.designs.together import together
+from kinelast.designs.together import batched
 from kinelast.progress import SILENT, Progress
 
 SAMPLED = 64  # designs to a variable, of which the best are starts
@@ -27,7 +27,7 @@ WORSE = 1e50  # than any cost: designs that break a limit come after all others
 
 
 @dataclass(frozen=True)
-class Found:
+class LocalOptimum:
     """Where a local search has ended.
 
     Attributes
@@ -56,7 +56,7 @@ class Found:
 
 def from_many_starts(
     problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
-) -> list[Found]:
+) -> list[LocalOptimum]:
     """Local searches from the best designs of a Latin hypercube, that lie apart; the best first.
 
     Parameters
@@ -83,7 +83,7 @@ def _starts(problem: Problem, seed: int, first: np.ndarray | None) -> list[np.nd
 
 def evolved(
     problem: Problem, seed: int = 0, first: np.ndarray | None = None, progress: Progress = SILENT
-) -> list[Found]:
+) -> list[LocalOptimum]:
     """The end of a local search from the best of a population that has evolved (differential evolution)."""
     variables, generation = len(problem.low), [0]
 
@@ -103,7 +103,7 @@ def evolved(
     return local_searches(problem, [np.asarray(result.x)], progress)
 
 
-def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Progress = SILENT) -> list[Found]:
+def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Progress = SILENT) -> list[LocalOptimum]:
     """Where local searches end from several starts at once, the best first; that one goes on until it ends."""
     found = _side_by_side(problem, starts, ITERATIONS, progress)
     if found and not found[0].ended and np.isfinite(found[0].violation):
@@ -113,7 +113,7 @@ def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Pro
     return found
 
 
-def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, progress: Progress) -> list[Found]:
+def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, progress: Progress) -> list[LocalOptimum]:
     """Local searches of so many iterations at most; the best first."""
     calls = [0]
 
@@ -122,11 +122,11 @@ def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, pro
         progress("steps of local searches", min(calls[0], most), most)
         return linearized(problem, asked)
 
-    found = together([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)
+    found = batched([partial(_local_search, np.asarray(start, float), problem, most) for start in starts], answers)
     return sorted(found, key=lambda each: each.rank)
 
 
-def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[[np.ndarray], Linear]) -> Found:
+def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[[np.ndarray], Linear]) -> LocalOptimum:
     """The best design that a local search comes by from a start.
 
     Least squares first where that is what is sought, then sequential quadratic programming where there are limits.
@@ -145,14 +145,14 @@ def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[
 
     first = at(start)
     if not np.isfinite(first.cost):
-        return Found(start, start, np.nan, np.inf, True)
+        return LocalOptimum(start, start, np.nan, np.inf, True)
     ended = True
     with np.errstate(all="ignore"):
         if problem.parts:
             ended = _least_squares(at, start, most)
         if problem.limits or not problem.parts:
             ended = _quadratic_programming(at, best().shares, bool(problem.limits), most)
-    return Found(start, best().shares, best().cost, best().violation, ended)
+    return LocalOptimum(start, best().shares, best().cost, best().violation, ended)
 
 
 def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinelast.designs.richardson import Limit, limit, steps
+from kinelast.designs.richardson import Extrapolation, limit, steps
 
 ROUND_OFF = 4 * np.finfo(float).eps  # relative, of a figure that is computed as well as can be
 APART = 3.0  # times their errors that the slopes to both sides differ by at a kink
@@ -149,9 +149,9 @@ def _still(tried: _Tried, scale: np.ndarray) -> np.ndarray:
 class _Slopes:
     """Derivatives by central, backward and forward differences; (figures, variables)."""
 
-    middle: Limit
-    below: Limit
-    above: Limit
+    middle: Extrapolation
+    below: Extrapolation
+    above: Extrapolation
 
 
 def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.ndarray) -> Sensitivities:
@@ -186,7 +186,7 @@ def _slopes(tried: _Tried, values: np.ndarray, both: np.ndarray) -> _Slopes:
     return _Slopes(limit(across / (right - left), 2 * rough / (right - left), order=2), below, above)
 
 
-def _better(one: Limit, other: Limit) -> Limit:
+def _better(one: Extrapolation, other: Extrapolation) -> Extrapolation:
     """The limit with the smaller error of two."""
     first = ~(other.error < np.where(np.isnan(one.error), np.inf, one.error))
-    return Limit(np.where(first, one.value, other.value), np.where(first, one.error, other.error))
+    return Extrapolation(np.where(first, one.value, other.value), np.where(first, one.error, other.error))

@@ -9,13 +9,21 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
-from kinelast.designs.asked import Sought, scattered, sought
+from kinelast.designs.asked import OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
-from kinelast.designs.optimum import Solved, optimum
+from kinelast.designs.optimum import OptimumResult, optimum
 from kinelast.designs.problem import Problem
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
-from kinelast.designs.tolerances import DESIGNS, REPEATS, Toleranced, first_order, points_for, scatter, variance_shares
+from kinelast.designs.tolerances import (
+    DESIGNS,
+    REPEATS,
+    ToleranceResult,
+    first_order,
+    points_for,
+    scatter,
+    variance_shares,
+)
 from kinelast.figures.entry import Figure
 from kinelast.figures.output import output_of
 from kinelast.progress import SILENT, Progress
@@ -123,7 +131,7 @@ def _scale(table: SceneTable, variables: Sequence[Variable]) -> np.ndarray:
     )
 
 
-def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> Toleranced:
+def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: Progress = SILENT) -> ToleranceResult:
     """Ranges of a scene's figures under its [tolerances].
 
     Besides the figures of a design's summary, where the scene names its output: how far that is off by geometry, by
@@ -140,7 +148,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         As `sensitivity_study`; or there are no tolerances.
     """
     document = document_of(scene)
-    table, built, asked = document.table, document.scene, scattered(document)
+    table, built, asked = document.table, document.scene, tolerance_task(document)
     own: list[str | Figure] = []
     if built.output is not None:
         own += accuracy_figures(scene_motion(built), built.output)
@@ -156,21 +164,21 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
     units = {**base.units, **{figure.key: str(figure.unit) for figure in own if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
-    return Toleranced(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
+    return ToleranceResult(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
+class PosedProblem:
     """A scene's [optimize] as a problem; its figures as it stands, their units, whether it is quasi-static."""
 
-    sought: Sought
+    task: OptimizationTask
     problem: Problem
     before: Mapping[str, float]
     units: Mapping[str, str]
     quasi_static: bool
 
 
-def problem_of(given: Document | Tables) -> Posed:
+def problem_of(given: Document | Tables) -> PosedProblem:
     """The problem that a scene's [optimize] poses.
 
     Raises
@@ -183,17 +191,17 @@ def problem_of(given: Document | Tables) -> Posed:
     own = _path_figures(table, scene)
     base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, own))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
-    asked = sought(document, known)
+    asked = optimization_task(document, known)
     by_name = {figure.key: figure for figure in own}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
     paths = [one.path for one in asked.variables]
     figures_of = _figures_of(document, paths, [by_name.get(name, name) for name in names])
     problem = Problem(figures_of, asked.low, asked.high, asked.figure, asked.largest, asked.limits, tuple(parts))
-    return Posed(asked, problem, _first(base.columns), base.units, scene.theory.plain)
+    return PosedProblem(asked, problem, _first(base.columns), base.units, scene.theory.plain)
 
 
-def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Solved:
+def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> OptimumResult:
     """The best design that a scene's [optimize] asks for.
 
     Raises
@@ -202,14 +210,14 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Solv
         As `problem_of`; or no design that was tried has the figures.
     """
     posed = problem_of(scene)
-    asked, problem = posed.sought, posed.problem
+    asked, problem = posed.task, posed.problem
     first = problem.shares(np.array([one.base for one in asked.variables]))
     try:
         best = optimum(problem, asked.evolve, asked.seed, first, progress)
     except ValueError as error:
         raise fault("optimize", "", str(error)) from None
     after = problem.figures_of(best.values[None]).columns
-    return Solved(asked, best, posed.units, posed.before, _first(after), posed.quasi_static)
+    return OptimumResult(asked, best, posed.units, posed.before, _first(after), posed.quasi_static)
 
 
 def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:

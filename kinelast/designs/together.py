@@ -12,7 +12,7 @@ Answer = TypeVar("Answer")
 Result = TypeVar("Result")
 
 
-def together(
+def batched(
     jobs: Sequence[Callable[[Callable[[Question], Answer]], Result]],
     answers: Callable[[list[Question]], list[Answer]],
 ) -> list[Result]:

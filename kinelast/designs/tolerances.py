@@ -177,7 +177,7 @@ def variance_shares(
 
 
 @dataclass(frozen=True, eq=False)
-class Toleranced:
+class ToleranceResult:
     """All that is known of figures under tolerances.
 
     Attributes

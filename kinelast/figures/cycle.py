@@ -25,7 +25,7 @@ NOISE = 1e-12  # share of the scene's forces and displacements below which a fig
 SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
 
 
-class Finding(Protocol):
+class LargestSearch(Protocol):
     """A search for the largest values of a cycle: a figure."""
 
     @property
@@ -60,7 +60,7 @@ class Cycle:
     period: Any = None
     _known: dict[Any, Largest] = field(default_factory=dict, repr=False)
 
-    def of(self, figure: Finding) -> Largest:
+    def of(self, figure: LargestSearch) -> Largest:
         """The largest values of a figure's items, found once."""
         if figure not in self._known:
             self._known[figure] = figure.find(self)

@@ -12,7 +12,7 @@ from typing import Any
 
 from kinelast.compute import computed
 from kinelast.figures.summary import summary
-from kinelast.line import gist
+from kinelast.line import headline
 from kinelast.notebook.named import SceneDeflection
 from kinelast.outputs.outbox import made_from
 from kinelast.outputs.page.report import report_page
@@ -95,8 +95,8 @@ def report(
     results = computed(scene, request)
     made = made_from(scene.text.encode(), request)
     figures = {"kinelast": VERSION, **summary(results), "made_from": made}
-    headline = gist(figures)
-    return Report(scene.name, headline, figures, report_page(results, figures, headline))
+    line = headline(figures)
+    return Report(scene.name, line, figures, report_page(results, figures, line))
 
 
 def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 0, **style: Any) -> Still:

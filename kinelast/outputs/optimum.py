@@ -7,25 +7,25 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.certificate import ACTIVE, RADII
-from kinelast.designs.optimum import Solved
+from kinelast.designs.optimum import OptimumResult
 from kinelast.numbers import number, percent, quantity
 from kinelast.outputs.table import Table
 
 HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
 
 
-def optimum_figures(solved: Solved) -> dict[str, Any]:
+def optimum_figures(solved: OptimumResult) -> dict[str, Any]:
     """The best design and its certificate, as plain data that JSON can hold; null where not known."""
-    sought, found = solved.sought, solved.optimum
-    held, name = found.certificate, sought.figure
-    sign = -1.0 if sought.largest else 1.0
+    task, best = solved.task, solved.optimum
+    held, name = best.certificate, task.figure
+    sign = -1.0 if task.largest else 1.0
     return {
-        "goal": "maximize" if sought.largest else "minimize",
+        "goal": "maximize" if task.largest else "minimize",
         "figure": name,
         "unit": solved.units[name],
         "before": float(solved.before[name]),
         "value": float(solved.after[name]),
-        "feasible": found.feasible,
+        "feasible": best.feasible,
         "variables": _variables(solved),
         "limits": _limits(solved),
         "residual": float(held.residual),
@@ -38,28 +38,28 @@ def optimum_figures(solved: Solved) -> dict[str, Any]:
         ],
         "searches": [
             {"value": float(sign * each.cost), "violation": float(each.violation), "feasible": each.violation == 0}
-            for each in found.searches
+            for each in best.searches
         ],
-        "designs": found.designs,
-        "calls": found.calls,
+        "designs": best.designs,
+        "calls": best.calls,
         "words": words(solved),
     }
 
 
-def _variables(solved: Solved) -> list[dict[str, Any]]:
-    sought, found = solved.sought, solved.optimum
+def _variables(solved: OptimumResult) -> list[dict[str, Any]]:
+    task, best = solved.task, solved.optimum
     rows = []
-    for k, one in enumerate(sought.variables):
-        at = "low" if found.shares[k] < ACTIVE else "high" if found.shares[k] > 1 - ACTIVE else None
-        multiplier = max(found.certificate.low[k], found.certificate.high[k])
+    for k, one in enumerate(task.variables):
+        at = "low" if best.shares[k] < ACTIVE else "high" if best.shares[k] > 1 - ACTIVE else None
+        multiplier = max(best.certificate.low[k], best.certificate.high[k])
         rows.append(
             {
                 "path": one.path,
                 "unit": one.unit,
                 "before": one.base,
-                "value": float(found.values[k]),
-                "low": float(sought.low[k]),
-                "high": float(sought.high[k]),
+                "value": float(best.values[k]),
+                "low": float(task.low[k]),
+                "high": float(task.high[k]),
                 "at_bound": at,
                 "multiplier": float(multiplier),
             }
@@ -67,7 +67,7 @@ def _variables(solved: Solved) -> list[dict[str, Any]]:
     return rows
 
 
-def _limits(solved: Solved) -> list[dict[str, Any]]:
+def _limits(solved: OptimumResult) -> list[dict[str, Any]]:
     held = solved.optimum.certificate
     return [
         {
@@ -81,19 +81,19 @@ def _limits(solved: Solved) -> list[dict[str, Any]]:
             "active": bool(abs(margin) < ACTIVE),
             "multiplier": float(multiplier),
         }
-        for limit, margin, multiplier in zip(solved.sought.limits, held.margin, held.multiplier, strict=True)
+        for limit, margin, multiplier in zip(solved.task.limits, held.margin, held.multiplier, strict=True)
     ]
 
 
-def words(solved: Solved) -> list[str]:
+def words(solved: OptimumResult) -> list[str]:
     """Sentences on an optimum."""
-    sought, found, unit = solved.sought, solved.optimum, solved.units[solved.sought.figure]
-    held = found.certificate
-    kept = "all limits kept" if found.feasible else "NOT all limits can be kept: this is the nearest to that"
-    said = [f"{sought.figure}: {quantity(solved.before[sought.figure], unit)} -> "
-            f"{quantity(solved.after[sought.figure], unit)}; {kept}"]  # fmt: skip
-    less = "more" if sought.largest else "less"
-    for limit, margin, multiplier in zip(sought.limits, held.margin, held.multiplier, strict=True):
+    task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
+    held = best.certificate
+    kept = "all limits kept" if best.feasible else "NOT all limits can be kept: this is the nearest to that"
+    said = [f"{task.figure}: {quantity(solved.before[task.figure], unit)} -> "
+            f"{quantity(solved.after[task.figure], unit)}; {kept}"]  # fmt: skip
+    less = "more" if task.largest else "less"
+    for limit, margin, multiplier in zip(task.limits, held.margin, held.multiplier, strict=True):
         if abs(margin) < ACTIVE:
             bound = quantity(limit.bound, solved.units[limit.figure])
             said.append(f"held by {limit.figure}, {bound}: 1 % more room is {number(multiplier, 3)} % {less}")
@@ -103,13 +103,13 @@ def words(solved: Solved) -> list[str]:
             said.append(f"held by the {end} bound of {row['path']}, {quantity(row['value'], row['unit'])}")
     residual = f"stationary to {percent(held.residual)}" + (", at a kink" if held.kinked else "")
     better, tried = int(np.sum(held.neighbours.better)), int(np.sum(held.neighbours.tried))
-    said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {found.designs} designs computed")
+    said.append(f"{residual}; {better or 'none'} of {tried} neighbours better; {best.designs} designs computed")
     if not solved.quasi_static:
         said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
     return said
 
 
-def optimum_table(solved: Solved) -> Table:
+def optimum_table(solved: OptimumResult) -> Table:
     """A row for the goal, every variable and every limit."""
     figures = optimum_figures(solved)
     goal = (figures["goal"], figures["figure"], figures["unit"], figures["before"], figures["value"])

@@ -49,7 +49,7 @@ def complete(folder: Path) -> Iterator[Path]:
         be made.
     """
     _require_place(folder)
-    with held(folder) as hidden:
+    with locked(folder) as hidden:
         part, old = (folder.with_name(f"{hidden}{end}") for end in (".part", ".old"))
         try:
             part.mkdir()
@@ -70,7 +70,7 @@ def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]
     RequestError
         The file that is there is of somebody else; another run does not let go of it.
     """
-    with held(path) as hidden:
+    with locked(path) as hidden:
         if path.exists() and not ours():
             raise RequestError(f'"{plain(str(path), LINE)}" was not written by this program: it is left as it is')
         put(path, content(), unfinished=f"{hidden}.part")
@@ -117,7 +117,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
         As `complete`.
     """
     _require_place(folder)
-    with held(folder) as hidden:
+    with locked(folder) as hidden:
         _refuse_to_replace(folder, {*texts, SUMMARY})
         known = _summary_in(folder) or {}
         part = folder.with_name(f"{hidden}.part")
@@ -225,7 +225,7 @@ def recovered(folder: Path) -> None:
     """Clear away the leftovers of a process that has died, and bring back the folder that was there before."""
     with suppress(OSError, RequestError):
         if _lock_of(folder).exists():
-            with held(folder):
+            with locked(folder):
                 pass
 
 
@@ -243,7 +243,7 @@ def _lock_of(folder: Path) -> Path:
 
 
 @contextmanager
-def held(folder: Path, patience: float | None = None) -> Iterator[str]:
+def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
     """Keep other runs from a folder or file; the name for hidden files beside it meanwhile.
 
     Parameters

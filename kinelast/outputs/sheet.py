@@ -20,7 +20,7 @@ LINKS = ("#0b5fa5", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a02c4a", "#317
 FLAT = 1e-6
 
 
-class Sheet:
+class MechanismAxes:
     """A mechanism in one posture, and the size of its symbols.
 
     Parameters

@@ -48,7 +48,7 @@ def write_studies(part: Path, document: Document, request: Request, progress: Pr
             figures["tolerances"] = tolerance_figures(ranges)
         if request.optimize:
             best = optimum_study(document, progress)
-            paths = (number.path for number in best.sought.variables)
+            paths = (number.path for number in best.task.variables)
             values = dict(zip(paths, best.optimum.values.tolist(), strict=True))
             kept = "all limits kept" if best.optimum.feasible else "NOT all limits kept"
             head = f"The best design by [optimize] of the scene {document.name}, quasi-statically: {kept}."

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.accuracy import GEOMETRIC, WHOLE
-from kinelast.designs.tolerances import Scatter, Toleranced
+from kinelast.designs.tolerances import Scatter, ToleranceResult
 from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.outputs.table import Table
@@ -16,7 +16,7 @@ TOLD = 2  # figures of which the closing words tell, where there are no errors o
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
 
 
-def tolerance_figures(found: Toleranced) -> dict[str, Any]:
+def tolerance_figures(found: ToleranceResult) -> dict[str, Any]:
     """Ranges of figures as plain data that JSON can hold, null where not known; `words` tell the first of them."""
     numbers = [
         {
@@ -40,7 +40,7 @@ def _told(name: str, sampled: Scatter, unit: str) -> str:
     return f"{name} of 95 % of the machines: {low} to {high}, of half of them below {median}"
 
 
-def _figure(found: Toleranced, row: int, name: str) -> dict[str, Any]:
+def _figure(found: ToleranceResult, row: int, name: str) -> dict[str, Any]:
     sampled, (alone, together) = found.sampled[name], found.shares[name]
     return {
         "name": name,
@@ -61,7 +61,7 @@ def _figure(found: Toleranced, row: int, name: str) -> dict[str, Any]:
     }
 
 
-def tolerance_table(found: Toleranced) -> Table:
+def tolerance_table(found: ToleranceResult) -> Table:
     """A row a figure: its value, its range to first order and by samples, and the share of each number in it."""
     names = [one.path for one in found.variables]
     head = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED,
@@ -75,7 +75,7 @@ def tolerance_table(found: Toleranced) -> Table:
     return Table.of_rows(head, rows)
 
 
-def tolerance_bars(found: Toleranced) -> str:
+def tolerance_bars(found: ToleranceResult) -> str:
     """Shares of the numbers in the variance of every figure, as bars in SVG."""
     charts = []
     for row, name in enumerate(found.nominal.figures):

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from kinelast.scene.course import Course, CourseByLaws, Run
-from kinelast.scene.data import Making, Material, Scene, Theory
+from kinelast.scene.data import Material, Scene, SectionSource, Theory
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.limits import build_limits, build_output
-from kinelast.scene.links import Body, build_links, guiding
+from kinelast.scene.links import LinkModel, build_links, guiding
 from kinelast.scene.loads import build_load, build_spring
-from kinelast.scene.many import real, require, some, vector
+from kinelast.scene.many import any_nonzero, real, require, vector
 from kinelast.scene.points import drawn_places
 from kinelast.scene.sections import making, poisson_of
 from rigid import ConstantSpeed, LineLoad, Link, Load, Mechanism, SegmentedLaw
@@ -30,7 +30,7 @@ class SceneMechanism:
     """A mechanism without its loads, its links as bodies in the same order, and one law or effort per drive."""
 
     mechanism: Mechanism
-    bodies: tuple[Body, ...]
+    bodies: tuple[LinkModel, ...]
     laws: tuple[DriveLaw | DriveEffort, ...]
 
     @property
@@ -109,7 +109,7 @@ def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run:
     return IntegratedCourse(mechanism, laws, run, path)
 
 
-def _theory(table: SceneTable, made_of: tuple[Making, ...]) -> Theory:
+def _theory(table: SceneTable, made_of: tuple[SectionSource, ...]) -> Theory:
     run, stuff = table.run, table.materials
     if run.theory and run.accuracy is not None:
         raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
@@ -130,14 +130,14 @@ def _loads(table: SceneTable, parts: SceneMechanism, duration: float) -> tuple[L
     return *loads, *(build_spring(number, spring, links) for number, spring in enumerate(table.springs, 1))
 
 
-def _label(body: Body, number: int) -> str:
+def _label(body: LinkModel, number: int) -> str:
     return body.link.name if len(body.sections) == 1 else f"{body.link.name}.{number + 1}"
 
 
 def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
     """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
     steady: list[Any] = [law.speed for drive, law in zip(drives, laws, strict=True)
-              if drive.turns and isinstance(law, ConstantSpeed) and some(law.speed)]  # fmt: skip
+              if drive.turns and isinstance(law, ConstantSpeed) and any_nonzero(law.speed)]  # fmt: skip
     rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
               if isinstance(law, RepeatedLaw)]  # fmt: skip
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]

@@ -62,7 +62,7 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Making:
+class SectionSource:
     """Source of a beam's section, by the names in the file: section, its shape and sizes [m], material or nothing."""
 
     section: str
@@ -113,7 +113,7 @@ class Scene:
     outlines: Mapping[str, tuple[Any, ...]]
     limits: tuple[Limit, ...] = ()
     output: Output | None = None
-    made_of: tuple[Making, ...] = ()
+    made_of: tuple[SectionSource, ...] = ()
     text: str = field(default="", repr=False)
     theory: Theory = Theory()
     report_units: str = "SI"

@@ -12,15 +12,15 @@ from kinelast.scene.drives import moved_joint
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.format_motion import GearTable, JointTable, SliderTable, SlotTable, WeldTable
-from kinelast.scene.links import Body
-from kinelast.scene.many import real, vector, way
+from kinelast.scene.links import LinkModel
+from kinelast.scene.many import direction_of, real, vector
 from kinelast.scene.points import Points, drawn_direction, known_point
 from kinelast.scene.quantities import Damping
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.parts import Complex
 
 
-def build_sliders(scene: SceneTable, bodies: dict[str, Body], places: Points) -> dict[str, Slider]:
+def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:
     """All sliders by name, those of the slots too; adds the slots' blocks to the bodies."""
     links = {name: body.link for name, body in bodies.items()}
     sliders = {name: _slider(name, table, links, places) for name, table in scene.sliders.items()}
@@ -30,7 +30,7 @@ def build_sliders(scene: SceneTable, bodies: dict[str, Body], places: Points) ->
         # A space, which no name in a file may hold, keeps it apart from the links of the file.
         block = Link(f"{name} block", {slot.point: 0j})
         sliders[name] = _slot(name, slot, block, links, places)
-        bodies[block.name] = Body(block, (), True, hidden=True)
+        bodies[block.name] = LinkModel(block, (), True, hidden=True)
     return sliders
 
 
@@ -45,7 +45,9 @@ def _slider(name: str, table: SliderTable, links: Mapping[str, Link], places: Po
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     known_point(where, "through", table.through, links[table.link].points, table.link)
     own = drawn_direction(links[table.link], places)
-    return _line(where, "through", name, table.link, links[table.on], table.through, way(table.direction), own, places)
+    return _line(
+        where, "through", name, table.link, links[table.on], table.through, direction_of(table.direction), own, places
+    )
 
 
 def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], places: Points) -> Slider:
@@ -56,7 +58,9 @@ def _slot(name: str, table: SlotTable, block: Link, links: Mapping[str, Link], p
     if table.link == table.on:
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     known_point(where, "point", table.point, links[table.link].points, table.link)
-    return _line(where, "point", name, block.name, links[table.on], table.point, way(table.direction), None, places)
+    return _line(
+        where, "point", name, block.name, links[table.on], table.point, direction_of(table.direction), None, places
+    )
 
 
 def _line(

@@ -12,7 +12,7 @@ from typing import Any
 from elastic.links.beam_trees import lined_up
 from kinelast.scene.error import fault, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
-from kinelast.scene.many import quotient, real, require, some, vector
+from kinelast.scene.many import any_nonzero, quotient, real, require, vector
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
 from rigid import GROUND, Beam, Link, Lump, Slider
@@ -23,7 +23,7 @@ BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "cent
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class LinkModel:
     """A link of a scene.
 
     Its mechanical model, the cross-section of every beam, whether it is rigid, its outline [m], and whether the scene
@@ -37,7 +37,7 @@ class Body:
     hidden: bool = False
 
 
-def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
+def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
     """All links by name."""
     if GROUND not in scene.links:
         raise fault("links", GROUND, f"no link is named ground: name the fixed link so{likely_ground(scene)}")
@@ -56,7 +56,7 @@ def build_links(scene: SceneTable, places: Points) -> dict[str, Body]:
     return bodies
 
 
-def guiding(bodies: dict[str, Body], sliders: Mapping[str, Slider]) -> dict[str, Body]:
+def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict[str, LinkModel]:
     """The links, those that sliders run on made ready for that: a rigid one becomes a body without beams.
 
     Raises
@@ -90,11 +90,11 @@ def likely_ground(scene: SceneTable) -> str:
     return f'; is it "{name}"?' if name else ""
 
 
-def _ground(table: LinkTable, points: Points) -> Body:
+def _ground(table: LinkTable, points: Points) -> LinkModel:
     for key in ("length", *BODILY):
         if getattr(table, key):
             raise fault(f"links.{GROUND}", key, "the ground neither moves nor bends: it has points only")
-    return Body(Link(GROUND, points), (), True, _outline(GROUND, table, points))
+    return LinkModel(Link(GROUND, points), (), True, _outline(GROUND, table, points))
 
 
 def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, dict[str, Real]]:
@@ -114,7 +114,7 @@ def _point_masses(scene: SceneTable, points: Mapping[str, Points]) -> dict[str, 
     return held
 
 
-def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> Body:
+def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str, Real], joints: set[str]) -> LinkModel:
     """A moving link: elastic with beams, or rigid."""
     table, where = scene.links[name], f"links.{name}"
     outline = _outline(name, table, points)
@@ -141,7 +141,7 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
         for point in [*joints, *held]:
             if point not in nodes:
                 raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
-    return Body(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline)
+    return LinkModel(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline)
 
 
 def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
@@ -198,7 +198,7 @@ def _lump(where: str, table: LinkTable, link: Link) -> Lump:
     second: Any
     mass, center, second = mass_moments(Link(link.name, points, link.beams))
     origin = next(iter(points))
-    if some(mass):
+    if any_nonzero(mass):
         center = quotient(center, mass)
         second = second - mass * abs(center) ** 2
     if table.mass is not None:
@@ -208,7 +208,7 @@ def _lump(where: str, table: LinkTable, link: Link) -> Lump:
         center = points[table.center]
     elif table.center is not None:
         center = vector(table.center)
-    elif not link.beams and len(points) > 1 and some(mass):
+    elif not link.beams and len(points) > 1 and any_nonzero(mass):
         raise fault(
             where, "center", "the key is missing: expected a point's name or [x, y] in the link's axes, as in \"C\""
         )

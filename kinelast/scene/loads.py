@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from kinelast.scene.error import fault, known_name, require_absent
 from kinelast.scene.format_motion import LoadTable, SpringTable
 from kinelast.scene.laws import factor_law
-from kinelast.scene.many import real, some, vector
+from kinelast.scene.many import any_nonzero, real, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness
 from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
@@ -120,6 +120,6 @@ def _sizes(where: str, table: SpringTable, turning: int) -> list[Real]:
         if value is not None and value.unit not in ("", units[turning]):
             raise fault(where, key, f"expected {expected[turning]}, got {float(value):g} {value.unit}")
         sizes.append(real(value or 0.0))
-    if not any(some(size) for size in sizes):
+    if not any(any_nonzero(size) for size in sizes):
         raise fault(where, "stiffness", "the key is missing: a spring needs stiffness, damping or preload")
     return sizes

@@ -27,7 +27,7 @@ def vector(place: Iterable[Any]) -> Any:
     return x + 1j * y if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) else complex(x, y)
 
 
-def way(direction: Any) -> Any:
+def direction_of(direction: Any) -> Any:
     """A direction as a complex number, or as an array where it differs by design."""
     each = getattr(direction, "each", None)
     return direction if each is None else each
@@ -46,7 +46,7 @@ def quotient(vector: Any, size: Any) -> Any:
     return np.real(vector) / size + 1j * (np.imag(vector) / size)
 
 
-def some(value: Any) -> bool:
+def any_nonzero(value: Any) -> bool:
     """Whether a number is not zero, or that of any design."""
     return bool(np.any(value)) if isinstance(value, np.ndarray) else bool(value)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
-from kinelast.scene.many import real, require, some, vector
+from kinelast.scene.many import any_nonzero, real, require, vector
 from kinelast.scene.parsing import check_name
 from rigid import GROUND, Link
 from rigid.parts import Complex
@@ -78,7 +78,7 @@ def drawn_direction(link: Link, places: Points) -> Any:
         return None
     seen: Any = places[drawn[1]] - places[drawn[0]]
     own: Any = link.points[drawn[1]] - link.points[drawn[0]]
-    if not some(seen) or not some(own):
+    if not any_nonzero(seen) or not any_nonzero(own):
         return None
     turned = seen / own
     return turned / abs(turned)

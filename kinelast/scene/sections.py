@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams.cross_sections import POISSON
-from kinelast.scene.data import Making
+from kinelast.scene.data import SectionSource
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, MaterialTable, SceneTable
-from kinelast.scene.many import real, require, some
+from kinelast.scene.many import any_nonzero, real, require
 from kinelast.scene.shapes import Dimensioned, Properties, Rigidities, SectionTable
 from rigid.parts import Real
 
@@ -134,10 +134,10 @@ def _strained(
                 f"materials.{material}", "expansion", "the key is missing: the temperature of a beam asks for it"
             )
         total = total + real(expansion) * real(warming)
-    return replace(section, strain=total) if some(total) else section
+    return replace(section, strain=total) if any_nonzero(total) else section
 
 
-def making(scene: SceneTable, link: str, number: int) -> Making:
+def making(scene: SceneTable, link: str, number: int) -> SectionSource:
     """Section and material of a link's beam by its number."""
     table = scene.links[link]
     entry = None if table.beams is None else table.beams[number]
@@ -147,4 +147,4 @@ def making(scene: SceneTable, link: str, number: int) -> Making:
     keys = section.__struct_fields__ if isinstance(section, Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)
-    return Making(name, shape, sizes, material if not isinstance(section, Rigidities) else "")
+    return SectionSource(name, shape, sizes, material if not isinstance(section, Rigidities) else "")

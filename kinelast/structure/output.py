@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.outcome import DONE, FINE, Outcome, Task, attempted
+from kinelast.outcome import DONE, FINE, Outcome, Task, guarded
 from kinelast.outputs.outbox import add_to
-from kinelast.outputs.sheet import PAPER, Sheet
+from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.progress import SILENT, Progress
 from kinelast.scene.structure_scene import StructureScene, read_structure
 from kinelast.version import VERSION
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def try_structure(task: Task, _: Progress = SILENT) -> Outcome:
     """How a scene's structure went, with its text; the files are put into the scene's folder."""
-    return attempted(task.name, partial(_structure, task))
+    return guarded(task.name, partial(_structure, task))
 
 
 def _structure(task: Task) -> Outcome:
@@ -85,7 +85,7 @@ def skeleton(subject: Mechanism | Scene) -> Figure:
 
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     here = assembled(mechanism)
-    drawing = Sheet(here)
+    drawing = MechanismAxes(here)
     width, height = drawing.extent
     tall = float(np.clip(8.0 * height / width, 3.0, 9.0))
     figure = Figure(figsize=(8.0, tall), layout="constrained", facecolor=PAPER)

@@ -29,7 +29,7 @@ A = TypeVar("A")
 def cluster_answers(
     work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
-    """Numbers with their answers, as they come from the workers of a scheduler; see `kinelast.processes.answers`.
+    """Numbers with their answers, as they come from the workers of a scheduler; see `kinelast.processes.map_surviving`.
 
     Raises
     ------

@@ -13,9 +13,9 @@ import numpy as np
 
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluation import Evaluation
-from kinelast.designs.plan import Plan, Rows, plan_of
+from kinelast.designs.plan import ListedValues, Plan, plan_of
 from kinelast.numbers import quantity, round_down
-from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, attempted
+from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from kinelast.outputs.outbox import json_bytes, put
 from kinelast.processes import cores
 from kinelast.progress import SILENT, Progress
@@ -49,12 +49,12 @@ def try_sweep(request: Request, batch: Batch, task: Task, progress: Progress = S
     progress
         Hears how far it is, and before it starts how long it takes.
     """
-    return attempted(task.name, partial(_sweep, task, request, batch, progress), FEWER, str(task.folder))
+    return guarded(task.name, partial(_sweep, task, request, batch, progress), FEWER, str(task.folder))
 
 
 def try_design(number: int, task: Task, _: Progress = SILENT) -> Outcome:
     """Write the scene of one design of a sweep beside the scene's folder, as SCENE_design_NUMBER.toml."""
-    return attempted(task.name, partial(_design, task, number), FEWER, str(task.folder))
+    return guarded(task.name, partial(_design, task, number), FEWER, str(task.folder))
 
 
 def _design(task: Task, number: int) -> Outcome:
@@ -170,7 +170,7 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int
     """All that the figures of a sweep depend on: the file, the table of designs, figures and positions."""
     drawn = hashlib.sha256()
     for factor in plan.factors:
-        if isinstance(factor, Rows):
+        if isinstance(factor, ListedValues):
             drawn.update(factor.rows.tobytes())
     return {
         "sha256": hashlib.sha256(content).hexdigest(),

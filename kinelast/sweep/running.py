@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinelast.outputs.outbox import held
-from kinelast.processes import Lost, answers
+from kinelast.outputs.outbox import locked
+from kinelast.processes import Lost, map_surviving
 from kinelast.progress import SILENT, Progress
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
@@ -36,7 +36,7 @@ class Compute(Protocol):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepState:
     """How far a sweep is: designs that are kept of all, and why chunks failed."""
 
     folder: Path
@@ -54,7 +54,7 @@ class Chunk:
 
 
 @dataclass(frozen=True)
-class Work:
+class ChunkWork:
     """The work on a chunk, in any process: its designs are computed, and made a file's content."""
 
     compute: Compute
@@ -84,7 +84,7 @@ def run_plan(
     scheduler: str | None = None,
     progress: Progress = SILENT,
     resume: bool = False,
-) -> Outcome:
+) -> SweepState:
     """Compute all designs of a sweep and keep them in a folder.
 
     Whatever ends it, what is kept stays kept, and `resume` goes on from there. The store has the same bytes in the end,
@@ -117,12 +117,12 @@ def run_plan(
     """
     store = Store(folder, store_name(count))
     manifest = Manifest({**identity, "versions": versions()}, count, chunk, store.name)
-    with held(folder, patience=0.0):
+    with locked(folder, patience=0.0):
         try:
             manifest = _begun(store, manifest, resume)
             manifest, wrong = _checked(store, manifest, progress)
             manifest = _computed(store, manifest, wrong, compute, jobs, scheduler, progress)
-            return Outcome(folder, _finished(store, manifest), manifest.count(store.kept))
+            return SweepState(folder, _finished(store, manifest), manifest.count(store.kept))
         except RequestError:
             raise
         except BaseException as stop:
@@ -193,7 +193,9 @@ def _computed(
     """Compute the chunks that are not done, wrong ones first, and keep each as it comes; the manifest of all kept."""
     failed: dict[int, str] = {}
     first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
-    with closing(_source(Work(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)) as coming:
+    with closing(
+        _source(ChunkWork(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)
+    ) as coming:
         for number, answer in coming:
             chunk = _agreeing(answer, manifest)
             if isinstance(chunk, str):
@@ -213,7 +215,7 @@ def _computed(
 
 
 def _source(
-    work: Work, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
+    work: ChunkWork, numbers: Iterator[int], jobs: int, scheduler: str | None, progress: Progress
 ) -> Generator[tuple[int, Chunk | str | Lost], None, None]:
     """Chunks as they come, from wherever they are computed."""
     if scheduler is not None:
@@ -221,7 +223,7 @@ def _source(
 
         return cluster_answers(work, numbers, scheduler, progress)
     if jobs > 1:
-        return answers(work, numbers, jobs, TRIES)
+        return map_surviving(work, numbers, jobs, TRIES)
     return ((number, work(number)) for number in numbers)
 
 

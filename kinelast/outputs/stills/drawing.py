@@ -11,7 +11,7 @@ from elastic import sample
 from kinelast.figures.cycle import points_of
 from kinelast.figures.results import Results
 from kinelast.numbers import quantity, round_down
-from kinelast.outputs.sheet import Sheet
+from kinelast.outputs.sheet import MechanismAxes
 from kinelast.outputs.stills.charts import INK, SOFT, STYLE, svg_of
 from rigid import Posture, position_of
 from rigid.loads import beam_directions
@@ -38,7 +38,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
 
     low, high = _extent(results)
     factor = exaggeration(results, abs(high - low))
-    sheet = Sheet(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
+    sheet = MechanismAxes(_posture(results, position, factor), _displaced(results, position, factor), (low, high))
     room = 5.0 * sheet.unit
     wide, tall = (high - low).real + 2 * room, (high - low).imag + 2 * room
     scale = min(WIDEST / wide, TALLEST / tall)
@@ -141,7 +141,7 @@ def _links(results: Results, position: int) -> Iterator[Any]:
             yield np.array([*spots.values(), next(iter(spots.values()))])
 
 
-def _draw_bent(results: Results, axes: Axes, sheet: Sheet, position: int, factor: float) -> None:
+def _draw_bent(results: Results, axes: Axes, sheet: MechanismAxes, position: int, factor: float) -> None:
     """All links with their names as they are displaced: beams as they bend, others as they are carried."""
     along, across = (sample(results.deflection, field, STATIONS)[:, position] for field in ("u", "w"))
     directions, number = beam_directions(results.motion)[..., position], 0
@@ -160,7 +160,7 @@ def _draw_bent(results: Results, axes: Axes, sheet: Sheet, position: int, factor
         _name(sheet, link.name, max(lines or [corners], key=lambda line: float(abs(line[-1] - line[0]))))
 
 
-def _name(sheet: Sheet, name: str, line: Any) -> None:
+def _name(sheet: MechanismAxes, name: str, line: Any) -> None:
     """The name of a link beside the middle of its line, where that is long enough to carry it."""
     way = line[-1] - line[0]
     if abs(way) > 6 * sheet.unit:
