@@ -129,6 +129,23 @@ def test_planetary_train_after_willis():
     np.testing.assert_allclose(effort, 5.0 * (1 + sun / ring), rtol=1e-12)
 
 
+def test_a_train_driven_by_its_sun_alone_is_told_to_be_driven_by_its_carrier():
+    """Two gears of which each moves a joint that drives the other: determinate, but not placed joint after joint."""
+    links = (
+        Link("ground", {"O": 0.0}),
+        Link("carrier", {"O": 0.0, "P": 0.15}),
+        Link("sun", {"O": 0.0}),
+        Link("planet", {"P": 0.0}),
+    )
+    gears = (
+        Gear(PinDrive("sun", "O", "carrier"), PinDrive("planet", "P", "carrier"), -2.0),
+        Gear(PinDrive("planet", "P", "carrier"), PinDrive("carrier", "O"), -0.25),
+    )
+    course = Mechanism(links, (PinDrive("sun", "O"),), {"O": 0, "P": 0.15}, gears=gears)
+    with pytest.raises(MechanismError, match='"carrier", "planet" are moved by gears .*: drive one of them instead'):
+        motion(course, [0.0], 1.0)
+
+
 def test_a_rack_runs_on_the_ground():
     course = geared_four_bar()
     moving = replace(course.sliders[0], on="pinion")

@@ -114,6 +114,10 @@ def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismErro
         held = f"{who} held {counted(-freedoms, 'time')} too often: remove a drive or a joint for each"
         return MechanismError(held, kind="freedoms", links=names)
     who = f"links {net.quoted(unknown)}"
+    rings = [gear for gear, driver in net.geared.values() if {driver.parent, driver.child} & unknown]
+    if rings:
+        ring = f"{who} are moved by gears whose drivers they carry themselves, and are not placed so"
+        return MechanismError(f"{ring}: drive one of them instead, such as the carrier", kind="freedoms", links=names)
     uneven = f"{who} hold one another in some places twice and in others not at all: check their joints"
     return MechanismError(uneven, kind="freedoms", links=names)
 
