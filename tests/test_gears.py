@@ -142,7 +142,7 @@ def test_a_train_driven_by_its_sun_alone_is_told_to_be_driven_by_its_carrier():
         Gear(PinDrive("planet", "P", "carrier"), PinDrive("carrier", "O"), -0.25),
     )
     course = Mechanism(links, (PinDrive("sun", "O"),), {"O": 0, "P": 0.15}, gears=gears)
-    with pytest.raises(MechanismError, match='"carrier", "planet" are moved by gears .*: drive one of them instead'):
+    with pytest.raises(MechanismError, match=r'"carrier", "planet" are moved by gears .*: drive one of them instead'):
         motion(course, [0.0], 1.0)
 
 
