@@ -1,4 +1,4 @@
-"""Four mechanisms at three speeds each beside exudyn: the nonlinear check and the elastodynamic answer.
+"""Four mechanisms at three speeds each beside exudyn: the nonlinear check and the elastodynamic answers.
 
 A four-bar with point masses, a slider-crank, and Stephenson's and Watt's six-bars with bent ternary links, from rigid
 links that move at full speed through the first turn (transient), and after as many turns as free vibrations take to
@@ -28,7 +28,7 @@ from nonlinear import section_of
 from random_mechanisms import apex
 
 from elastic import Deflection, Section, sample
-from elastic.elastodynamics import elastodynamic, theory_error, transient
+from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error, transient
 from elastic.vibration import natural_frequencies
 from fem_check.nonlinear import nonlinear_steady_state, nonlinear_transient
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
@@ -256,10 +256,12 @@ def row(case: Case, ratio: float) -> dict[str, Any]:
         "steady: exudyn's meshes": apart(coarse[:, -1], fine[:, -1]),
         "steady: nonlinear": apart(periodic.chord[:, :, 4], best[:, -1]),
         "steady: elastodynamic": apart(middles(steady.deflection), best[:, -1]),
+        "steady: geometrically exact": apart(middles(geometrically_exact(steady).deflection), best[:, -1]),
         "steady: estimated": theory_error(steady).large_displacement,
         "steady: quasi-static": apart(middles(steady.quasi_static), best[:, -1]),
         "transient: nonlinear": apart(marched.chord[:, :, 8], best[:, 0]),
         "transient: elastodynamic": apart(middles(first.deflection), best[:, 0]),
+        "transient: geometrically exact": apart(middles(geometrically_exact(first).deflection), best[:, 0]),
         "transient: estimated": theory_error(first).large_displacement,
         "last two turns": settled,
     }
