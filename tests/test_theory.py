@@ -23,6 +23,7 @@ from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.request import Request
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
+from rigid import with_rates
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
 RIGIDITIES = 'shape = "rigidities"\nEA = "12.6 MN"\nEI = "37.8 N m^2"\nmass_per_length = "0.471 kg/m"'
@@ -91,6 +92,24 @@ def test_a_law_that_moves_the_drive_is_answered_from_its_start():
     results = computed(scene_from_text(RAISED), Request())
     assert results.vibrates
     assert results.answer.missed > 0.1
+
+
+@pytest.mark.parametrize("theory", [ELASTODYNAMIC, GEOMETRICALLY_EXACT])
+def test_a_law_that_begins_with_a_jump_of_the_acceleration_finds_links_at_rest(theory):
+    """As after a dwell of a millisecond, which begins with links as they hang, and hence with no jump at all."""
+    gravity = ("positions = 97", "positions = 61\ngravity = [0, -9.81]")
+    curve = '{curve = "harmonic", duration = "12 ms", by = "1 deg"}, {curve = "dwell", duration = "18 ms"}]'
+    law = '{curve = "polynomial-345", duration = "12 ms", by = "1 deg"}]'
+    jump = edited(RAISED, (law, curve), gravity)
+    later = edited(
+        jump, ("law = [", 'law = [{curve = "dwell", duration = "1 ms"}, '), ("positions = 61", "positions = 63")
+    )
+    found = [computed(scene_from_text(text), Request(theory=theory)).deflection for text in (jump, later)]
+    here, there = (sample(bent, "w", [0.5, 1.0])[0] for bent in found)
+    between = np.delete(np.arange(61), [0, 24])  # the instants of the two jumps have the loads of either side
+    np.testing.assert_allclose(here[between], there[2:][between], rtol=0, atol=2e-3 * np.abs(there).max())
+    static = sample(deflection(with_rates(found[0].motion, 0.0), found[0].sections), "w", [0.5, 1.0])[0]
+    np.testing.assert_allclose(there[:2], static[[0, 0]], rtol=0, atol=2e-4 * np.abs(static).max())
 
 
 def test_a_parametric_resonance_is_told():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, MotionAt, 
 from elastic.elastodynamics.strains import Damping, given_forces, rigidities, strain_rows
 from elastic.elastodynamics.time_elements import Propagation
 from elastic.elastodynamics.time_grid import Grid
-from elastic.solution import Deflection
-from rigid import Motion
+from elastic.solution import Deflection, deflection
+from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
 ELEMENTS = 12
@@ -30,8 +31,9 @@ def transient(
 ) -> Elastodynamic:
     """Vibration of the links from the first position of a motion to its last.
 
-    It starts with the deflection of the quasi-static answer and its rate, which is at rest where the drives are, and in
-    equilibrium where they also do not begin with a jerk.
+    Where the drives begin at rest it starts at rest, with the static deflection under what weighs and presses then: a
+    drive that begins with an acceleration finds straight links. Where they are under way already it starts with the
+    deflection of the quasi-static answer and its rate.
 
     Parameters
     ----------
@@ -54,7 +56,11 @@ def transient(
     start, duration = float(motion.time[0]), float(np.ptp(motion.time))
     model = vibrating_model(motion_at, start, duration, sections, joints or {}, damping)
     grid = Grid(start + np.linspace(0.0, duration, ELEMENTS + 1))
-    return settled(model, motion, grid, tolerance, _undeformed if undeformed else _quasi_static)
+    at_start = motion_at(np.array([start]))
+    begin = _undeformed if undeformed else _quasi_static
+    if not undeformed and not at_start.drive_rate.any():
+        begin = partial(_at_rest, static=deflection(with_rates(at_start, 0.0), sections, joints))
+    return settled(model, motion, grid, tolerance, begin)
 
 
 def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
@@ -64,10 +70,21 @@ def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:
 def _quasi_static(_: Propagation, posed: Problem, bent: Deflection) -> Reals:
     """Amplitudes of the quasi-static answer at the start, and their rates."""
     grid, structure = posed.terms.grid, posed.terms.kinematics.structure
-    basis = posed.terms.kinematics.basis
-    strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
     forces = given_forces(structure, bent)
     rate = grid.at_nodes(grid.rates(forces)[0])[0]
-    across = strains.T
-    stiffness = (across * rigidities(structure)) @ strains
-    return np.concatenate([np.linalg.solve(stiffness, across @ part) for part in (forces[0], rate)])
+    return np.concatenate([_amplitudes(posed, part) for part in (forces[0], rate)])
+
+
+def _at_rest(_: Propagation, posed: Problem, __: Deflection, static: Deflection) -> Reals:
+    """Amplitudes of a static deflection at the start, and no rates."""
+    given = _amplitudes(posed, given_forces(posed.terms.kinematics.structure, static)[0])
+    return np.concatenate([given, np.zeros_like(given)])
+
+
+def _amplitudes(posed: Problem, forces: Reals) -> Reals:
+    """Amplitudes at the start that the strains of given forces come to, shape (r,)."""
+    structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
+    strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
+    stiffness = (strains.T * rigidities(structure)) @ strains
+    amplitudes: Reals = np.linalg.solve(stiffness, strains.T @ forces)
+    return amplitudes
