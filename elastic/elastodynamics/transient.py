@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +86,6 @@ def _amplitudes(posed: Problem, forces: Reals) -> Reals:
     """Amplitudes at the start that the strains of given forces come to, shape (r,)."""
     structure, basis = posed.terms.kinematics.structure, posed.terms.kinematics.basis
     strains = strain_rows(structure, basis[0] if basis.ndim == 3 else basis)
-    stiffness = (strains.T * rigidities(structure)) @ strains
+    stiffness: Any = (strains.T * rigidities(structure)) @ strains
     amplitudes: Reals = np.linalg.solve(stiffness, strains.T @ forces)
     return amplitudes
