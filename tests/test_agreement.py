@@ -20,14 +20,16 @@ from kinelast.figures.cycle import NOISE, Cycle
 from kinelast.figures.limits import judged, magnitudes
 from kinelast.figures.long_runs import long_results
 from kinelast.figures.output import output_of
+from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
 from kinelast.request import Request
 from kinelast.scene.error import SceneError
 from kinelast.scene.text import file_text, toml_tables
+from rigid import posture
 from rigid.kinematics import repeated
-from tests.scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK
+from tests.scene_texts import FOUR_BAR, PARALLELOGRAM, QUICK_RETURN, SLIDER_CRANK
 
 NAMES = ("steel_four_bar", "offset_slider_crank", "quick_return", "drs_push_up", "five_points", "lightest_arm")
 FACTORS = (0.4, 1 - 1e-9, 1 + 1e-9, 3.0)
@@ -212,6 +214,28 @@ def test_a_speed_of_a_map_is_judged_as_its_report(named):
     for name, (measure, values) in found.figures.items():
         if measure.items is None and name in figures and figures[name]["value"] is not None:
             assert values[1] == pytest.approx(abs(figures[name]["value"]), rel=0.02, abs=1e-9), name
+
+
+@pytest.mark.parametrize("start", [0.0, 1e-3])
+def test_positions_count_by_one_rule_in_chunks_too(start):
+    """A chunk that holds nothing but ill-conditioned positions adds nothing to a run that has better ones."""
+    text = PARALLELOGRAM.replace("start = 0.0", f"start = {start}")
+    scene = scene_from_dict(tables_of(text, 24))
+    moved = scene.course.at(scene.course.times())
+    whole = run_figures(Cycle(scene, moved, tabled=True), None)
+    joint = None
+    for position, time in enumerate(moved.time):
+        there = scene.course.near(np.array([time]), posture(moved, [position]))
+        joint = joined(joint, run_figures(Cycle(scene, there, tabled=True), None))
+    assert whole.ill + whole.singular == 2
+    for name in ("positions", "singular", "locked", "ill", "well", "span"):
+        assert getattr(joint, name) == getattr(whole, name)
+    for key, peaks in whole.peaks.items():
+        rel = 1e-9 if key != "condition" else 1e-3  # that of an ill position is round-off itself
+        for peak, other in zip(peaks, joint.peaks[key], strict=True):
+            scale = NOISE * whole.scales.get(next(each.unit for each in whole.figures if each.key == key), 0.0)
+            assert other.value == pytest.approx(peak.value, rel=rel, abs=1e3 * scale, nan_ok=True), key
+    np.testing.assert_allclose(joint.swings, whole.swings, rtol=1e-9, atol=1e-3)
 
 
 def test_registered_figures_are_of_every_item():

@@ -560,6 +560,16 @@ def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
     assert errors(page) == []
 
 
+def test_every_registered_figure_stands_on_the_page(driver, reports):
+    page = Page(driver, reports["steel_four_bar"] / "report.html")
+    figures = json.loads((reports["steel_four_bar"] / "summary.json").read_text())["figures"]
+    rows = page.run(
+        "return [...document.querySelectorAll('#register tbody tr')].map((row) => row.cells[0].textContent)"
+    )
+    assert sorted(rows) == sorted(each["name"] for each in figures.values() if each["value"] is not None)
+    assert "error of the output" in rows
+
+
 def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     text = shipped_scenes()["steel_four_bar"].read_text() + '[limits]\ndeflection = "1 cm"\noutput = "1 mrad"\n'
     page = page_of(

@@ -155,7 +155,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
            whole(lambda cycle: cycle.deflection.forces.ground_moment), told=True),
     Figure("mass", "mass of the moving links", "kg", SCENE, fixed(_mass), FIXED, told=True),
     Figure("condition", "condition number", "1", SCENE, _condition, everywhere=True, told=True),
-    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, told=True),
+    Figure("transmission_angle", "transmission angle", "rad", SCENE, _transmission, LEAST, everywhere=True, told=True),
     Figure("reach", "share of the positions that are reached", "1", SCENE,
            fixed(lambda cycle: cycle.reached.mean(axis=-1)), FIXED, asked=True, told=True),
     Figure("frequency", "lowest natural frequency", "rad/s", SCENE,
