@@ -15,7 +15,7 @@ import pytest
 
 from elastic import Section, sample
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
-from fem_check.nonlinear import nonlinear_steady_state
+from fem_check.nonlinear import nonlinear_steady_state, refined_deflection
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
 
 DATA = Path(__file__).parent / "data" / "exudyn_mechanisms.json"
@@ -72,3 +72,13 @@ def test_the_elastodynamic_answers_and_how_far_off_they_are(case):
     assert apart(exact, expected) < min(1.5e-4, apart(vibrating, expected))
     assert apart(plain, expected) == pytest.approx(theory_error(found).history.max(), rel=0.05)
     assert apart(plain, expected) > 0.01
+
+
+def test_the_deflection_to_a_tolerance(case):
+    """Steps and elements of its own choice, at the instants of the other code."""
+    mechanism, sections, speed, beta, expected = case
+    period, count = 2 * math.pi / speed, expected.shape[1]
+    times, law = np.arange(count) * (period / count), [ConstantSpeed(0.0, speed)]
+    found = refined_deflection(mechanism, sections, law, times, period, True, 5e-3, damping=beta)
+    assert found.error <= 5e-3
+    assert apart(found.chord[:, :, found.elements // 2], expected) < 5e-3
