@@ -29,7 +29,7 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.text import file_text, toml_tables
 from rigid import posture
 from rigid.kinematics import repeated
-from tests.scene_texts import FOUR_BAR, PARALLELOGRAM, QUICK_RETURN, SLIDER_CRANK
+from tests.scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK
 
 NAMES = ("steel_four_bar", "offset_slider_crank", "quick_return", "drs_push_up", "five_points", "lightest_arm")
 FACTORS = (0.4, 1 - 1e-9, 1 + 1e-9, 3.0)
@@ -216,25 +216,26 @@ def test_a_speed_of_a_map_is_judged_as_its_report(named):
             assert values[1] == pytest.approx(abs(figures[name]["value"]), rel=0.02, abs=1e-9), name
 
 
-@pytest.mark.parametrize("start", [0.0, 1e-3])
-def test_positions_count_by_one_rule_in_chunks_too(start):
-    """A chunk that holds nothing but ill-conditioned positions adds nothing to a run that has better ones."""
-    text = PARALLELOGRAM.replace("start = 0.0", f"start = {start}")
-    scene = scene_from_dict(tables_of(text, 24))
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
+    """Where a share of the positions is conditioned well: those alone count; where none is, all do."""
+    scene = scene_from_dict(SHIPPED[0])
     moved = scene.course.at(scene.course.times())
+    well = np.quantile(moved.condition, share) if share else 0.5
+    monkeypatch.setattr("kinelast.figures.cycle.WELL", well)
+    monkeypatch.setattr("kinelast.figures.peaks.WELL", well)
     whole = run_figures(Cycle(scene, moved, tabled=True), None)
     joint = None
     for position, time in enumerate(moved.time):
         there = scene.course.near(np.array([time]), posture(moved, [position]))
         joint = joined(joint, run_figures(Cycle(scene, there, tabled=True), None))
-    assert whole.ill + whole.singular == 2
+    assert (whole.ill == len(moved.time), whole.ill == 0) == (share == 0.0, share == 1.0)
     for name in ("positions", "singular", "locked", "ill", "well", "span"):
         assert getattr(joint, name) == getattr(whole, name)
-    for key, peaks in whole.peaks.items():
-        rel = 1e-9 if key != "condition" else 1e-3  # that of an ill position is round-off itself
-        for peak, other in zip(peaks, joint.peaks[key], strict=True):
-            scale = NOISE * whole.scales.get(next(each.unit for each in whole.figures if each.key == key), 0.0)
-            assert other.value == pytest.approx(peak.value, rel=rel, abs=1e3 * scale, nan_ok=True), key
+    for figure in whole.figures:
+        noise = 1e3 * NOISE * whole.scales.get(str(figure.unit), 0.0)
+        for peak, other in zip(whole.peaks[figure.key], joint.peaks[figure.key], strict=True):
+            assert other.value == pytest.approx(peak.value, rel=1e-9, abs=noise, nan_ok=True), figure.key
     np.testing.assert_allclose(joint.swings, whole.swings, rtol=1e-9, atol=1e-3)
 
 
