@@ -19,7 +19,8 @@ from kinelast.figures.results import Results
 from kinelast.line import headline, questions
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 from kinelast.outputs import positions as tables
-from kinelast.outputs.outbox import complete, finished, foreign, made_from, seal, sizes, write_json
+from kinelast.outputs.outbox import complete, foreign
+from kinelast.outputs.sealed import finished, made_from, seal, sizes, write_json
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Request, RequestError
 from kinelast.scene.course import OnStep

@@ -86,8 +86,8 @@ def test_a_page_that_fails_does_not_lose_the_sweep(scene, monkeypatch, capsys):
     assert (folder / address).stat().st_mtime_ns == made
     (folder / "designs").rename(folder / "others")
     (folder / "designs").write_text("somebody's own")
-    assert swept(scene, "--pages", "1") == 0
-    assert "no pages of single designs" in capsys.readouterr().out
+    assert swept(scene, "--pages", "1") == 2
+    assert "no pages of single designs" in capsys.readouterr().err
     assert linked(folder) == {}
     assert (folder / "designs").read_text() == "somebody's own"
 

@@ -21,7 +21,8 @@ from kinelast import processes
 from kinelast.cli.command import main
 from kinelast.cli.workers import SceneWork, side_by_side
 from kinelast.outcome import BUG, FINE, Task
-from kinelast.outputs.outbox import complete, finished, locked, made_from
+from kinelast.outputs.outbox import complete, locked
+from kinelast.outputs.sealed import finished, made_from
 from kinelast.progress import SILENT
 from kinelast.request import Batch, Request, RequestError
 

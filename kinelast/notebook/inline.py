@@ -14,8 +14,8 @@ from kinelast.compute import computed
 from kinelast.figures.summary import summary
 from kinelast.line import headline
 from kinelast.notebook.named import SceneDeflection
-from kinelast.outputs.outbox import made_from
 from kinelast.outputs.page.report import report_page
+from kinelast.outputs.sealed import made_from
 from kinelast.request import Request
 from kinelast.scene.data import Scene
 from kinelast.version import VERSION

@@ -1,4 +1,4 @@
-"""The folder of a scene: its origin, and how it appears all at once.
+"""Places of results: a folder or file that appears all at once, beside the files of others, while other runs wait.
 
 A folder is written beside its place under a name of its own and then exchanged with what is there, while a lock keeps
 other runs from the same folder. The lock's file tells the name: whoever finds it of a run that was killed cleans up.
@@ -7,33 +7,24 @@ other runs from the same folder. The lock's file tells the name: whoever finds i
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from kinelast.outputs.sealed import SUMMARY, files_of, summary_in, with_files, write_json
 from kinelast.outputs.table import FORMATS
-from kinelast.request import Request, RequestError, written
+from kinelast.request import RequestError, written
 from kinelast.scene.error import plain
-from kinelast.version import VERSION
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
-SUMMARY = "summary.json"
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
-
-
-def made_from(content: bytes, request: Request) -> dict[str, Any]:
-    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it."""
-    options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
-    return {"sha256": hashlib.sha256(content).hexdigest(), "options": options}
 
 
 @contextmanager
@@ -119,7 +110,7 @@ def add_to(folder: Path, texts: Mapping[str, str], summary: Mapping[str, Any]) -
     _require_place(folder)
     with locked(folder) as hidden:
         _refuse_to_replace(folder, {*texts, SUMMARY})
-        known = _summary_in(folder) or {}
+        known = summary_in(folder) or {}
         part = folder.with_name(f"{hidden}.part")
         part.mkdir()
         try:
@@ -132,92 +123,17 @@ def _add(folder: Path, part: Path, texts: Mapping[str, str], known: Mapping[str,
     """Put texts into a folder by way of a hidden one, its summary last."""
     for name, text in texts.items():
         (part / name).write_text(text, encoding="utf-8", newline="")
-    whole = {**known, "files": {**_files(known), **sizes(part)}}
-    before = known.get("sha256")
-    digests = {**(before if isinstance(before, dict) else {}), **_digests(part)}
-    write_json(part / SUMMARY, {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}})
+    write_json(part / SUMMARY, with_files(known, part))
     folder.mkdir(exist_ok=True)
     for entry in sorted(part.iterdir(), key=lambda each: each.name == SUMMARY):
         entry.replace(folder / entry.name)
-
-
-def write_json(path: Path, data: Any) -> None:
-    """Indented, strict JSON."""
-    path.write_bytes(json_bytes(data, indent=1) + b"\n")
-
-
-def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Data as strict JSON; nan is null, characters of a file's name that no text may hold are escaped by number."""
-    import msgspec
-
-    try:
-        text = msgspec.json.encode(data)
-    except UnicodeEncodeError:
-        text = json.dumps(data, allow_nan=False).encode()
-    return msgspec.json.format(text, indent=indent) if indent else text
-
-
-def seal(folder: Path, summary: Mapping[str, Any]) -> None:
-    """Write the summary of a folder last: with the size and the digest of every file, and its own digest."""
-    whole = {**summary, "files": sizes(folder)}
-    whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
-    write_json(folder / SUMMARY, whole)
-
-
-def sizes(folder: Path) -> dict[str, int]:
-    """Bytes of every file in a folder, and of all files in every folder in it, by name."""
-    return {
-        entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
-        for entry in sorted(folder.iterdir())
-    }
-
-
-def _digests(folder: Path) -> dict[str, str]:
-    """Digests of every file in a folder, and of every folder in it; but its summary."""
-    return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
-
-
-def _digest(path: Path) -> str:
-    if path.is_dir():
-        inner = {file.relative_to(path).as_posix(): _digest(file) for file in sorted(path.rglob("*")) if file.is_file()}
-        return hashlib.sha256(json.dumps(inner).encode()).hexdigest()
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _own_digest(summary: Mapping[str, Any]) -> str:
-    """Digest of a summary: of all its entries but digests."""
-    said = {key: value for key, value in summary.items() if key != "sha256"}
-    return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
-
-
-def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """The summary of a folder that was made from just this by this version and is whole; None of any other.
-
-    With it the reason why a folder that was made from just this does not do: what in it is not as it was written.
-    """
-    before = _summary_in(folder)
-    if before is None:
-        return None, "its summary.json cannot be read"
-    if before.get("made_from") != made or before.get("kinelast") != VERSION:
-        return None, ""
-    if before.get("failed") or not before.get("files"):
-        return None, ""
-    known = before.get("sha256")
-    if not isinstance(known, dict) or known.get(SUMMARY) != _own_digest(before):
-        return None, "its summary.json is not as it was written"
-    try:
-        wrong = [name for name, digest in known.items() if name != SUMMARY and _digest(folder / name) != digest]
-    except OSError as error:
-        return None, f"{Path(error.filename or '').name or 'a file'} is not there"
-    return (None, f"{', '.join(wrong[:3])} is not as it was written") if wrong else (before, "")
 
 
 def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]:
     """Names of files that somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        return sorted(names - ({*_files(summary), SUMMARY} if summary else _ours(folder))) if names else []
+        return sorted(names - ({*files_of(summary), SUMMARY} if summary else _ours(folder))) if names else []
     return []
 
 
@@ -334,11 +250,11 @@ def _ours(folder: Path) -> set[str]:
 
     Where that cannot be read, by a fault of the disk or of an editor, all names that this program uses.
     """
-    known = _summary_in(folder)
+    known = summary_in(folder)
     if known is None:
         found = _written() & {entry.name for entry in folder.iterdir()}
         return {*found, SUMMARY} if found else set()
-    return {*_files(known), SUMMARY} if known else set()
+    return {*files_of(known), SUMMARY} if known else set()
 
 
 def _written() -> set[str]:
@@ -346,24 +262,6 @@ def _written() -> set[str]:
     names = written()
     tables = [name.removesuffix(".csv") for name in names if name.endswith(".csv")]
     return names | {f"{name}.{kind}" for name in tables for kind in FORMATS}
-
-
-def _files(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Files listed in a summary, with their sizes; entries of another kind, put there by hand, are left out."""
-    files = summary.get("files")
-    names = files if isinstance(files, (dict, list)) else ()
-    return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
-
-
-def _summary_in(folder: Path) -> dict[str, Any] | None:
-    """The summary that this program has put into a folder; empty where there is none, None of an unreadable one."""
-    try:
-        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    except OSError:
-        return {}
-    except (ValueError, RecursionError):
-        return None
-    return found if isinstance(found, dict) and "kinelast" in found else {}
 
 
 def _refuse_to_replace(folder: Path, names: set[str]) -> None:

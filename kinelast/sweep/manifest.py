@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from kinelast.outputs.outbox import json_bytes
+from kinelast.outputs.sealed import json_bytes
 from kinelast.request import RequestError
 from kinelast.scene.error import plain
 from kinelast.version import VERSION

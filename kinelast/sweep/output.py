@@ -16,7 +16,8 @@ from kinelast.designs.evaluation import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
 from kinelast.numbers import quantity, round_down
 from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
-from kinelast.outputs.outbox import json_bytes, put
+from kinelast.outputs.outbox import put
+from kinelast.outputs.sealed import json_bytes
 from kinelast.processes import cores
 from kinelast.progress import SILENT, Progress
 from kinelast.request import Batch, Request, RequestError

@@ -11,8 +11,9 @@ import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
 from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
-from kinelast.outputs.outbox import complete, finished, put, seal
+from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
+from kinelast.outputs.sealed import finished, seal
 from kinelast.progress import Progress
 from kinelast.request import Batch, Request, RequestError
 from kinelast.run import try_scene

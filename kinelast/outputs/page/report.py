@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.figures.results import Results
-from kinelast.outputs.outbox import json_bytes
 from kinelast.outputs.page.data import kept_positions, model_of, numbers_of
+from kinelast.outputs.sealed import json_bytes
 
 WEB = Path(__file__).parent / "web"
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "scene", "motion", "tables", "instants", "mechanism", "controls",

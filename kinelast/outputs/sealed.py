@@ -1,0 +1,119 @@
+"""The summary of a scene's folder: its origin, and a checksum of every file and of itself."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from kinelast.request import Request
+from kinelast.version import VERSION
+
+SUMMARY = "summary.json"
+
+
+def made_from(content: bytes, request: Request) -> dict[str, Any]:
+    """Origin of a folder: the bytes of the scene's file and the options. Where they are the same, so is it."""
+    options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
+    return {"sha256": hashlib.sha256(content).hexdigest(), "options": options}
+
+
+def write_json(path: Path, data: Any) -> None:
+    """Indented, strict JSON."""
+    path.write_bytes(json_bytes(data, indent=1) + b"\n")
+
+
+def json_bytes(data: Any, indent: int = 0) -> bytes:
+    """Data as strict JSON; nan is null, characters of a file's name that no text may hold are escaped by number."""
+    import msgspec
+
+    try:
+        text = msgspec.json.encode(data)
+    except UnicodeEncodeError:
+        text = json.dumps(data, allow_nan=False).encode()
+    return msgspec.json.format(text, indent=indent) if indent else text
+
+
+def seal(folder: Path, summary: Mapping[str, Any]) -> None:
+    """Write the summary of a folder last: with the size and the digest of every file, and its own digest."""
+    whole = {**summary, "files": sizes(folder)}
+    whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
+    write_json(folder / SUMMARY, whole)
+
+
+def with_files(summary: Mapping[str, Any], part: Path) -> dict[str, Any]:
+    """The summary of a folder to which all files of another one are added."""
+    whole = {**summary, "files": {**files_of(summary), **sizes(part)}}
+    before = summary.get("sha256")
+    digests = {**(before if isinstance(before, dict) else {}), **_digests(part)}
+    return {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}}
+
+
+def sizes(folder: Path) -> dict[str, int]:
+    """Bytes of every file in a folder, and of all files in every folder in it, by name."""
+    return {
+        entry.name: sum(file.stat().st_size for file in entry.rglob("*")) if entry.is_dir() else entry.stat().st_size
+        for entry in sorted(folder.iterdir())
+    }
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """Digests of every file in a folder, and of every folder in it; but its summary."""
+    return {entry.name: _digest(entry) for entry in sorted(folder.iterdir()) if entry.name != SUMMARY}
+
+
+def _digest(path: Path) -> str:
+    if path.is_dir():
+        inner = {file.relative_to(path).as_posix(): _digest(file) for file in sorted(path.rglob("*")) if file.is_file()}
+        return hashlib.sha256(json.dumps(inner).encode()).hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _own_digest(summary: Mapping[str, Any]) -> str:
+    """Digest of a summary: of all its entries but digests."""
+    said = {key: value for key, value in summary.items() if key != "sha256"}
+    return hashlib.sha256(json_bytes(json.loads(json_bytes(said)))).hexdigest()
+
+
+def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """The summary of a folder that was made from just this by this version and is whole; None of any other.
+
+    With it the reason why a folder that was made from just this does not do: what in it is not as it was written.
+    """
+    before = summary_in(folder)
+    if before is None:
+        return None, "its summary.json cannot be read"
+    if before.get("made_from") != made or before.get("kinelast") != VERSION:
+        return None, ""
+    if before.get("failed") or not before.get("files"):
+        return None, ""
+    known = before.get("sha256")
+    if not isinstance(known, dict) or known.get(SUMMARY) != _own_digest(before):
+        return None, "its summary.json is not as it was written"
+    try:
+        wrong = [name for name, digest in known.items() if name != SUMMARY and _digest(folder / name) != digest]
+    except OSError as error:
+        return None, f"{Path(error.filename or '').name or 'a file'} is not there"
+    return (None, f"{', '.join(wrong[:3])} is not as it was written") if wrong else (before, "")
+
+
+def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Files listed in a summary, with their sizes; entries of another kind, put there by hand, are left out."""
+    files = summary.get("files")
+    names = files if isinstance(files, (dict, list)) else ()
+    return {name: files.get(name) if isinstance(files, dict) else None for name in names if isinstance(name, str)}
+
+
+def summary_in(folder: Path) -> dict[str, Any] | None:
+    """The summary that this program has put into a folder; empty where there is none, None of an unreadable one."""
+    try:
+        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    except OSError:
+        return {}
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) and "kinelast" in found else {}
