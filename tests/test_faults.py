@@ -198,8 +198,8 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 def test_no_process_at_work_ever_sees_an_interrupt():
     """Not the first one either, for which multiprocessing starts a tracker that would let interrupts through."""
     code = (
-        "import signal; from functools import partial; from kinelast.processes import answers\n"
-        "masks = answers(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
+        "import signal; from functools import partial; from kinelast.processes import map_surviving\n"
+        "masks = map_surviving(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
         "assert all(signal.SIGINT in mask for _, mask in masks)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
