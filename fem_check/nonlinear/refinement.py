@@ -28,8 +28,8 @@ FEWEST, MOST = 16, 1600
 """Steps."""
 MESH_ORDER = 3
 """Of convergence: of nodes between those of the coarser mesh, with which no comparison is made, too."""
-SLOWEST_FASTEST = 2.0, 8.0
-"""Ratio of the changes by halving the steps once and once more, as far as the error is told by it."""
+STEADY, FASTEST = 4.0, 8.0
+"""Ratios of the changes by halving the steps once and once more, between which the error is told by them."""
 STEP_SHARE = 1 / 3
 """Of the tolerance, that the steps may take."""
 SETTLED = 0.01
@@ -163,8 +163,8 @@ class _Problem:
         while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MOST:
             finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
             changed = _change(here.chord, finer.chord) if finer.steps == 2 * here.steps else np.inf
-            faster = before / changed if changed > 0.0 and np.isfinite(before) else SLOWEST_FASTEST[0]
-            step, here = float(changed / (np.clip(faster, *SLOWEST_FASTEST) - 1)), finer
+            falls = changed > 0.0 and np.isfinite(before) and before / changed >= STEADY
+            step, here = float(changed / (min(before / changed, FASTEST) - 1 if falls else 1.0)), finer
             self._tell(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
         for elements in ELEMENTS[1:]:
             finer = self._solved_anyhow(self.system(elements), here.steps, here)
