@@ -630,7 +630,7 @@ def test_a_law_that_starts_and_stops_faster_than_the_links_swing_is_answered_wit
     (tmp_path / "slow.toml").write_text(edited(quick, ("12 ms", "2 s")))
     assert main([str(tmp_path / "quick.toml"), str(tmp_path / "slow.toml"), "-o", str(tmp_path / "out")]) == 0
     quick, slow = capsys.readouterr().out.splitlines()
-    assert "geometrically-exact, about" in quick
+    assert "elastodynamic, about" in quick
     assert "quasi-static, about" in slow
 
 
