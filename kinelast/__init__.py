@@ -10,13 +10,14 @@ if TYPE_CHECKING:
     from kinelast.notebook.named import deflection, load, motion
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene
-    from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
+    from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
     from kinelast.scene.error import SceneError
     from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
     from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
     from kinelast.tasks import shipped_scenes, shipped_structures
 
 __all__ = [
+    "Document",
     "Run",
     "Scene",
     "SceneError",
@@ -26,6 +27,7 @@ __all__ = [
     "load",
     "motion",
     "picture",
+    "read_document",
     "read_scene",
     "read_structure",
     "report",
@@ -47,7 +49,7 @@ _HOME = {
     "notebook.named": ("deflection", "load", "motion"),
     "scene.course": ("Run",),
     "scene.data": ("Scene",),
-    "scene.document": ("read_scene", "scene_from_dict", "scene_from_text"),
+    "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),
     "scene.error": ("SceneError",),
     "scene.motion": ("scene_motion", "scene_motion_at", "scene_times"),
     "tasks": ("shipped_scenes", "shipped_structures"),
