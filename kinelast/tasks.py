@@ -30,15 +30,15 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
     problems = []
     for argument in arguments:
         try:
-            found = _paths(argument)
+            named = _paths(argument)
         except (OSError, ValueError) as error:  # no permission, a name too long or with a null character
             reason = getattr(error, "strerror", None) or str(error)
             problems.append(f'"{plain(argument, LINE)}" cannot be looked at: {reason.lower()}')
             continue
-        if isinstance(found, str):
-            problems.append(found)
+        if isinstance(named, str):
+            problems.append(named)
             continue
-        for path in found:
+        for path in named:
             if not path.stem.strip("."):
                 problems.append(f'"{plain(str(path), LINE)}" has no name before .toml, which its results would bear')
             else:

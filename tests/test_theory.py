@@ -348,7 +348,7 @@ class TestSpeeds:
         scene = scene_from_text(FOUR_BAR + '[limits]\nchord = "0.3 mm"\n')
         found = speeds(scene, (20.0, 90.0, 8))
         assert found.highest is not None
-        values = found.found.values[:, 1].max(axis=1)
+        values = found.map.values[:, 1].max(axis=1)
         below = int(np.flatnonzero(found.speed == found.highest)[0])
         assert values[below] <= 0.3e-3 < values[below + 1]
 
@@ -357,7 +357,7 @@ class TestSpeeds:
         for k, speed in enumerate(("30 rad/s", FAST)):
             own = results_at(speed, 'theory = "elastodynamic"')
             largest = np.abs(own.extremes["chord"].value).max(axis=-1)
-            np.testing.assert_allclose(found.found.values[k, 1], largest, rtol=0.01)
+            np.testing.assert_allclose(found.map.values[k, 1], largest, rtol=0.01)
 
     def test_the_command_writes_them(self, tmp_path):
         (tmp_path / "bars.toml").write_text(FOUR_BAR)

@@ -178,16 +178,16 @@ def table_with(base: Base, group: DesignRows) -> SceneTable:
 
 def _many(place: Place, each: Any) -> Any:
     """The content of a place for many designs."""
-    leaf, own = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
+    leaf, bare_unit = place.leaf, "" if place.variable.unit == "1" else place.variable.unit
     if isinstance(leaf, Sizes):
-        both = Size.many(each, own)
+        both = Size.many(each, bare_unit)
         return Sizes((both, both))
     if isinstance(leaf, Direction):
         way = Direction(complex(np.nan, np.nan))
         way.each = unit(each)
         way.each[0] = complex(leaf)
         return way
-    return (type(leaf) if isinstance(leaf, Quantity) else Quantity).many(each, own)
+    return (type(leaf) if isinstance(leaf, Quantity) else Quantity).many(each, bare_unit)
 
 
 def out_of_bounds(base: Base, group: DesignRows) -> Iterator[tuple[Any, Any]]:

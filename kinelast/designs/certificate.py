@@ -76,15 +76,15 @@ def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certific
     at_low, at_high = shares < ACTIVE, shares > 1 - ACTIVE
     one = np.eye(len(shares))
     columns = np.concatenate([margin_slope[holds], one[at_low], -one[at_high]]) * unit
-    found = np.zeros(len(columns))
+    multipliers = np.zeros(len(columns))
     if len(columns):
-        found = lsq_linear(columns.T, slope, (0.0, np.inf), tol=1e-14).x
+        multipliers = lsq_linear(columns.T, slope, (0.0, np.inf), tol=1e-14).x
     multiplier, low, high = np.zeros(len(margin)), np.zeros(len(shares)), np.zeros(len(shares))
     first, second = int(holds.sum()), int(holds.sum() + at_low.sum())
-    multiplier[holds], low[at_low], high[at_high] = found[:first], found[first:second], found[second:]
+    multiplier[holds], low[at_low], high[at_high] = multipliers[:first], multipliers[first:second], multipliers[second:]
     around, steepness = _neighbours(problem, shares, seed)
     size = max(float(np.linalg.norm(slope)), steepness)
-    residual = float(np.linalg.norm(slope - columns.T @ found)) / size if size else 0.0
+    residual = float(np.linalg.norm(slope - columns.T @ multipliers)) / size if size else 0.0
     kinked_there = bool(kinked[0].any() or kinked[1:][holds].any())
     return Certificate(margin, multiplier, low, high, residual, kinked_there, around)
 
@@ -92,14 +92,14 @@ def certificate(problem: Problem, shares: np.ndarray, seed: int = 0) -> Certific
 def _gradients(problem: Problem, shares: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, its slopes, margins, their slopes, and which of all have a kink: as exact as differences are."""
     at, span = problem.values(shares), problem.span
-    found = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
-    row = {name: k for k, name in enumerate(found.figures)}
+    sensitivity = sensitivities(problem.figures_of, at, np.where(at == 0, span, np.minimum(abs(at), span)))
+    row = {name: k for k, name in enumerate(sensitivity.figures)}
     rows = [row[problem.figure], *(row[limit.figure] for limit in problem.limits)]
-    slope, kinked = found.slope[rows] * problem.rate(at), found.kink[rows]
+    slope, kinked = sensitivity.slope[rows] * problem.rate(at), sensitivity.kink[rows]
     if not np.isfinite(slope).all():  # a bound beyond which there is nothing
         rough = linearized(problem, [shares])[0]
         return rough.cost, rough.cost_slope, rough.margin + KEPT, rough.margin_slope, kinked
-    judged = problem.judged_by({name: found.figure[k : k + 1] for name, k in row.items()})
+    judged = problem.judged_by({name: sensitivity.figure[k : k + 1] for name, k in row.items()})
     signs = np.array([(1.0 if limit.least else -1.0) / (abs(limit.bound) or 1.0) for limit in problem.limits])
     sign = -1.0 if problem.largest else 1.0
     margin_slope = slope[1:] * signs[:, None]

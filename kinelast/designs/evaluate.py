@@ -100,7 +100,7 @@ def evaluated(base: Base, values: Any) -> Designs:
         for group in _groups(base, values):
             for part in _computed(base, group):
                 reason[part.rows] = part.reason
-                for name, (value, place) in part.found.items():
+                for name, (value, place) in part.figures.items():
                     columns[name][part.rows] = value
                     places[name][part.rows] = place
     for name, value in columns.items():
@@ -116,7 +116,7 @@ class Part:
 
     rows: Any
     reason: Any
-    found: Mapping[str, tuple[Any, Any]]
+    figures: Mapping[str, tuple[Any, Any]]
 
 
 def _groups(base: Base, values: Any) -> Iterator[DesignRows]:
@@ -199,12 +199,12 @@ def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) ->
 def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     """Figures of the designs at all positions; a row 0 before them is left out."""
     cycle = Cycle(scene, scene.course.at(scene.course.times()), wanted=base.fields, used=len(rows) + 1)
-    own = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
+    counted = slice(1, len(rows) + 1) if len(cycle.columns) > 1 else slice(None)
     figures = {}
     for measure in base.measures:
         value, place = measure.of(cycle)
-        figures[measure.name] = np.atleast_1d(value)[own], np.atleast_1d(place)[own]
-    reason = np.broadcast_to(np.atleast_1d(_reasons(cycle))[own], len(rows))
+        figures[measure.name] = np.atleast_1d(value)[counted], np.atleast_1d(place)[counted]
+    reason = np.broadcast_to(np.atleast_1d(_reasons(cycle))[counted], len(rows))
     yield Part(rows, reason, figures)
 
 

@@ -64,18 +64,18 @@ def optimum(
     if not searches or not np.isfinite(searches[0].violation):
         raise ValueError("no design that was tried has all the figures that are asked for")
     best = searches[0]
-    found = certificate(problem, best.end, seed)
+    certified = certificate(problem, best.end, seed)
     for _ in range(ROUNDS):
-        if found.neighbours.best is None:
+        if certified.neighbours.best is None:
             break
-        closer = local_searches(problem, [found.neighbours.best], progress)[0]
+        closer = local_searches(problem, [certified.neighbours.best], progress)[0]
         if closer.rank >= best.rank:
             break
         best = closer
-        found = certificate(problem, best.end, seed)
+        certified = certificate(problem, best.end, seed)
     counted = problem.counted
     return Optimum(
-        best.end, problem.values(best.end), best.violation == 0, tuple(searches), found, sum(counted), len(counted)
+        best.end, problem.values(best.end), best.violation == 0, tuple(searches), certified, sum(counted), len(counted)
     )
 
 

@@ -234,11 +234,11 @@ def _table(table: SceneTable, path: Path) -> tuple[list[Place], Reals]:
         raise fault("sweep", "table", f"{name} holds no design: expected a row of paths and a row for every design")
     columns = []
     for cell in head:
-        found = HEAD.fullmatch(cell)
-        assert found is not None
-        unit = found[2] or ""
+        heading = HEAD.fullmatch(cell)
+        assert heading is not None
+        unit = heading[2] or ""
         whole = unit and not unit.isdecimal()  # a number in brackets is a part of the path
-        columns.append((place_of(table, found[1] if whole else cell.strip()), unit if whole else ""))
+        columns.append((place_of(table, heading[1] if whole else cell.strip()), unit if whole else ""))
     values = np.empty((len(rows), len(columns)))
     for number, row in enumerate(rows):
         if len(row) != len(columns):

@@ -105,12 +105,12 @@ def evolved(
 
 def local_searches(problem: Problem, starts: Sequence[np.ndarray], progress: Progress = SILENT) -> list[LocalOptimum]:
     """Where local searches end from several starts at once, the best first; that one goes on until it ends."""
-    found = _side_by_side(problem, starts, ITERATIONS, progress)
-    if found and not found[0].ended and np.isfinite(found[0].violation):
-        further = _side_by_side(problem, [found[0].end], FURTHER, progress)[0]
-        if further.rank < found[0].rank:
-            found[0] = replace(further, start=found[0].start)
-    return found
+    optima = _side_by_side(problem, starts, ITERATIONS, progress)
+    if optima and not optima[0].ended and np.isfinite(optima[0].violation):
+        further = _side_by_side(problem, [optima[0].end], FURTHER, progress)[0]
+        if further.rank < optima[0].rank:
+            optima[0] = replace(further, start=optima[0].start)
+    return optima
 
 
 def _side_by_side(problem: Problem, starts: Sequence[np.ndarray], most: int, progress: Progress) -> list[LocalOptimum]:
@@ -158,12 +158,12 @@ def _local_search(start: np.ndarray, problem: Problem, most: int, ask: Callable[
 def _least_squares(at: Callable[[np.ndarray], Linear], start: np.ndarray, most: int) -> bool:
     """Whether a search for the least sum of squares ends."""
     unit = float(np.linalg.norm(at(start).parts)) or 1.0
-    found = least_squares(
+    result = least_squares(
         lambda shares: _known(at(shares).parts / unit, LOST), np.clip(start, 1e-6, 1 - 1e-6), bounds=(0.0, 1.0),
         jac=lambda shares: _known(at(shares).parts_slope / unit, 0.0), max_nfev=most,
         x_scale="jac", xtol=1e-12, ftol=1e-14, gtol=1e-15,
     )  # fmt: skip
-    return bool(found.status > 0)
+    return bool(result.status > 0)
 
 
 def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray, limited: bool, most: int) -> bool:
@@ -174,12 +174,12 @@ def _quadratic_programming(at: Callable[[np.ndarray], Linear], start: np.ndarray
         "fun": lambda shares: _known(at(shares).margin, -LOST),
         "jac": lambda shares: _known(at(shares).margin_slope, 0.0),
     }
-    found = minimize(
+    result = minimize(
         lambda shares: float(_known(np.array(at(shares).cost / unit), LOST)), start, bounds=[(0.0, 1.0)] * len(start),
         jac=lambda shares: _known(at(shares).cost_slope / unit, 0.0), constraints=[constraints] if limited else [],
         method="SLSQP", options={"maxiter": most, "ftol": PRECISION},
     )  # fmt: skip
-    return bool(found.status != OUT_OF_STEPS)
+    return bool(result.status != OUT_OF_STEPS)
 
 
 def _known(values: np.ndarray, instead: float) -> np.ndarray:

@@ -96,14 +96,14 @@ def sensitivities(figures_of: FiguresOf, at: np.ndarray, scale: np.ndarray | Non
     if not (scale > 0).all():
         raise ValueError(f"scales have to be greater than zero, got {scale.min()}")
     moved = _moved(at, steps(scale))
-    found = figures_of(np.concatenate([at[None], moved.reshape(-1, len(at))]))
-    names = tuple(found.columns)
+    computed = figures_of(np.concatenate([at[None], moved.reshape(-1, len(at))]))
+    names = tuple(computed.columns)
     shape = (len(names), *moved.shape[:3])
-    values = np.stack([np.asarray(found.columns[name], float) for name in names])
-    places = np.stack([np.asarray(found.place.get(name, np.zeros(values.shape[1])), float) for name in names])
+    values = np.stack([np.asarray(computed.columns[name], float) for name in names])
+    places = np.stack([np.asarray(computed.place.get(name, np.zeros(values.shape[1])), float) for name in names])
     move = np.diagonal(moved - at, axis1=2, axis2=3)  # as rounded, so that round-off of the step does no harm
     found_at = _Tried(values[:, 0], values[:, 1:].reshape(shape), places[:, 0], places[:, 1:].reshape(shape), move)
-    watched = np.array([name in found.place for name in names])
+    watched = np.array([name in computed.place for name in names])
     return _gathered(names, at, found_at, np.where(watched[:, None], _still(found_at, scale), np.nan))
 
 
@@ -161,12 +161,12 @@ def _gathered(names: tuple[str, ...], at: np.ndarray, tried: _Tried, still: np.n
     one of them anew for every design: differences over all designs count where they are the better ones.
     """
     both = np.asarray(tried.unmoved.all(axis=1))
-    own = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
+    tracked = _slopes(tried, np.where(tried.smooth, tried.value, np.nan), both)
     every = _slopes(tried, tried.value, np.ones(both.shape, bool))
-    below, above = _better(own.below, every.below), _better(own.above, every.above)
+    below, above = _better(tracked.below, every.below), _better(tracked.above, every.above)
     gap, doubt = abs(above.value - below.value), APART * (above.error + below.error)
     kink = (gap > doubt) & (gap > BEND * np.maximum(abs(above.value), abs(below.value)))
-    middle = _better(own.middle, every.middle)
+    middle = _better(tracked.middle, every.middle)
     one_side = np.isnan(below.value) | np.isnan(above.value)
     slope = np.where(kink | one_side, (below.value + above.value) / 2, middle.value)
     error = np.where(kink | one_side, (below.error + above.error) / 2, middle.error)

@@ -149,12 +149,12 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
     """
     document = document_of(scene)
     table, built, asked = document.table, document.scene, tolerance_task(document)
-    own: list[str | Figure] = []
+    accuracy: list[str | Figure] = []
     if built.output is not None:
-        own += accuracy_figures(scene_motion(built), built.output)
+        accuracy += accuracy_figures(scene_motion(built), built.output)
     base = _as_it_stands(document, None)
     known = [name for name in base.columns if name not in NOT_FIGURES and np.isfinite(base.columns[name][0])]
-    figures = [*known, *own]
+    figures = [*known, *accuracy]
     paths = [one.path for one in asked.variables]
     at = np.array([one.base for one in asked.variables])
     with np.errstate(all="ignore"):
@@ -162,7 +162,7 @@ def tolerance_study(scene: Document | Tables, designs: int = DESIGNS, progress: 
         figures_of = _figures_of(document, paths, figures, progress, "designs within tolerances")
         sampled = scatter(figures_of, asked.tolerances, at, designs)
         shares = variance_shares(_figures_of(document, paths, figures, progress, "shares"), asked.tolerances, at)
-    units = {**base.units, **{figure.key: str(figure.unit) for figure in own if isinstance(figure, Figure)}}
+    units = {**base.units, **{figure.key: str(figure.unit) for figure in accuracy if isinstance(figure, Figure)}}
     linear, count = first_order(nominal, asked.tolerances), REPEATS * points_for(designs)
     return ToleranceResult(asked.variables, asked.tolerances, nominal, linear, sampled, shares, units, count)
 
@@ -188,11 +188,11 @@ def problem_of(given: Document | Tables) -> PosedProblem:
     """
     document = document_of(given)
     table, scene = document.table, document.scene
-    own = _path_figures(table, scene)
-    base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, own))
+    path = _path_figures(table, scene)
+    base = evaluate(document, [], np.zeros((1, 0)), _known_figures(table, scene, path))
     known = {name: unit for name, unit in base.units.items() if base.reason[0] or not np.isnan(base.columns[name][0])}
     asked = optimization_task(document, known)
-    by_name = {figure.key: figure for figure in own}
+    by_name = {figure.key: figure for figure in path}
     parts = path_parts(len(table.optimize.path.places)) if table.optimize.path and asked.figure == SQUARES else ()
     names = list(dict.fromkeys([asked.figure, *(limit.figure for limit in asked.limits), *parts]))
     paths = [one.path for one in asked.variables]
@@ -220,11 +220,11 @@ def optimum_study(scene: Document | Tables, progress: Progress = SILENT) -> Opti
     return OptimumResult(asked, best, posed.units, posed.before, _first(after), posed.quasi_static)
 
 
-def _known_figures(table: SceneTable, scene: Scene, own: Sequence[Figure]) -> list[str | Figure]:
+def _known_figures(table: SceneTable, scene: Scene, path: Sequence[Figure]) -> list[str | Figure]:
     """All figures that a limit or a goal may name; those that take long where one does."""
     named = {table.optimize.minimize, table.optimize.maximize, *table.optimize.limits}
     measures = design_measures(scene, output_of(scene)).values()
-    return [*(measure.name for measure in measures if measure.name in named or not measure.figure.asked), *own]
+    return [*(measure.name for measure in measures if measure.name in named or not measure.figure.asked), *path]
 
 
 def _path_figures(table: SceneTable, scene: Scene) -> list[Figure]:

@@ -67,11 +67,11 @@ class FirstOrder:
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
     """Scatter of figures to first order, of numbers that are independent; at a kink by the steeper side."""
     slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
-    own = slope * np.array([each.deviation for each in tolerances])
-    variance = (own**2).sum(axis=1)
+    deviation = slope * np.array([each.deviation for each in tolerances])
+    variance = (deviation**2).sum(axis=1)
     worst = (slope * np.array([each.half for each in tolerances])).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return FirstOrder(np.sqrt(variance), worst, own**2 / variance[:, None])
+        return FirstOrder(np.sqrt(variance), worst, deviation**2 / variance[:, None])
 
 
 @dataclass(frozen=True)

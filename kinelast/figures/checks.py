@@ -45,12 +45,12 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
         for part in DECIDED:
             allowed = allowed_difference(estimate)
             tolerance = min(UNTOLD, allowed / part) if part > DECIDED[0] else allowed / part
-            found = _nonlinear(results, course, UNTOLD if math.isnan(allowed) else tolerance, estimate, progress)
-            if not found.near:
+            check = _nonlinear(results, course, UNTOLD if math.isnan(allowed) else tolerance, estimate, progress)
+            if not check.near:
                 break
     except (NotCheckedError, DoesNotCloseError) as error:
         return NotMade(str(error))
-    return found
+    return check
 
 
 def _nonlinear(
@@ -72,24 +72,24 @@ def _nonlinear(
         own if np.isfinite(own.kGA) else replace(own, area=math.nan, inertia=math.nan) for own in scene.sections
     ]
     given = scene.mechanism, sections, course.laws, instants, end, closed, tolerance, scene.joints, _damping(results)
-    found = refined_deflection(*given, progress)
-    largest = np.abs(found.chord).max(axis=(1, 2))
+    refined = refined_deflection(*given, progress)
+    largest = np.abs(refined.chord).max(axis=(1, 2))
     base = reference_deflection(largest)
 
     def apart(bent: Deflection) -> dict[str, float]:
-        away = np.nanmax(np.abs(sample(bent, "chord", found.xi) - found.chord), axis=(1, 2))
+        away = np.nanmax(np.abs(sample(bent, "chord", refined.xi) - refined.chord), axis=(1, 2))
         return dict(zip(scene.labels, (away / np.where(base > 0, base, 1.0)).tolist(), strict=True))
 
     return NonlinearCheck(
-        found.elements,
-        found.steps,
+        refined.elements,
+        refined.steps,
         len(times),
         apart(results.deflection),
         apart(results.quasi_static),
         dict(zip(scene.labels, largest.tolist(), strict=True)),
         estimate,
-        found.mesh,
-        found.step,
+        refined.mesh,
+        refined.step,
     )
 
 

@@ -140,46 +140,46 @@ def run_figures(cycle: Cycle, output: Output | None, plain: Deflection | None = 
     )
 
 
-def joined(one: RunFigures | None, other: RunFigures) -> RunFigures:
+def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
     """The figures of a run of two parts, the second right behind the first."""
-    if one is None:
-        return other
+    if first is None:
+        return second
     peaks = {}
-    for figure in other.figures:
-        pairs = zip(one.peaks[figure.key], other.peaks[figure.key], strict=True)
-        both = one.well == other.well or figure.everywhere
-        peaks[figure.key] = [_further(first, second, figure.over) if both else first if one.well else second
-                             for first, second in pairs]  # fmt: skip
-    counted = [part for part in (one, other) if part.well == (one.well or other.well)]
+    for figure in second.figures:
+        pairs = zip(first.peaks[figure.key], second.peaks[figure.key], strict=True)
+        both = first.well == second.well or figure.everywhere
+        peaks[figure.key] = [_further(before, after, figure.over) if both else before if first.well else after
+                             for before, after in pairs]  # fmt: skip
+    counted = [part for part in (first, second) if part.well == (first.well or second.well)]
     return RunFigures(
-        other.output,
-        other.figures,
+        second.output,
+        second.figures,
         peaks,
-        one.positions + other.positions,
-        one.singular + other.singular,
-        one.locked + other.locked,
-        one.ill + other.ill,
-        one.well or other.well,
-        (one.span[0], other.span[1]),
-        np.array([np.fmin(one.rates[0], other.rates[0]), np.fmax(one.rates[1], other.rates[1])]),
+        first.positions + second.positions,
+        first.singular + second.singular,
+        first.locked + second.locked,
+        first.ill + second.ill,
+        first.well or second.well,
+        (first.span[0], second.span[1]),
+        np.array([np.fmin(first.rates[0], second.rates[0]), np.fmax(first.rates[1], second.rates[1])]),
         np.array([reduce(np.minimum, (part.stress[0] for part in counted)),
                   reduce(np.maximum, (part.stress[1] for part in counted))]),
         {link: max((part.pressed[link] for part in counted if part.pressed), key=lambda peak: peak.value)
-         for link in other.pressed or one.pressed},
-        max(one.length, other.length),
+         for link in second.pressed or first.pressed},
+        max(first.length, second.length),
     )  # fmt: skip
 
 
-def _further(one: Peak, other: Peak, over: str) -> Peak:
+def _further(first: Peak, second: Peak, over: str) -> Peak:
     """The one that is larger in magnitude, or less; of equal ones the first; of one that is not known the other."""
-    if over == FIXED or math.isnan(other.value):
-        return one
-    if math.isnan(one.value):
-        return other
+    if over == FIXED or math.isnan(second.value):
+        return first
+    if math.isnan(first.value):
+        return second
     if over == LEAST:
-        return other if other.value < one.value else one
-    larger = abs(other.value) > abs(one.value) if over == LARGEST else other.value > one.value
-    return other if larger else one
+        return second if second.value < first.value else first
+    larger = abs(second.value) > abs(first.value) if over == LARGEST else second.value > first.value
+    return second if larger else first
 
 
 def _peaks(found: Largest, motion: Motion) -> list[Peak]:

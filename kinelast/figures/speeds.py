@@ -35,8 +35,8 @@ class Speeds:
     ----------
     speed
         Of the drive [rad/s or m/s], shape (speeds,).
-    found
-        What the engine found: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
+    map
+        The speed map: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
     figures
         The registered figures as measures, each with its values with vibration, shape (speeds,).
     highest
@@ -47,7 +47,7 @@ class Speeds:
     """
 
     speed: Any
-    found: SpeedMap
+    map: SpeedMap
     figures: Mapping[str, tuple[Measure, Any]]
     highest: float | None
     critical: Mapping[int, tuple[float, float]]
@@ -64,23 +64,23 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     """
     if len(scene.laws) != 1 or not isinstance(scene.laws[0], ConstantSpeed) or not scene.laws[0].speed:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
-    own = abs(float(scene.laws[0].speed))
+    nominal = abs(float(scene.laws[0].speed))
     speed = np.linspace(*asked)
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
     measure = partial(_largest, scene, figures)
     try:
-        ratios, period = (speed / own).tolist(), 2 * math.pi / own
-        found = speed_map(scene.course.at, period, ratios, scene.sections, measure, scene.joints, damping_of(scene))
+        ratios, period = (speed / nominal).tolist(), 2 * math.pi / nominal
+        steady = speed_map(scene.course.at, period, ratios, scene.sections, measure, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
-    spans = critical_speeds(found.omega).items()
+    spans = critical_speeds(steady.omega).items()
     critical = {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]}
-    values, plain = (_by_figure(scene, figures, each) for each in (found.values, found.quasi_static))
+    values, plain = (_by_figure(scene, figures, each) for each in (steady.values, steady.quasi_static))
     vibrating, still = (np.array([each[key] for key in FIELDS.values()]).transpose(2, 0, 1) for each in (values, plain))
     measures = {name: (measure, measure.among(values[measure.figure.key]))
                for name, measure in measures_of(scene, figures).items()}  # fmt: skip
     return Speeds(
-        speed, replace(found, values=vibrating, quasi_static=still), measures, _highest(scene, speed, values), critical
+        speed, replace(steady, values=vibrating, quasi_static=still), measures, _highest(scene, speed, values), critical
     )
 
 
@@ -112,41 +112,41 @@ def speed_unit(scene: Scene) -> str:
     return "rad/s" if scene.mechanism.drives[0].turns else "m/s"
 
 
-def speed_figures(found: Speeds, scene: Scene) -> dict[str, Any]:
+def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
     """Speeds as plain data; largest values per field and beam, null where there is no steady state; and in words."""
-    ways = {"values": found.found.values, "without_vibration": found.found.quasi_static}
+    ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
     curves = {
-        way: {
+        kind: {
             field: {label: values[:, k, beam].tolist() for beam, label in enumerate(scene.labels)}
             for k, field in enumerate(FIELDS)
         }
-        for way, values in ways.items()
+        for kind, values in ways.items()
     }
     return {
-        "words": list(_words(found, scene)),
+        "words": list(_words(result, scene)),
         "unit": speed_unit(scene),
-        "speed": found.speed.tolist(),
+        "speed": result.speed.tolist(),
         **curves,
         "figures": {
             name: {"unit": measure.unit, "values": values.tolist()}
-            for name, (measure, values) in found.figures.items()
+            for name, (measure, values) in result.figures.items()
             if measure.items is None
         },
-        "from": float(found.speed[0]),
-        "to": float(found.speed[-1]),
-        "count": len(found.speed),
-        "highest_within_limits": found.highest,
-        "error": np.asarray(found.found.error, float).tolist(),
-        "unstable": [float(speed) for speed in found.speed[~found.found.stable]],
-        "critical": {str(harmonic): list(span) for harmonic, span in found.critical.items()},
+        "from": float(result.speed[0]),
+        "to": float(result.speed[-1]),
+        "count": len(result.speed),
+        "highest_within_limits": result.highest,
+        "error": np.asarray(result.map.error, float).tolist(),
+        "unstable": [float(speed) for speed in result.speed[~result.map.stable]],
+        "critical": {str(harmonic): list(span) for harmonic, span in result.critical.items()},
     }
 
 
-def _words(found: Speeds, scene: Scene) -> Iterator[str]:
+def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     """Sentences on the speeds: the highest within the limits, and those without a steady state."""
-    unit, unstable = speed_unit(scene), found.speed[~found.found.stable]
-    if found.highest is not None:
-        kept = "all limits hold up to" if found.highest else "limits do not hold at the lowest speed,"
-        yield f"{kept} {quantity(found.highest or found.speed[0], unit)}"
+    unit, unstable = speed_unit(scene), result.speed[~result.map.stable]
+    if result.highest is not None:
+        kept = "all limits hold up to" if result.highest else "limits do not hold at the lowest speed,"
+        yield f"{kept} {quantity(result.highest or result.speed[0], unit)}"
     if len(unstable):
-        yield f"no steady state at {len(unstable)} of {len(found.speed)} speeds, from {quantity(unstable[0], unit)}"
+        yield f"no steady state at {len(unstable)} of {len(result.speed)} speeds, from {quantity(unstable[0], unit)}"

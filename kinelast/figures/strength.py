@@ -68,13 +68,13 @@ def _load(results: Results, lowest: float) -> dict[str, Any] | None:
     """The fastest strong harmonic of the load; None of no cycle."""
     if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
         return None
-    found = harmonics(results.deflection, results.period)
-    strong = found.strong()
+    spectrum = harmonics(results.deflection, results.period)
+    strong = spectrum.strong()
     number = int(strong[-1]) if len(strong) else 0
     return {
         "harmonic": number,
-        "frequency": figure(found.omega[number], "rad/s"),
-        "to_lowest": figure(found.omega[number] / lowest, "1"),
+        "frequency": figure(spectrum.omega[number], "rad/s"),
+        "to_lowest": figure(spectrum.omega[number] / lowest, "1"),
     }
 
 

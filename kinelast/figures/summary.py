@@ -93,7 +93,7 @@ def summary(results: Results) -> dict[str, Any]:
 
 def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
     """Every registered figure by key, of the item that has the largest, or the least; of every item if units differ."""
-    scene, found = results.scene, {}
+    scene, by_key = results.scene, {}
     for figure_ in results.figures.figures:
         peaks, names = results.figures.peaks[figure_.key], items_of(scene, figure_.of)
         units = figure_.units(scene)
@@ -103,8 +103,8 @@ def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
             item = items[0 if best is None else best]
             key = figure_.key if len(items) == len(names) else f"{figure_.key}.{names[item]}"
             on = {"on": names[item]} if names[item] else {}
-            found[key] = largest(results, peaks[item], units[item], name=figure_.name, **on)
-    return found
+            by_key[key] = largest(results, peaks[item], units[item], name=figure_.name, **on)
+    return by_key
 
 
 def theory_figures(results: Results) -> dict[str, Any]:
@@ -134,11 +134,11 @@ def theory_figures(results: Results) -> dict[str, Any]:
     }
 
 
-def _vibrating(found: Elastodynamic) -> dict[str, Any]:
+def _vibrating(vibrating: Elastodynamic) -> dict[str, Any]:
     return {
-        "damping": [figure(beta, "s") for beta in np.ravel(found.damping.beams)],
-        "growth": found.growth,
-        "stable": found.stable,
+        "damping": [figure(beta, "s") for beta in np.ravel(vibrating.damping.beams)],
+        "growth": vibrating.growth,
+        "stable": vibrating.stable,
     }
 
 

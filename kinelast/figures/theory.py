@@ -143,12 +143,12 @@ def _rungs(
         yield _vibrating_answer(GEOMETRICALLY_EXACT, exact, theory_error(exact), theory)
 
 
-def _vibrating_answer(name: str, found: Elastodynamic, off: TheoryError, theory: Theory) -> Answer:
-    large, settled = off.large_displacement, found.time_error + found.reduction_error
-    errors = {"large displacement": large, **_others(found.deflection), "time": settled}
+def _vibrating_answer(name: str, vibrating: Elastodynamic, off: TheoryError, theory: Theory) -> Answer:
+    large, settled = off.large_displacement, vibrating.time_error + vibrating.reduction_error
+    errors = {"large displacement": large, **_others(vibrating.deflection), "time": settled}
     missed = float(off.history.max(initial=0.0))
     missed = math.inf if math.isnan(missed) else missed
-    return Answer(name, found.deflection, found.quasi_static, found, errors, theory.accuracy, missed)
+    return Answer(name, vibrating.deflection, vibrating.quasi_static, vibrating, errors, theory.accuracy, missed)
 
 
 def _enough(rung: Answer, wanted: float) -> bool:

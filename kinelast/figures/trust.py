@@ -71,7 +71,7 @@ class Finding:
 
 def findings(results: Results) -> list[Finding]:
     """All that can be said about a scene's figures, the worst first."""
-    found = [
+    unsorted = [
         *_inputs(results),
         *_poisson(results),
         *_theory(results),
@@ -81,7 +81,7 @@ def findings(results: Results) -> list[Finding]:
         *_exceedances(results),
         *_within(results),
     ]
-    return sorted(found, key=lambda finding: ORDER.index(finding.level))
+    return sorted(unsorted, key=lambda finding: ORDER.index(finding.level))
 
 
 def verdict(trust: Sequence[Mapping[str, str]]) -> tuple[str, list[str]]:
@@ -122,17 +122,19 @@ def _positions(results: Results) -> Finding:
 
 def _friction(results: Results) -> Iterator[Finding]:
     """Power lost in friction, and how near it is to locking the mechanism."""
-    found = friction_figures(results)
-    if found is None:
+    friction = friction_figures(results)
+    if friction is None:
         return
-    heading, locked, count = "Friction", results.figures.locked, len(found["joints"])
-    text = f"Friction in {counted(count, 'joint')} takes up to {_told(found['power'])}."
-    if found["feedback"]["value"] is not None:
-        text += f" At most it adds {percent(found['feedback']['value'])} to itself; at 100 % it may lock the mechanism."
+    heading, locked, count = "Friction", results.figures.locked, len(friction["joints"])
+    text = f"Friction in {counted(count, 'joint')} takes up to {_told(friction['power'])}."
+    if friction["feedback"]["value"] is not None:
+        text += (
+            f" At most it adds {percent(friction['feedback']['value'])} to itself; at 100 % it may lock the mechanism."
+        )
     if locked:
         text += f" At {locked} of {counted(results.counts[0], 'position')} it may: balance has no answer, or several."
-    if found["resting"]:
-        text += f" At {counted(found['resting'], 'position')} nothing slides, and no friction is counted."
+    if friction["resting"]:
+        text += f" At {counted(friction['resting'], 'position')} nothing slides, and no friction is counted."
     free = [name for name, own in results.mechanism.friction.items() if _unguided(results, name, own)]
     if free:
         text += f" The moment on {', '.join(free)} is taken to press on nothing: length is not given."
@@ -276,11 +278,11 @@ def _check(results: Results) -> list[Finding]:
 def _exceedances(results: Results) -> Iterator[Finding]:
     """One for each kind of caution: the worst of its links in full, the others by name."""
     for kind, heading in HEADINGS.items():
-        own = [one for one, _ in results.exceedances if one.kind == kind and not math.isnan(one.figure)]
-        if not own:
+        alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
+        if not alike:
             continue
-        worst = max(own, key=lambda one: one.figure)
-        names = [results.scene.labels[one.beam] for one in own if one.beam is not None and one is not worst]
+        worst = max(alike, key=lambda each: each.figure)
+        names = [results.scene.labels[each.beam] for each in alike if each.beam is not None and each is not worst]
         words = (
             _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
         )

@@ -49,14 +49,14 @@ def optimum_figures(solved: OptimumResult) -> dict[str, Any]:
 def _variables(solved: OptimumResult) -> list[dict[str, Any]]:
     task, best = solved.task, solved.optimum
     rows = []
-    for k, one in enumerate(task.variables):
+    for k, variable in enumerate(task.variables):
         at = "low" if best.shares[k] < ACTIVE else "high" if best.shares[k] > 1 - ACTIVE else None
         multiplier = max(best.certificate.low[k], best.certificate.high[k])
         rows.append(
             {
-                "path": one.path,
-                "unit": one.unit,
-                "before": one.base,
+                "path": variable.path,
+                "unit": variable.unit,
+                "before": variable.base,
                 "value": float(best.values[k]),
                 "low": float(task.low[k]),
                 "high": float(task.high[k]),

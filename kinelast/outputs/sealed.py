@@ -111,9 +111,9 @@ def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 def summary_in(folder: Path) -> dict[str, Any] | None:
     """The summary that this program has put into a folder; empty where there is none, None of an unreadable one."""
     try:
-        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except OSError:
         return {}
     except (ValueError, RecursionError):
         return None
-    return found if isinstance(found, dict) and "kinelast" in found else {}
+    return summary if isinstance(summary, dict) and "kinelast" in summary else {}

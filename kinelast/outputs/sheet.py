@@ -229,11 +229,11 @@ class MechanismAxes:
 
         self.axes.add_patch(Circle(_xy(place), radius, **style))
 
-    def beside(self, place: complex, way: complex, words: str, **style: Any) -> None:
-        """Words that begin or end where a way from a place leads, so that they keep off it."""
-        lean = way.real / abs(way)
+    def beside(self, place: complex, offset: complex, words: str, **style: Any) -> None:
+        """Words that begin or end at an offset from a place, so that they keep off it."""
+        lean = offset.real / abs(offset)
         side = "center" if abs(lean) < 0.35 else "left" if lean > 0 else "right"
-        self._text(place + way, words, ha=side, **style)
+        self._text(place + offset, words, ha=side, **style)
 
     def _text(self, place: complex, words: str, **style: Any) -> None:
         box = {"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}

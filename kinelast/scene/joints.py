@@ -71,10 +71,10 @@ def _line(
     owner: Link,
     point: str,
     direction: Complex,
-    own: Any,
+    drawn: Any,
     places: Points,
 ) -> Slider:
-    """A line through the drawn place of a point, in the axes of its owner; `own` are the link's axes as drawn."""
+    """A line through the drawn place of a point, in the axes of its owner; `drawn` are the link's axes in the drawing."""
     if point not in places:
         raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)
@@ -84,7 +84,7 @@ def _line(
     if owner.name != GROUND:
         anchor = next(point for point in owner.points if point in places)
         origin = (origin - places[anchor]) * axes.conjugate() + owner.points[anchor]
-    turn: Any = 1 + 0j if own is None else own * axes.conjugate()
+    turn: Any = 1 + 0j if drawn is None else drawn * axes.conjugate()
     return Slider(name, link, owner.name, point, origin, direction * axes.conjugate(), turn)
 
 
@@ -154,7 +154,7 @@ def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Frictio
     """Friction by the name of the joint's point, slider or slot."""
     shared = Counter(point for link in mechanism.links for point in link.points)
     sliders = list(mechanism.slider_points)
-    found = {}
+    friction = {}
     for name, table in scene.joints.items():
         if all(getattr(table, key) is None for key in RUBBING):
             continue
@@ -165,8 +165,8 @@ def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Frictio
             raise fault(where, "friction", "the links are welded there, and do not rub")
         if count > 1:
             raise fault(where, "friction", f"{count} joints are called so: which of them rubs is not told")
-        found[name] = _friction(where, table, slides)
-    return found
+        friction[name] = _friction(where, table, slides)
+    return friction
 
 
 def _friction(where: str, table: JointTable, slides: bool) -> Friction:

@@ -126,10 +126,10 @@ def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:
             raise fault("run", "output", f'there is no moving link "{owner}"{likely(owner, names)}')
         return Output(owner)
     still = mechanism.links[0].points
-    found = next((link.name for link in moving if words in link.points and words not in still), None)
-    if found is None:
+    carrier = next((link.name for link in moving if words in link.points and words not in still), None)
+    if carrier is None:
         names = list(dict.fromkeys(point for link in moving for point in link.points if point not in still))
         problem = f'there is no point "{words}" that moves{likely(words, names)}'
         problem += f'; an angle is named as in "{moving[-1].name}.angle"'
         raise fault("run", "output", problem)
-    return Output(found, words)
+    return Output(carrier, words)

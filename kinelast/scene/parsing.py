@@ -201,26 +201,26 @@ def _path(path: str) -> str:
 def _told(what: str, path: str, value: Any, kind: Any) -> tuple[str, str]:
     """The key at fault and the message on it."""
     inner = f"{path}." if path else ""
-    if found := re.fullmatch(r"Object contains unknown field `(.*)`", what):
-        if found[1] in NOT_MODELLED:
-            return inner + found[1], f"{NOT_MODELLED[found[1]]} not modelled: leave the key out"
+    if match := re.fullmatch(r"Object contains unknown field `(.*)`", what):
+        if match[1] in NOT_MODELLED:
+            return inner + match[1], f"{NOT_MODELLED[match[1]]} not modelled: leave the key out"
         known = _keys(kind, path, value)
-        hint = "; it belongs under [joints.NAME]" if found[1] in RUBBING else likely(found[1], known)
-        return inner + found[1], f"there is no such key{hint}"
-    if found := re.fullmatch(r"Object missing required field `(.*)`", what):
-        return inner + found[1], "the key is missing" + (_choices(kind) if found[1] == "shape" else "")
-    if found := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
-        word = found[1].strip("'\"")
+        hint = "; it belongs under [joints.NAME]" if match[1] in RUBBING else likely(match[1], known)
+        return inner + match[1], f"there is no such key{hint}"
+    if match := re.fullmatch(r"Object missing required field `(.*)`", what):
+        return inner + match[1], "the key is missing" + (_choices(kind) if match[1] == "shape" else "")
+    if match := re.fullmatch(r"Invalid (?:enum )?value (.*)", what):
+        word = match[1].strip("'\"")
         choices = _tags(kind) if path == "shape" else _literals(kind, path, value) if path else _words(kind)
         return path, f'expected one of {", ".join(choices)}, got "{word}"{_near(word, choices)}'
-    if found := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
-        words = " or ".join(WORDS.get(word, word) for word in found[1].split(" | ") if word != "null")
-        size = f" of {found[2].replace('>=', 'at least')} entries" if found[2] else ""
-        got = f", got {WORDS.get(found[4].strip('`'), found[4])}" if found[4] else ""
+    if match := re.fullmatch(r"Expected `(.*?)`(?: of length ((?:>= )?\d+))?(.*?)(?:, got (.*))?", what):
+        words = " or ".join(WORDS.get(word, word) for word in match[1].split(" | ") if word != "null")
+        size = f" of {match[2].replace('>=', 'at least')} entries" if match[2] else ""
+        got = f", got {WORDS.get(match[4].strip('`'), match[4])}" if match[4] else ""
         stands = _found(value, path)
         if not isinstance(stands, dict | list):
             got = f", got {shown(stands)}"
-        return path, f"expected {words}{size}{found[3]}{got}"
+        return path, f"expected {words}{size}{match[3]}{got}"
     return path, what
 
 

@@ -20,15 +20,15 @@ def file_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(path.stat().st_mode):
             raise OSError("a folder, a pipe or a device is no scene")
         with path.open("rb") as file:
-            found = file.read(LARGEST_FILE + 1)
+            content = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise SceneError(str(path), "", "", "there is no such file") from None
     except (OSError, ValueError) as error:  # a name that holds a null character is a ValueError
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", "", f"not readable: {problem}") from None
-    if len(found) > LARGEST_FILE:
+    if len(content) > LARGEST_FILE:
         raise SceneError(str(path), "", "", f"larger than {LARGEST_FILE // 1_000_000} MB: too large for a scene")
-    return found
+    return content
 
 
 def decoded(content: bytes, path: str) -> str:

@@ -186,14 +186,14 @@ class Quantity(float):
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
         number, name = float(form[1]), form[2].strip()
         try:
-            found = _factor(name, cls.units)
+            known = _factor(name, cls.units)
         except Exception as error:  # pint's parser raises whatever it stumbles over
             names = getattr(error, "unit_names", None)
             told = _unknown(names, name, cls.units) if names else f"got {shown(text)}"
             raise ValueError(f"expected {cls.expected}, {told}") from None
-        if found is None:
+        if known is None:
             raise ValueError(f"expected {cls.expected}, got {shown(text)}")
-        factor, unit = found
+        factor, unit = known
         return number * factor, unit
 
 

@@ -78,16 +78,16 @@ def value_at(table: SceneTable, place: Place, text: Any) -> float:
     SceneError
         Another dimension, or a value that cannot stand there.
     """
-    found = place.variable
+    variable = place.variable
     try:
         value = _read(place, text)
     except ValueError as error:
-        raise fault("", found.path, str(error)) from None
+        raise fault("", variable.path, str(error)) from None
     if isinstance(value, Quantity):
-        bare_speed = found.unit == "m/s" and not value.unit and place.per_length != 1.0
-        if value.unit not in ("", found.unit) or bare_speed:
-            raise fault("", found.path, f"expected {value.expected}, in {found.unit}, got {text}")
-        return float(value.within(found.unit))
+        bare_speed = variable.unit == "m/s" and not value.unit and place.per_length != 1.0
+        if value.unit not in ("", variable.unit) or bare_speed:
+            raise fault("", variable.path, f"expected {value.expected}, in {variable.unit}, got {text}")
+        return float(value.within(variable.unit))
     require_bounds(table, place, value)
     return float(value)
 

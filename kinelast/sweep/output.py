@@ -109,13 +109,13 @@ def _sweep(task: Task, request: Request, batch: Batch, progress: Progress) -> Ou
         number, why = min(manifest.failed.items())
         first, _ = manifest.span(number)
         return Outcome(BUG, f"{task.name}: {plan.count - outcome.kept} designs failed, from no. {first} on: {why}")
-    found = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
-    summary = _summary(task, evaluation, found, manifest)
+    tally = tallied(stored_chunks(task.folder, manifest), aim, keep=plan.count <= PAGED)
+    summary = _summary(task, evaluation, tally, manifest)
     put(task.folder / "sweep.json", json_bytes(summary, indent=1) + b"\n")
-    status, line = CHECK_FAILED if found.best is None else FINE, f"{task.name}: {_closing(evaluation, found)}"
+    status, line = CHECK_FAILED if tally.best is None else FINE, f"{task.name}: {_closing(evaluation, tally)}"
     failed, why = FINE, ""
-    if found.kept:
-        failed, why = write_pages(task, evaluation, found, request.positions, batch, progress)
+    if tally.kept:
+        failed, why = write_pages(task, evaluation, tally, request.positions, batch, progress)
     told = f"{line} -> {task.folder}" + "".join(f"\n{task.name}: {each}" for each in why.splitlines())
     return Outcome(max(status, failed), told, DONE, figures=summary)
 
@@ -181,48 +181,48 @@ def _identity(content: bytes, plan: Plan, evaluation: Evaluation, positions: int
     }
 
 
-def _summary(task: Task, evaluation: Evaluation, found: Tally, manifest: Manifest) -> dict[str, Any]:
+def _summary(task: Task, evaluation: Evaluation, tally: Tally, manifest: Manifest) -> dict[str, Any]:
     """A sweep as plain data that JSON can hold."""
     units = {NUMBER: "1", **evaluation.units}
 
     def figure(name: str, value: float) -> dict[str, Any]:
         return {"value": value if np.isfinite(value) else None, "unit": units[name]}
 
-    best = found.best
+    best = tally.best
     return {
         "kinelast": VERSION,
         "scene": task.path.stem,
-        "designs": found.designs,
+        "designs": tally.designs,
         "numbers": {path: units[path] for path in evaluation.plan.paths},
         "figures": {name: units[name] for name in evaluation.figures or ()},
         "theory": "quasi-static",
-        "aim": {"figure": found.aim.figure, "best": "largest" if found.aim.largest else "smallest"},
+        "aim": {"figure": tally.aim.figure, "best": "largest" if tally.aim.largest else "smallest"},
         "best": None if best is None else {name: figure(name, value) for name, value in best.items() if name != NUMBER},
         "best_design": None if best is None else int(best[NUMBER]),
-        "acceptable": found.acceptable,
-        "without_figures": sum(found.reasons.values()),
-        "reasons": dict(found.reasons.most_common(REASONS)),
-        "ranges": {name: [figure(name, end) for end in ends] for name, ends in found.ranges.items() if name != NUMBER},
+        "acceptable": tally.acceptable,
+        "without_figures": sum(tally.reasons.values()),
+        "reasons": dict(tally.reasons.most_common(REASONS)),
+        "ranges": {name: [figure(name, end) for end in ends] for name, ends in tally.ranges.items() if name != NUMBER},
         "store": manifest.store,
         "made_from": manifest.identity,
     }
 
 
-def _closing(evaluation: Evaluation, found: Tally) -> str:
+def _closing(evaluation: Evaluation, tally: Tally) -> str:
     """The summary of a sweep in one line."""
-    units, words = evaluation.units, [f"{found.designs} designs"]
-    if found.acceptable is not None:
-        words.append(f"{found.acceptable} acceptable")
-    aim = found.aim
-    if found.best is None:
-        words.append("none acceptable" if found.acceptable == 0 else f"none has a figure {aim.figure}")
+    units, words = evaluation.units, [f"{tally.designs} designs"]
+    if tally.acceptable is not None:
+        words.append(f"{tally.acceptable} acceptable")
+    aim = tally.aim
+    if tally.best is None:
+        words.append("none acceptable" if tally.acceptable == 0 else f"none has a figure {aim.figure}")
     else:
-        size = quantity(found.best[aim.figure], units[aim.figure])
-        numbers = [f"{path} {quantity(found.best[path], units[path])}" for path in evaluation.plan.paths[:MOST_SHOWN]]
+        size = quantity(tally.best[aim.figure], units[aim.figure])
+        numbers = [f"{path} {quantity(tally.best[path], units[path])}" for path in evaluation.plan.paths[:MOST_SHOWN]]
         which = "largest" if aim.largest else "smallest"
-        words.append(f"{which} {aim.figure} {size}: no. {found.best[NUMBER]:.0f} ({', '.join(numbers)})")
-    if found.reasons:
-        reason, count = found.reasons.most_common(1)[0]
-        others = "" if len(found.reasons) == 1 else f", {count} of them"
-        words.append(f"{sum(found.reasons.values())} without figures{others}: {reason}")
+        words.append(f"{which} {aim.figure} {size}: no. {tally.best[NUMBER]:.0f} ({', '.join(numbers)})")
+    if tally.reasons:
+        reason, count = tally.reasons.most_common(1)[0]
+        others = "" if len(tally.reasons) == 1 else f", {count} of them"
+        words.append(f"{sum(tally.reasons.values())} without figures{others}: {reason}")
     return "; ".join(words)

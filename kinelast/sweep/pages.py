@@ -62,7 +62,7 @@ def design_text(document: Document, number: int, values: Mapping[str, float], fi
 
 
 def write_pages(
-    task: Task, evaluation: Evaluation, found: Tally, positions: int | None, batch: Batch, progress: Progress
+    task: Task, evaluation: Evaluation, tally: Tally, positions: int | None, batch: Batch, progress: Progress
 ) -> tuple[int, str]:
     """Write the page of all designs of a sweep, and the folders of single ones that it leads to.
 
@@ -86,9 +86,9 @@ def write_pages(
     Exit status, and lines on the pages that failed; the sweep is whole all the same.
     """
     paths, figures = list(evaluation.plan.paths), list(evaluation.figures or ())
-    columns = {name: np.concatenate([part[name] for part, _ in found.kept]) for name in evaluation.units}
-    reasons = [reason for _, part in found.kept for reason in part]
-    best = None if found.best is None else int(found.best[NUMBER])
+    columns = {name: np.concatenate([part[name] for part, _ in tally.kept]) for name in evaluation.units}
+    reasons = [reason for _, part in tally.kept for reason in part]
+    best = None if tally.best is None else int(tally.best[NUMBER])
     document = evaluation.document
     title = document.table.title or task.path.stem
     page = partial(designs_page, title, columns, evaluation.units, reasons, paths, figures, best)

@@ -130,14 +130,16 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Any:
         return np.arange(count)
     pairs = combinations(figures[:FRONTS], 2) if len(figures) > 1 else [(figures[0], figures[0])]
     fronts = [front(*pair) for pair in pairs]
-    random, own = np.random.default_rng(0), np.array([] if best is None else [best], int)
-    first = np.setdiff1d(np.concatenate(fronts), own)
-    first = random.choice(first, min(len(first), SHOWN - len(own)), replace=False)
-    others = np.setdiff1d(np.arange(count), [*own, *first])
-    return np.sort(np.concatenate([own, first, random.choice(others, SHOWN - len(own) - len(first), replace=False)]))
+    random, chosen = np.random.default_rng(0), np.array([] if best is None else [best], int)
+    first = np.setdiff1d(np.concatenate(fronts), chosen)
+    first = random.choice(first, min(len(first), SHOWN - len(chosen)), replace=False)
+    others = np.setdiff1d(np.arange(count), [*chosen, *first])
+    return np.sort(
+        np.concatenate([chosen, first, random.choice(others, SHOWN - len(chosen) - len(first), replace=False)])
+    )
 
 
-def front(one: Any, other: Any) -> Any:
+def front(first: Any, second: Any) -> Any:
     """Numbers of the designs that none is better than in one figure without being worse in the other, by the one.
 
     Examples
@@ -145,7 +147,7 @@ def front(one: Any, other: Any) -> Any:
     >>> front(np.array([1.0, 2.0, 3.0, 2.5]), np.array([3.0, 1.0, 0.5, 2.0])).tolist()
     [0, 1, 2]
     """
-    known = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
-    order = known[np.lexsort((other[known], one[known]))]
-    least = np.minimum.accumulate(np.concatenate([[np.inf], other[order]]))
-    return order[other[order] < least[:-1]]
+    known = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
+    order = known[np.lexsort((second[known], first[known]))]
+    least = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))
+    return order[second[order] < least[:-1]]

@@ -66,8 +66,8 @@ def cycle_charts(results: Results) -> list[Chart]:
     for field in ("w", "mises", "M"):
         sizes = np.abs(results.extremes[field].value)
         if np.isfinite(sizes).any():
-            own = zip(_places(results), labels, sizes, strict=True)
-            curves = [Curve(label, size, *place) for place, label, size in own]
+            entries = zip(_places(results), labels, sizes, strict=True)
+            curves = [Curve(label, size, *place) for place, label, size in entries]
             charts.append(Chart(f"Largest {FIELDS[field].name} along each link", FIELDS[field].unit, curves))
     efforts: dict[str, list[Curve]] = {}
     for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.efforts, strict=True):
