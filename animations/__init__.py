@@ -4,8 +4,9 @@ Everything is drawn off screen by pyvista, which is imported when the first pict
 """
 
 from animations.diagrams import DIAGRAMS, Diagram, diagram_named
-from animations.files import movie, spread, stills
-from animations.layout import Scales, View
+from animations.files import RATE, movie, spread, stills
+from animations.layout import Scales, View, drawable
+from animations.paints import colour
 from animations.picture import Picture
 from animations.rendering import RenderingUnavailable, off_screen, probe
 from animations.style import LOOKS, SHOWN, Style
@@ -13,6 +14,7 @@ from animations.style import LOOKS, SHOWN, Style
 __all__ = [
     "DIAGRAMS",
     "LOOKS",
+    "RATE",
     "SHOWN",
     "Diagram",
     "Picture",
@@ -20,7 +22,9 @@ __all__ = [
     "Scales",
     "Style",
     "View",
+    "colour",
     "diagram_named",
+    "drawable",
     "movie",
     "off_screen",
     "probe",

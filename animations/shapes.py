@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from animations.diagrams import STATIONS
 from elastic import Deflection, sample
 from rigid import Link, Reals, position_of
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
 Cells = tuple[Any, ...]  # arrays of point numbers, one per polygon or polyline

@@ -23,10 +23,10 @@ from typing import Any
 import measuring
 from random_scenes import scenes
 
-from kinelast.compute import computed
 from kinelast.figures import checks
 from kinelast.figures.comparisons import NotMade
-from kinelast.request import Request
+from kinelast.report.compute import computed
+from kinelast.tasks.request import Request
 
 SEED = 90210  # none that anything was looked at with while the check was made
 SCENES = 55

@@ -24,7 +24,7 @@ from jobs import AREA, DENSITY, INERTIA, SPEED, E, steel_four_bar
 
 from elastic import PRIMARY, deflection, sample
 from rigid import motion, position_of
-from rigid.loads import beam_loads
+from rigid.kinetostatics.loads import beam_loads
 
 MIDDLE = 1e3  # of the figure [us]
 BEAMS = (("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "D", "B"))

@@ -7,10 +7,12 @@ Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.a
 from elastic.beams.cross_sections import SHAPES, Shape, circle, rectangle, section_of, tapered, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 from elastic.chunks import deflection_in_chunks
+from elastic.cycle_maxima import cycle_maxima
 from elastic.derived import coefficients
 from elastic.extreme_values import Extreme, extremes
 from elastic.fields import FIELDS, PRIMARY, Field, Kind
-from elastic.sampling import displacement_of, reference_deflection, sample
+from elastic.largest import Largest, largest, largest_row
+from elastic.sampling import displacement_of, reference_deflection, rotation_of, sample
 from elastic.solution import Deflection, deflection, marked
 
 __all__ = [
@@ -23,18 +25,23 @@ __all__ = [
     "Field",
     "JointCompliance",
     "Kind",
+    "Largest",
     "Section",
     "Shape",
     "Taper",
     "circle",
     "coefficients",
+    "cycle_maxima",
     "deflection",
     "deflection_in_chunks",
     "displacement_of",
     "extremes",
+    "largest",
+    "largest_row",
     "marked",
     "rectangle",
     "reference_deflection",
+    "rotation_of",
     "sample",
     "section_of",
     "tapered",

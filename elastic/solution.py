@@ -21,15 +21,18 @@ from elastic.links.compatibility import JointGaps, bent_links, compatible_forces
 from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
-from rigid import SINGULAR, JointForces, Motion, Reals
+from rigid import SINGULAR, JointForces, Motion, Reals, repeated, stacked
 from rigid.arrays import Columns, Complexes, Flags
-from rigid.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
-from rigid.displacements import displacements
-from rigid.forces import loaded_flanks, self_stresses
-from rigid.friction import with_friction
-from rigid.kinematics import repeated, stacked
+from rigid.closures import (
+    cancellation_factor,
+    displacements,
+    greatest_rotation,
+    ill_conditioned,
+    loaded_flanks,
+    self_stresses,
+)
+from rigid.kinetostatics import balancing_forces, force_condition, with_friction
 from rigid.plane import ZERO
-from rigid.statics import balancing_forces, force_condition
 
 FLANKS = 4  # rounds until the loaded flanks of gears are those that the forces were found with
 

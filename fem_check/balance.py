@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, Section, displacement_of, sample
-from elastic.sampling import rotation_of
+from elastic import Deflection, Section, displacement_of, rotation_of, sample
 from rigid import LineLoad, Mechanism, Motion, PointLoad, Posture, Reals, position_of, posture
 from rigid.plane import cross
 

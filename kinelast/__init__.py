@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kinelast.scene.error import SceneError
     from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
     from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
-    from kinelast.tasks import shipped_scenes, shipped_structures
+    from kinelast.tasks.paths import shipped_scenes, shipped_structures
 
 __all__ = [
     "Document",
@@ -52,7 +52,7 @@ _HOME = {
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),
     "scene.error": ("SceneError",),
     "scene.motion": ("scene_motion", "scene_motion_at", "scene_times"),
-    "tasks": ("shipped_scenes", "shipped_structures"),
+    "tasks.paths": ("shipped_scenes", "shipped_structures"),
     "scene.structure_scene": ("StructureScene", "read_structure", "structure_from_text"),
 }
 

@@ -6,16 +6,21 @@ Needs numpy; scipy only to integrate a motion and for cubic tables. What not eve
 
 import rigid.allocation  # noqa: F401  before any array is made
 from rigid.arrays import Reals
-from rigid.chunks import motion_in_chunks
-from rigid.conditioning import SINGULAR
+from rigid.chunks import columns_of, design_chunks, motion_in_chunks
+from rigid.closures.conditioning import SINGULAR
+from rigid.closures.forces import JointForces
 from rigid.decomposition import assur_groups, structure
-from rigid.forces import JointForces
-from rigid.kinematics import Motion, motion, with_rates
+from rigid.kinematics import Motion, motion, repeated, stacked, with_rates
+from rigid.kinetostatics.resistance import Resistance
+from rigid.kinetostatics.springs import Spring, TorsionSpring
+from rigid.kinetostatics.statics import drive_efforts, reactions
 from rigid.laws import ConstantSpeed, LawError, Segment, SegmentedLaw, TableError
 from rigid.mechanism import Mechanism
+from rigid.names import counted
 from rigid.parts import (
     GROUND,
     Beam,
+    Complex,
     Friction,
     Gear,
     Law,
@@ -26,6 +31,7 @@ from rigid.parts import (
     MechanismError,
     PinDrive,
     PointLoad,
+    Real,
     Slider,
     SliderDrive,
     Weld,
@@ -33,15 +39,14 @@ from rigid.parts import (
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.reach import ReachError, reachable, require_reach
-from rigid.resistance import Resistance
-from rigid.springs import Spring, TorsionSpring
-from rigid.statics import drive_efforts, reactions
+from rigid.teeth import pitch_reach
 from rigid.transmission import transmission_angles
 
 __all__ = [
     "GROUND",
     "SINGULAR",
     "Beam",
+    "Complex",
     "ConstantSpeed",
     "Friction",
     "Gear",
@@ -59,6 +64,7 @@ __all__ = [
     "PointLoad",
     "Posture",
     "ReachError",
+    "Real",
     "Reals",
     "Resistance",
     "Segment",
@@ -71,14 +77,20 @@ __all__ = [
     "Weld",
     "acceleration_of",
     "assur_groups",
+    "columns_of",
+    "counted",
+    "design_chunks",
     "drive_efforts",
     "motion",
     "motion_in_chunks",
+    "pitch_reach",
     "position_of",
     "posture",
     "reachable",
     "reactions",
+    "repeated",
     "require_reach",
+    "stacked",
     "structure",
     "transmission_angles",
     "velocity_of",

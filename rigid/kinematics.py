@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.closure import Closure
-from rigid.conditioning import closure_sine, condition_numbers, marked, may_be_singular
+from rigid.closures.closure import Closure
+from rigid.closures.conditioning import closure_sine, condition_numbers, marked, may_be_singular
+from rigid.closures.displacements import Openings, displacements
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
-from rigid.displacements import Openings, displacements
 from rigid.drive_arrays import drive_arrays, per_position, rate_of
 from rigid.joints import JointPlace
 from rigid.mechanism import Mechanism

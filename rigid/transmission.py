@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigid.arrays import Columns, Reals
-from rigid.closure import Closure
+from rigid.closures.closure import Closure
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion
 from rigid.plane import cross, dot

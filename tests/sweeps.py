@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from kinelast import shipped_scenes
-from kinelast.progress import Progress
+from kinelast.process.progress import Progress
 from kinelast.scene.text import file_text
 
 
@@ -63,7 +63,7 @@ class Printed(Progress):
 
 def main(folder, count, chunk, jobs, seconds, store):
     """A sweep in a process of its own, to be ended from outside; it goes on with what is there."""
-    from kinelast.stopping import stoppable
+    from kinelast.process.stopping import stoppable
     from kinelast.sweep import store as stores
     from kinelast.sweep.running import run_plan
 

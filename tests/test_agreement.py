@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinelast import report, scene_from_dict, shipped_scenes
-from kinelast.compute import computed
 from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
@@ -24,9 +23,10 @@ from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.error import SceneError
 from kinelast.scene.text import file_text, toml_tables
+from kinelast.tasks.request import Request
 from rigid import posture
 from rigid.kinematics import repeated
 from tests.scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK

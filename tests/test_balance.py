@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rigid.kinematics
-import rigid.loads
+import rigid.kinetostatics.loads
 from elastic import deflection
 from elastic.elastodynamics import (
     correction,
@@ -43,14 +43,14 @@ def test_the_forces_of_every_shipped_scene_change_its_momentum(name):
 @pytest.fixture
 def flipped(monkeypatch):
     """Rotary inertia of lumps with the wrong sign in the loads of the links."""
-    right = rigid.loads.mass_constants
+    right = rigid.kinetostatics.loads.mass_constants
 
     def wrong(mechanism, ndim):
         mass, first, second = right(mechanism, ndim)
         turning = np.reshape([sum(lump.inertia for lump in link.lumps) for link in mechanism.links], (-1, 1))
         return mass, first, second - 2 * turning
 
-    monkeypatch.setattr(rigid.loads, "mass_constants", wrong)
+    monkeypatch.setattr(rigid.kinetostatics.loads, "mass_constants", wrong)
 
 
 @pytest.mark.usefixtures("flipped")

@@ -15,8 +15,8 @@ from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.cli.command import main
 from kinelast.cli.parser import parsed
-from kinelast.request import GROUPS, Batch, Request, options_of
-from kinelast.tasks import shipped_scenes, shipped_structures
+from kinelast.tasks.paths import shipped_scenes, shipped_structures
+from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
 UNITS |= dict.fromkeys(("normal", "shear", "mises"), "Pa")
@@ -328,11 +328,11 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
 
 
 def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.run
+    import kinelast.report.run
 
-    real = kinelast.run.document_from_bytes
+    real = kinelast.report.run.document_from_bytes
     monkeypatch.setattr(
-        kinelast.run, "document_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
+        kinelast.report.run, "document_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
     )
     assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
     said = capsys.readouterr()

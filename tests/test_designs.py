@@ -9,15 +9,15 @@ import pytest
 from elastic import FIELDS, deflection, extremes, rectangle, sample, section_of
 from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
-from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, variable, with_value
 from kinelast.designs.base import base_of
 from kinelast.figures.summary import summary
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.document import document_from_dict
 from kinelast.scene.parsing import parse_scene
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.scene.variables import numbers
+from kinelast.tasks.request import Request
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
 from tests.scene_texts import SWING, WHEEL
 

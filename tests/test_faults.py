@@ -17,14 +17,14 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 import kinelast.outputs.outbox as folders
-from kinelast import processes
 from kinelast.cli.command import main
 from kinelast.cli.workers import SceneWork, side_by_side
-from kinelast.outcome import BUG, FINE, Task
 from kinelast.outputs.outbox import complete, locked
 from kinelast.outputs.sealed import finished, made_from
-from kinelast.progress import SILENT
-from kinelast.request import Batch, Request, RequestError
+from kinelast.process import processes
+from kinelast.process.progress import SILENT
+from kinelast.tasks.outcome import BUG, FINE, Task
+from kinelast.tasks.request import Batch, Request, RequestError
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
 COMMAND = [sys.executable, "-m", "kinelast"]
@@ -171,7 +171,7 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
 @pytest.mark.parametrize("function", ["write_positions", "write_fields", "seal", "sizes"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
     import kinelast.outputs.positions
-    import kinelast.run
+    import kinelast.report.run
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     call = [str(scene), "--fields", "--stations", "3", "-o", str(tmp_path / "out")]
@@ -183,7 +183,7 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 
     with monkeypatch.context() as patch:
         patch.setattr(
-            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.run,
+            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.report.run,
             function,
             full,
         )
@@ -198,7 +198,7 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 def test_no_process_at_work_ever_sees_an_interrupt():
     """Not the first one either, for which multiprocessing starts a tracker that would let interrupts through."""
     code = (
-        "import signal; from functools import partial; from kinelast.processes import map_surviving\n"
+        "import signal; from functools import partial; from kinelast.process.processes import map_surviving\n"
         "masks = map_surviving(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
         "assert all(signal.SIGINT in mask for _, mask in masks)"
     )
@@ -291,17 +291,17 @@ def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
     """The file changes while it is computed: what is told is the digest of what was read."""
     import hashlib
 
-    import kinelast.run
+    import kinelast.report.run
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     first = hashlib.sha256(scene.read_bytes()).hexdigest()
-    real = kinelast.run.document_from_bytes
+    real = kinelast.report.run.document_from_bytes
 
     def changing(content, path):
         scene.write_text(ARM + "# later\n")
         return real(content, path)
 
-    monkeypatch.setattr(kinelast.run, "document_from_bytes", changing)
+    monkeypatch.setattr(kinelast.report.run, "document_from_bytes", changing)
     assert main([str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())["made_from"]["sha256"] == first
 

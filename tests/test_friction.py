@@ -35,7 +35,7 @@ from rigid import (
     structure,
 )
 from rigid.dynamics import Effort, forward, multiplier_forces, virtual_work_efforts
-from rigid.friction import friction_power
+from rigid.kinetostatics.friction import friction_power
 
 L, R = 0.2, 0.05
 

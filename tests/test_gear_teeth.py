@@ -29,8 +29,8 @@ from rigid import (
     motion,
     reactions,
 )
+from rigid.closures.gears import gear_loads
 from rigid.dynamics import multiplier_forces, virtual_work_efforts
-from rigid.gears import gear_loads
 from rigid.plane import cross, dot
 
 ROUND_OFF = 1e-11

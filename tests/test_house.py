@@ -99,6 +99,29 @@ def test_first_lines_are_no_riddles(package):
     assert not riddles, "\n".join(riddles)
 
 
+ONE_FILE = {"rigid.arrays", "rigid.constants", "rigid.plane", "elastic.arrays"}
+"""Rooms of a single file: the types of arrays, the parts of a mechanism as arrays, and vectors of the plane."""
+
+
+def deep_imports():
+    """Imports of another package that reach deeper than its root or a room's root: file, line and module."""
+    packages = (*PLAIN, "kinelast")
+    for package in packages:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if not isinstance(node, ast.ImportFrom) or not node.module or node.module in ONE_FILE:
+                    continue
+                first, *inner = node.module.split(".")
+                if first in packages and first != package and inner:
+                    room = ROOT / first / inner[0]
+                    if len(inner) > 1 or not room.is_dir():
+                        yield f"{path.relative_to(ROOT)}:{node.lineno}: {node.module}"
+
+
+def test_a_package_is_imported_at_its_root_or_at_that_of_a_room():
+    assert not [*deep_imports()]
+
+
 if __name__ == "__main__":
     text = PAGE.read_text(encoding="utf-8").partition(MARK)
     sys.exit(PAGE.write_text(text[0] + MARK + rooms(), encoding="utf-8") == 0)

@@ -11,12 +11,12 @@ from scene_texts import PUSHED
 
 from elastic import FIELDS, Field, Kind, coefficients, displacement_of, sample
 from kinelast.cli.command import main
-from kinelast.compute import computed
-from kinelast.numbers import number, quantity
 from kinelast.outputs.page import data
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.document import read_scene
-from kinelast.tasks import shipped_scenes
+from kinelast.scene.numbers import number, quantity
+from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.request import Request
 from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])

@@ -17,7 +17,7 @@ from kinelast.scene.quantities import (
 )
 from kinelast.scene.schema import schema_text
 from kinelast.scene.units import USUAL, registry
-from kinelast.tasks import shipped_scenes
+from kinelast.tasks.paths import shipped_scenes
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

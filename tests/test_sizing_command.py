@@ -17,11 +17,11 @@ from kinelast.cli.command import main
 from kinelast.designs.asked import optimization_task, tolerance_task
 from kinelast.designs.plan import plan_of
 from kinelast.designs.together import batched
-from kinelast.numbers import quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.scene import build, parsing
 from kinelast.scene.document import document_from_text, read_document
 from kinelast.scene.error import SceneError
+from kinelast.scene.numbers import quantity
 from kinelast.scene.variables import numbers
 
 ASKED = """

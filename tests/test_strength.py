@@ -45,7 +45,7 @@ from elastic.assessment import (
 )
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion, reactions
 from rigid.constants import mass_moments
-from rigid.loads import beam_loads
+from rigid.kinetostatics.loads import beam_loads
 
 E = 210e9
 

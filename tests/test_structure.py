@@ -10,7 +10,7 @@ from mechanisms import drawn_bar, four_bar_linkage, linkage, slider_crank_linkag
 
 from kinelast import SceneError, scene_from_text
 from rigid import Link, Mechanism, MechanismError, PinDrive, Posture, Slider, SliderDrive, assur_groups, motion, posture
-from rigid.forces import self_stresses
+from rigid.closures.forces import self_stresses
 from rigid.topology import (
     Contact,
     assembled,

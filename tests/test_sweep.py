@@ -12,11 +12,11 @@ import pytest
 
 from kinelast import SceneError, scene_from_dict, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.compute import computed
 from kinelast.designs import evaluate, read_value, with_value
 from kinelast.designs.plan import plan_of
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.text import file_text, toml_tables
+from kinelast.tasks.request import Request
 
 STEEL = toml_tables(file_text(shipped_scenes()["steel_four_bar"]), "")
 DEPTH, SPEED, ACROSS = "sections.bar.depth", "drives.crank.speed", "points.D.x"

@@ -11,7 +11,7 @@ import pytest
 
 from kinelast.cli.command import main
 from kinelast.outputs.table import FORMATS, Column, Table, csv_bytes, csv_rows, xlsx_bytes
-from kinelast.request import RequestError
+from kinelast.tasks.request import RequestError
 
 NUMBERS = np.array([0.1, -1e-17, np.nan, 12345678.125, 5e-324, 3e300, -0.0])
 WORDS = ["a", 'b "c", d', "=1+1", "-o: no", "two\nlines", "<b>", None]

@@ -15,14 +15,14 @@ from elastic import deflection, sample
 from elastic.elastodynamics import buckling_factor
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.compute import computed
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
 from kinelast.figures.speeds import speeds
 from kinelast.figures.trust import exceedance_figures, findings
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
+from kinelast.tasks.request import Request
 from rigid import with_rates
 
 SLOW, FAST = "20 rad/s", "60 rad/s"

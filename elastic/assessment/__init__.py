@@ -10,7 +10,6 @@ from elastic.assessment.validity import LIMITS, Exceedance, ValidityLimit, excee
 
 __all__ = [
     "LIMITS",
-    "CyclePeak",
     "Exceedance",
     "Harmonics",
     "PathDeviation",

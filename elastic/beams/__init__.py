@@ -1,9 +1,11 @@
 """One beam: its section, its elastic line, its fields as polynomials of pieces."""
 
-from elastic.beams.cross_sections import SHAPES, Shape, circle, rectangle, section_of, tapered, tube
+from elastic.beams.compliance import designs_of
+from elastic.beams.cross_sections import POISSON, SHAPES, Shape, circle, rectangle, section_of, tapered, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 
 __all__ = [
+    "POISSON",
     "RIGID",
     "SHAPES",
     "JointCompliance",
@@ -11,6 +13,7 @@ __all__ = [
     "Shape",
     "Taper",
     "circle",
+    "designs_of",
     "rectangle",
     "section_of",
     "tapered",

@@ -23,7 +23,7 @@ from elastic.sampling import displacement_of, rotation_of
 from elastic.solution import Deflection
 from elastic.vibration.beam_matrices import rigidity
 from rigid.arrays import Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 CORRECTIONS = 8
 FALL = 0.5  # of the error by a correction, below which more coordinates are the shorter way

@@ -32,7 +32,7 @@ from elastic.elastodynamics.vibration_loads import (
 )
 from elastic.links.added_loads import AddedLoads
 from rigid.arrays import Complexes, Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ from elastic.elastodynamics.time_grid import Grid
 from elastic.solution import Deflection
 from rigid import LineLoad, Motion
 from rigid.arrays import Columns, Complexes, Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 
 @dataclass(frozen=True, eq=False)

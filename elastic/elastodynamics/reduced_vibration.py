@@ -16,7 +16,7 @@ from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
 from rigid import Motion
 from rigid.arrays import Numbers, Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 Start = Callable[[Propagation, Problem, Deflection], Any]
 

@@ -17,7 +17,7 @@ from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
 from elastic.solution import Deflection
 from rigid.arrays import Complexes, Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 
 def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:

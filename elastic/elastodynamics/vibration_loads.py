@@ -24,7 +24,7 @@ from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 from rigid.plane import cross
 
 

@@ -2,7 +2,7 @@
 
 Utenov et al., equations (8) to (16): (8) to (11) carry the displacement of a joint from one link to the next, (12) to
 (15) close the loop under the conditions (16) at its end. Here every link is bent alone, clamped at the root of its
-beams; what is open then at the joints is closed by the links' motion as rigid bodies, `rigid.displacements`.
+beams; what is open then at the joints is closed by the links' motion as rigid bodies, `rigid.closures.displacements`.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from elastic.links.rings import link_response
 from elastic.links.sliding_blocks import block_loads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.forces import UNSTRESSED
-from rigid.loads import beam_loads
+from rigid.closures import UNSTRESSED
+from rigid.kinetostatics import beam_loads
 from rigid.plane import dot
 
 

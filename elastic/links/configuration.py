@@ -17,7 +17,7 @@ from elastic.links.beam_trees import BeamTrees, trees_of
 from rigid import Motion
 from rigid.arrays import Columns, Numbers
 from rigid.constants import beam_constants
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 NodeLoads = dict[tuple[int, str], tuple[Columns, Columns]]
 """By link and node the force in the ground's axes [N], complex, and the moment [N m] on it."""

@@ -13,7 +13,7 @@ from elastic.links.configuration import Configuration, LinkLoads, NodeLoads
 from elastic.links.gearing import gear_node_loads
 from rigid import JointForces, Motion
 from rigid.arrays import Columns, Complexes, Reals
-from rigid.loads import point_loads
+from rigid.kinetostatics import point_loads
 from rigid.plane import cross
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from elastic.links.configuration import NodeDisplacements
 from rigid import JointForces, Motion
 from rigid.arrays import Columns
-from rigid.gears import gear_input, gear_loads
+from rigid.closures import gear_input, gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO
 

@@ -14,7 +14,7 @@ from elastic.links.configuration import Configuration
 from rigid import JointForces, Motion
 from rigid.arrays import Complexes, Flags, Reals
 from rigid.constants import beam_constants
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 from rigid.plane import dot
 
 ON_BEAM = 1e-12  # of its length that a block may be beyond a beam's end and yet on it: round-off

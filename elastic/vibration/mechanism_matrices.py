@@ -16,9 +16,9 @@ from elastic.vibration.large_structures import lowest_sparse
 from elastic.vibration.link_matrices import RANK, VibratingLink, divided, of_design, one_of, uncoupled, vibrating_link
 from rigid import Link, Motion
 from rigid.arrays import Columns, Complexes, Flags, Integers, Numbers, Reals
-from rigid.gears import gear_input, rack_arm
+from rigid.closures import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
-from rigid.statics import balancing_forces
+from rigid.kinetostatics import balancing_forces
 
 MASSLESS = 1e-13  # of the largest mass per stiffness below which a mode has none
 LARGE = 400  # coordinates from which sparse matrices take less time

@@ -10,9 +10,8 @@ import numpy as np
 
 from fem_check.linear.frame import Frame, FramePlace, parts_on
 from fem_check.linear.ties import Tie
-from rigid import Slider, velocity_of
+from rigid import Friction, Slider, velocity_of
 from rigid.arrays import Reals
-from rigid.parts import Friction
 
 SAME = 1e-13  # share of the greatest force by which the efforts may still change
 STILL = 1e-9  # share of the greatest speed below which a joint is at rest

@@ -1,1 +1,12 @@
 """The links as plane-stress bodies in scikit-fem: the error of beam theory itself."""
+
+from fem_check.solid.comparison import SolidComparison, compare_solid
+
+__all__ = [
+    "SolidComparison",
+    "compare_solid",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

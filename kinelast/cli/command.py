@@ -15,10 +15,10 @@ from pathlib import Path
 from kinelast.cli.parser import parsed
 from kinelast.cli.terminal import fill_closed_streams, listener, say
 from kinelast.cli.workers import SceneWork, one_by_one, side_by_side
-from kinelast.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
-from kinelast.request import Batch, Request, RequestError
+from kinelast.process.stopping import StoppedError, ignored_interrupts, stoppable
 from kinelast.scene.error import plain
-from kinelast.stopping import StoppedError, ignored_interrupts, stoppable
+from kinelast.tasks.outcome import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.version import VERSION
 
 BY_SIGNAL, INTERRUPTED = 128, 130
@@ -101,7 +101,7 @@ def _version() -> int:
 def _list() -> int:
     import tomllib
 
-    from kinelast.tasks import shipped_scenes, shipped_structures
+    from kinelast.tasks.paths import shipped_scenes, shipped_structures
 
     scenes, structures = shipped_scenes(), shipped_structures()
     width = max(map(len, (*scenes, *structures)), default=0)
@@ -114,7 +114,7 @@ def _list() -> int:
 
 def _run(request: Request, batch: Batch) -> int:
     """Run all scenes, report each and in the end all of them; the exit status."""
-    from kinelast.tasks import result_names, scene_paths
+    from kinelast.tasks.paths import result_names, scene_paths
 
     paths, problems = scene_paths(batch.scenes)
     for problem in problems:

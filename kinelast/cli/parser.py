@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from kinelast.option import Option, OptionError, are_checks
-from kinelast.request import GROUPS, Batch, Request, options_of
 from kinelast.scene.error import likely
+from kinelast.tasks.option import Option, OptionError, are_checks
+from kinelast.tasks.request import GROUPS, Batch, Request, options_of
 
 EPILOG = """\
 exit status: 0 fine, 1 a check failed, 2 bad input (the other scenes were still computed), 3 an error of the program,

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
-from kinelast.progress import SILENT, Progress
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
 
 SOON, SELDOM = 1.0, 10.0  # [s] until there is a bar, and between two lines where there is no terminal

@@ -10,12 +10,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from kinelast.cli.terminal import Sentences
-from kinelast.outcome import BUG, Outcome, Task
-from kinelast.progress import SILENT, Progress
-from kinelast.request import Batch, Request
+from kinelast.process.progress import SILENT, Progress
+from kinelast.tasks.outcome import BUG, Outcome, Task
+from kinelast.tasks.request import Batch, Request
 
 if TYPE_CHECKING:
-    from kinelast.processes import Lost
+    from kinelast.process.processes import Lost
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SceneWork:
             from kinelast.sweep.output import try_sweep
 
             return partial(try_sweep, request, batch)
-        from kinelast.run import try_scene
+        from kinelast.report.run import try_scene
 
         return partial(try_scene, request, batch.resume)
 
@@ -76,7 +76,7 @@ def side_by_side(tasks: Sequence[Task], work: SceneWork, jobs: int, progress: Pr
     they leave half done is cleared away.
     """
     from kinelast.outputs.outbox import recovered
-    from kinelast.processes import Lost, cores, map_surviving
+    from kinelast.process.processes import Lost, cores, map_surviving
 
     begun: set[Task] = set()
     ready: dict[Task, Outcome] = {}

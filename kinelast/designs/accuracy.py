@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from elastic import displacement_of
 from elastic.assessment import angle_error
-from elastic.sampling import displacement_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output

@@ -11,7 +11,7 @@ from kinelast.designs.asked import OptimizationTask
 from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
-from kinelast.progress import SILENT, Progress
+from kinelast.process.progress import SILENT, Progress
 
 ROUNDS = 4  # local searches from a better neighbour, at most
 

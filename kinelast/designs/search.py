@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from kinelast.designs.problem import Linear, Problem, linearized
 from kinelast.designs.together import batched
-from kinelast.progress import SILENT, Progress
+from kinelast.process.progress import SILENT, Progress
 
 SAMPLED = 64  # designs to a variable, of which the best are starts
 MOST_SAMPLED = 1024

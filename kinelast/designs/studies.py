@@ -26,7 +26,7 @@ from kinelast.designs.tolerances import (
 )
 from kinelast.figures.entry import Figure
 from kinelast.figures.output import output_of
-from kinelast.progress import SILENT, Progress
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name

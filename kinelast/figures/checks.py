@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import Deflection, reference_deflection, sample
-from elastic.beams.cross_sections import POISSON
+from elastic.beams import POISSON
 from kinelast.figures.comparisons import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 
 if TYPE_CHECKING:
     from fem_check import Balance
-    from fem_check.solid.comparison import SolidComparison
+    from fem_check.solid import SolidComparison
     from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
 
@@ -139,7 +139,7 @@ def check_passed(results: Results) -> bool | None:
 
 def solid_check(results: Results) -> SolidComparison | NotMade:
     """Error of beam theory in the quasi-static answer, by links as plane-stress bodies."""
-    from fem_check.solid.comparison import compare_solid
+    from fem_check.solid import compare_solid
 
     try:
         return compare_solid(results.quasi_static, _poisson(results.scene))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fem_check.solid.comparison import SolidComparison
+    from fem_check.solid import SolidComparison
 
 WITHIN = 2.0  # times the answer's own estimate of its error that the check may find
 LEAST = 0.01  # share of the largest deflection that the check itself is good to

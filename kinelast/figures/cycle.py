@@ -9,14 +9,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Extreme, Kind, extremes, marked
+from elastic import FIELDS, Deflection, Extreme, Kind, Largest, cycle_maxima, extremes, largest, marked
 from elastic.assessment import PathDeviation, euler_ratio, path_deviation
-from elastic.beams.compliance import designs_of
-from elastic.cycle_maxima import cycle_maxima
-from elastic.largest import Largest, largest
+from elastic.beams import designs_of
+from kinelast.process.threads import one_thread
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import scene_deflection
-from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from elastic.largest import Largest, largest_row
+from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, points_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
-from rigid.friction import rubbing_joints
+from rigid.kinetostatics import rubbing_joints
 
 SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
 RUBBING, FRICTION = "joint with friction", "scene with friction"

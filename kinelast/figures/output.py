@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import Deflection, displacement_of
+from elastic import Deflection, cycle_maxima, displacement_of, largest
 from elastic.assessment import angle_error
-from elastic.cycle_maxima import cycle_maxima
-from elastic.largest import largest
 from kinelast.figures.cycle import NOISE, points_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError

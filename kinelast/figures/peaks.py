@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Kind
+from elastic import FIELDS, Deflection, Kind, Largest
 from elastic.assessment import least_axial_force, stress_ends
-from elastic.largest import Largest
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle
 from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.registry import NAMES, figures_of

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from elastic import FIELDS, Section
+from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
-from elastic.largest import Largest, largest_row
-from elastic.sampling import displacement_of
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
 from kinelast.figures.entry import (
     BEAM,
@@ -38,7 +36,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
 from rigid.constants import mass_moments
-from rigid.friction import friction_power, rubbing_joints
+from rigid.kinetostatics import friction_power, rubbing_joints
 
 NAMES = {"w": "deflection", "mises": "stress"}  # of figures that are fields, where not the field's key
 HARMONICS = 6  # of the fastest drive, that natural frequencies are held against

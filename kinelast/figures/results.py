@@ -17,13 +17,13 @@ from kinelast.figures.cycle import Cycle, drive_words, joint_words
 from kinelast.figures.divided_links import divided_links
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
+from kinelast.process.threads import one_thread
 from kinelast.scene.data import QUASI_STATIC, Scene
-from kinelast.threads import one_thread
 from rigid import Mechanism, Motion, Reals
 
 if TYPE_CHECKING:
     from fem_check import Balance, Comparison
-    from fem_check.solid.comparison import SolidComparison
+    from fem_check.solid import SolidComparison
     from kinelast.figures.comparisons import NonlinearCheck, NotMade
     from kinelast.figures.theory import Answer
 

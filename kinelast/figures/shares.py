@@ -9,7 +9,7 @@ import numpy as np
 
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
-from elastic.links.added_loads import AddedLoads, map_loads
+from elastic.links import AddedLoads, map_loads
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from rigid import posture

@@ -18,10 +18,10 @@ from kinelast.figures.limits import judged, kept, magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
-from kinelast.numbers import quantity
+from kinelast.process.threads import one_thread
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.threads import one_thread
+from kinelast.scene.numbers import quantity
 from rigid import ConstantSpeed, MechanismError
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures

@@ -11,7 +11,7 @@ from elastic.assessment import harmonics
 from kinelast.figures.figure import at_position, figure, largest
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import Results
-from rigid.friction import rubbing_joints, sliding_directions
+from rigid.kinetostatics import rubbing_joints, sliding_directions
 
 
 def strength_figures(results: Results) -> dict[str, dict[str, Any]]:

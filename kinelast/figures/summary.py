@@ -23,9 +23,9 @@ from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.strength import friction_figures, strength_figures, vibration_figures
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
-from kinelast.numbers import quantity
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR
+from kinelast.scene.numbers import quantity
 from rigid import Beam
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastic import Deflection, reference_deflection, sample
+from elastic import Deflection, cycle_maxima, reference_deflection, sample
 from elastic.assessment import introduction_share, shear_share
-from elastic.cycle_maxima import cycle_maxima
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
@@ -20,9 +19,9 @@ from elastic.elastodynamics import (
     theory_error,
     transient,
 )
+from kinelast.process.threads import one_thread
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.threads import one_thread
 from rigid import MechanismError, Motion
 
 ACCURACY = 0.05  # where none is asked for

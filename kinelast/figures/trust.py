@@ -13,16 +13,15 @@ from typing import Any
 import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
-from elastic.beams.cross_sections import POISSON
+from elastic.beams import POISSON
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.figure import at_peak
 from kinelast.figures.results import Results
 from kinelast.figures.strength import fastest_drive, friction_figures
-from kinelast.numbers import number, percent, quantity
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from rigid import Friction
-from rigid.names import counted
+from kinelast.scene.numbers import number, percent, quantity
+from rigid import Friction, counted
 
 INPUTS, THEORY = "Inputs", "Theory"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"

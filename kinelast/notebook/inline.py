@@ -10,14 +10,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from kinelast.compute import computed
 from kinelast.figures.summary import summary
-from kinelast.line import headline
 from kinelast.notebook.named import SceneDeflection
 from kinelast.outputs.page.report import report_page
 from kinelast.outputs.sealed import made_from
-from kinelast.request import Request
+from kinelast.report.compute import computed
+from kinelast.report.line import headline
 from kinelast.scene.data import Scene
+from kinelast.tasks.request import Request
 from kinelast.version import VERSION
 
 SIZE = (960, 540)
@@ -118,9 +118,7 @@ def picture(bent: SceneDeflection, diagram: str = "deflection", position: int = 
     """
     from PIL import Image
 
-    from animations import Picture, off_screen
-    from animations.diagrams import diagram_named
-    from animations.layout import drawable
+    from animations import Picture, diagram_named, drawable, off_screen
 
     possible = drawable(bent, diagram_named(diagram))
     if position not in possible:

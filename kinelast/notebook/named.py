@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, Deflection, sample
-from kinelast.compute import computed
-from kinelast.request import Request
+from kinelast.report.compute import computed
 from kinelast.scene.data import Scene
 from kinelast.scene.document import read_scene
 from kinelast.scene.motion import scene_motion
-from kinelast.tasks import scene_paths
+from kinelast.tasks.paths import scene_paths
+from kinelast.tasks.request import Request
 from rigid import Motion, acceleration_of, position_of, velocity_of
 
 STATIONS = 101

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinelast.figures.results import Results
-from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
+from kinelast.tasks.request import Request, RequestError
 
 if TYPE_CHECKING:
     from animations import Style
@@ -41,8 +41,7 @@ def draw_film(
     OSError
         It cannot be written, as where the disk is full.
     """
-    from animations import movie
-    from animations.files import RATE
+    from animations import RATE, movie
 
     target, rate = part / f"{diagram}.{request.picture}", request.fps or RATE
     try:

@@ -8,8 +8,8 @@ import numpy as np
 
 from kinelast.designs.certificate import ACTIVE, RADII
 from kinelast.designs.optimum import OptimumResult
-from kinelast.numbers import number, percent, quantity
 from kinelast.outputs.table import Table
+from kinelast.scene.numbers import number, percent, quantity
 
 HEAD = ("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier")
 

@@ -18,8 +18,8 @@ from typing import Any
 
 from kinelast.outputs.sealed import SUMMARY, files_of, summary_in, with_files, write_json
 from kinelast.outputs.table import FORMATS
-from kinelast.request import RequestError, written
 from kinelast.scene.error import plain
+from kinelast.tasks.request import RequestError, written
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files

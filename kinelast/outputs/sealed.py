@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from kinelast.request import Request
+from kinelast.tasks.request import Request
 from kinelast.version import VERSION
 
 SUMMARY = "summary.json"

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.outputs.table import Table
+from kinelast.scene.numbers import number, quantity
 from kinelast.scene.variables import Variable
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",

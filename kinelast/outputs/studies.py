@@ -11,10 +11,10 @@ from kinelast.outputs.optimum import optimum_figures, optimum_table
 from kinelast.outputs.sensitivities import sensitivity_bars, sensitivity_figures, sensitivity_table
 from kinelast.outputs.table import write_table
 from kinelast.outputs.tolerances import tolerance_bars, tolerance_figures, tolerance_table
-from kinelast.progress import Progress
-from kinelast.request import Request
+from kinelast.process.progress import Progress
 from kinelast.scene.document import Document
 from kinelast.scene.text import of_file
+from kinelast.tasks.request import Request
 
 
 def write_studies(part: Path, document: Document, request: Request, progress: Progress) -> dict[str, Any]:

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.numbers import REPORT_UNITS
-from kinelast.request import RequestError
+from kinelast.scene.numbers import REPORT_UNITS
+from kinelast.tasks.request import RequestError
 
 ROWS_OF_A_SHEET = 1_048_576
 FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # what a spreadsheet would take a text for

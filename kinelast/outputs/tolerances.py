@@ -8,9 +8,9 @@ import numpy as np
 
 from kinelast.designs.accuracy import GEOMETRIC, WHOLE
 from kinelast.designs.tolerances import Scatter, ToleranceResult
-from kinelast.numbers import number, quantity
 from kinelast.outputs.bars import Bars, bars_svg
 from kinelast.outputs.table import Table
+from kinelast.scene.numbers import number, quantity
 
 TOLD = 2  # figures of which the closing words tell, where there are no errors of the output
 SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")

@@ -16,8 +16,7 @@ from kinelast.scene.links import LinkModel
 from kinelast.scene.many import direction_of, real, vector
 from kinelast.scene.points import Points, drawn_direction, known_point
 from kinelast.scene.quantities import Damping
-from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
-from rigid.parts import Complex
+from rigid import GROUND, Complex, Friction, Gear, Link, Mechanism, Slider, Weld
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:

@@ -9,15 +9,14 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from elastic.links.beam_trees import lined_up
+from elastic.links import lined_up
 from kinelast.scene.error import fault, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.many import any_nonzero, quotient, real, require, vector
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
-from rigid import GROUND, Beam, Link, Lump, Slider
+from rigid import GROUND, Beam, Complex, Link, Lump, Real, Slider
 from rigid.constants import mass_moments
-from rigid.parts import Complex, Real
 
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")
 

@@ -10,8 +10,7 @@ from kinelast.scene.laws import factor_law
 from kinelast.scene.many import any_nonzero, real, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
-from rigid.parts import Real
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Real, Resistance, Spring, TorsionSpring
 
 
 def build_load(

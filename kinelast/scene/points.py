@@ -10,8 +10,7 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.many import any_nonzero, real, require, vector
 from kinelast.scene.parsing import check_name
-from rigid import GROUND, Link
-from rigid.parts import Complex
+from rigid import GROUND, Complex, Link
 
 Points = Mapping[str, Any]
 

@@ -8,13 +8,13 @@ from math import inf, nan
 from typing import Any, TypeVar
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
-from elastic.beams.cross_sections import POISSON
+from elastic.beams import POISSON
 from kinelast.scene.data import SectionSource
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, MaterialTable, SceneTable
 from kinelast.scene.many import any_nonzero, real, require
 from kinelast.scene.shapes import Dimensioned, Properties, Rigidities, SectionTable
-from rigid.parts import Real
+from rigid import Real
 
 Entry = TypeVar("Entry")
 

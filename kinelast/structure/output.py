@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.outcome import DONE, FINE, Outcome, Task, guarded
 from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
-from kinelast.progress import SILENT, Progress
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.structure_scene import StructureScene, read_structure
+from kinelast.tasks.outcome import DONE, FINE, Outcome, Task, guarded
 from kinelast.version import VERSION
 from rigid import Mechanism, MechanismError
 from rigid.topology import assembled

@@ -14,11 +14,11 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any, TypeVar
 
-from kinelast.processes import Lost
-from kinelast.progress import SILENT, Progress
-from kinelast.request import RequestError
+from kinelast.process.processes import Lost
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import versions
+from kinelast.tasks.request import RequestError
 
 AHEAD = 3  # chunks a thread has, done or to do
 LOOKED = 5.0  # [s] after which workers are counted again
@@ -29,7 +29,7 @@ A = TypeVar("A")
 def cluster_answers(
     work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
 ) -> Generator[tuple[int, A | Lost], None, None]:
-    """Numbers with their answers, as they come from the workers of a scheduler; see `kinelast.processes.map_surviving`.
+    """Numbers with their answers, as they come from the workers of a scheduler; see `map_surviving`.
 
     Raises
     ------

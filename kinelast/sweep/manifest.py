@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.outputs.sealed import json_bytes
-from kinelast.request import RequestError
 from kinelast.scene.error import plain
+from kinelast.tasks.request import RequestError
 from kinelast.version import VERSION
 
 NAME = "manifest.json"

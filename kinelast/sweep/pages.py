@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.evaluation import Evaluation
-from kinelast.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
 from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
-from kinelast.progress import Progress
-from kinelast.request import Batch, Request, RequestError
-from kinelast.run import try_scene
+from kinelast.process.progress import Progress
+from kinelast.report.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
 from kinelast.sweep.store import NUMBER
 from kinelast.sweep.tally import Tally
-from kinelast.tasks import shipped_scenes
+from kinelast.tasks.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
+from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.version import VERSION
 
 FOLDER = "designs"  # in that of the scene

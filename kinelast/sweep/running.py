@@ -12,12 +12,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinelast.outputs.outbox import locked
-from kinelast.processes import Lost, map_surviving
-from kinelast.progress import SILENT, Progress
-from kinelast.request import RequestError
+from kinelast.process.processes import Lost, map_surviving
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.sweep.store import CSV, Store, encoded, store_name
+from kinelast.tasks.request import RequestError
 
 TRIES = 3  # of a chunk whose process dies
 MOST_NAMED = 5  # chunks in a message

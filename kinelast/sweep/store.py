@@ -22,8 +22,8 @@ import numpy as np
 
 from kinelast.outputs.outbox import UNFINISHED, put
 from kinelast.outputs.table import Column, Table, csv_bytes, parquet_bytes
-from kinelast.request import RequestError
 from kinelast.sweep.manifest import NAME, Kept, Manifest, manifest_bytes
+from kinelast.tasks.request import RequestError
 
 SMALL = 100_000  # designs
 BLOCK = 10_000  # rows that are read at once

@@ -10,7 +10,7 @@ import numpy as np
 from rigid.analysis.coordinates import Coordinate, Rated
 from rigid.analysis.crossings import Intervals, intervals, turn_closes, zeros
 from rigid.arrays import Reals
-from rigid.conditioning import SINGULAR
+from rigid.closures.conditioning import SINGULAR
 from rigid.kinematics import Motion, with_rates
 from rigid.names import counted
 from rigid.parts import MechanismError

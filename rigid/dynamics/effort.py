@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Complexes, Flags, Reals
-from rigid.conditioning import SINGULAR
+from rigid.closures.conditioning import SINGULAR
+from rigid.closures.forces import UNSTRESSED, JointForces
+from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
 from rigid.dynamics.constraints import Constraints, constraint_matrix, constraint_table, constraints_at
 from rigid.dynamics.rubbing import friction_loads, friction_of
-from rigid.forces import UNSTRESSED, JointForces
-from rigid.friction import sliding_rate
-from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion, with_rates
-from rigid.loads import given_loads, link_loads
+from rigid.kinetostatics.friction import sliding_rate
+from rigid.kinetostatics.loads import given_loads, link_loads
+from rigid.kinetostatics.statics import reactions
 from rigid.parts import MechanismError
 from rigid.plane import cross, dot
-from rigid.statics import reactions
 
 GOING_ROUND, ROUGH = 200, 1e-13  # rounds of friction from forces, and the share that an effort may change by at the end
 

@@ -7,7 +7,7 @@ import numpy as np
 from rigid.arrays import Columns, Reals
 from rigid.constants import mass_constants
 from rigid.kinematics import Motion
-from rigid.loads import given_loads
+from rigid.kinetostatics.loads import given_loads
 from rigid.plane import dot
 
 

@@ -12,7 +12,7 @@ from rigid.arrays import Integers, Reals
 from rigid.dynamics.effort import equation_of_motion, unit_motions
 from rigid.dynamics.leading import Stretch
 from rigid.kinematics import Motion, motion, with_rates
-from rigid.loads import given_loads
+from rigid.kinetostatics.loads import given_loads
 from rigid.mechanism import Mechanism
 from rigid.parts import Law, MechanismError
 from rigid.plane import dot

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.closures.forces import JointForces
 from rigid.decomposition.order import structure
-from rigid.forces import JointForces
 from rigid.joints import Joint
 from rigid.kinematics import Motion
 from rigid.points import position_of, velocity_of

@@ -19,7 +19,7 @@ from rigid.dynamics.constraints import (
     unwound_angles,
 )
 from rigid.kinematics import Motion, motion
-from rigid.loads import given_loads
+from rigid.kinetostatics.loads import given_loads
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.plane import cross, dot

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Flags, Integers, Numbers, Reals
-from rigid.closure import closure, columns
+from rigid.closures.closure import closure, columns
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place

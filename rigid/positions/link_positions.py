@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Flags, Integers, Reals
-from rigid.closure import Closure, closure
+from rigid.closures.closure import Closure, closure
 from rigid.decomposition.groups import Group, Structure
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Flags, Reals
-from rigid.closure import Closure, closure, columns
+from rigid.closures.closure import Closure, closure, columns
 from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
 from rigid.joints import Joint

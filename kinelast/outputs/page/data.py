@@ -12,7 +12,7 @@ import numpy as np
 from elastic import FIELDS, coefficients
 from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
 from kinelast.figures.results import Results
-from kinelast.numbers import REPORT_UNITS
+from kinelast.scene.numbers import REPORT_UNITS
 from rigid import Spring, TorsionSpring
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out

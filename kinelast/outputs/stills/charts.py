@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinelast.numbers import number, scale_of, ticks
 from kinelast.outputs.sheet import LINKS as COLOURS
+from kinelast.scene.numbers import number, scale_of, ticks
 from rigid import Reals
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ import numpy as np
 from elastic import FIELDS, Field, Kind, sample
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
-from kinelast.numbers import quantity, scale_of, ticks
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.outputs.stills.charts import DASHES, Axis, Chart, Curve, field_maps
+from kinelast.scene.numbers import quantity, scale_of, ticks
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 10

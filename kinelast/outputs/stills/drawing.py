@@ -10,11 +10,11 @@ import numpy as np
 from elastic import sample
 from kinelast.figures.cycle import points_of
 from kinelast.figures.results import Results
-from kinelast.numbers import quantity, round_down
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.outputs.stills.charts import INK, SOFT, STYLE, svg_of
+from kinelast.scene.numbers import quantity, round_down
 from rigid import Posture, position_of
-from rigid.loads import beam_directions
+from rigid.kinetostatics import beam_directions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

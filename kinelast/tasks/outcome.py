@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kinelast.request import RequestError
 from kinelast.scene.error import SceneError, plain
+from kinelast.tasks.request import RequestError
 
 FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses of the command, the greatest of all scenes' counts."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.friction import direction_of, speeds
 from rigid.kinematics import Motion
+from rigid.kinetostatics.friction import direction_of, speeds
 from rigid.parts import Law, PointForce, PointLoad
 from rigid.plane import dot
 from rigid.points import velocity_of

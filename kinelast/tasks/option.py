@@ -158,7 +158,7 @@ def size(text: str) -> tuple[int, int]:
 
 def colour(text: str) -> str:
     """A colour that pictures know."""
-    from animations.paints import colour
+    from animations import colour
 
     try:
         colour(text)

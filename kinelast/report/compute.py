@@ -10,11 +10,11 @@ import numpy as np
 from elastic import Deflection
 from kinelast.figures.long_runs import SHOWN
 from kinelast.figures.results import Results
-from kinelast.progress import SILENT, Progress
-from kinelast.request import Request, RequestError
+from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import require_reached, require_tables, scene_deflection, scene_motion
+from kinelast.tasks.request import Request, RequestError
 from rigid import Motion, reachable
 
 if TYPE_CHECKING:

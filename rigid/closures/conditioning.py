@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from rigid.arrays import Columns, Complexes, Flags, Numbers, Reals
-from rigid.closure import Closure
-from rigid.displacements import Openings
+from rigid.closures.closure import Closure
+from rigid.closures.displacements import Openings
 from rigid.mechanism import Mechanism
 from rigid.plane import ZERO, number
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from kinelast.figures.trust import GOOD, INPUTS, verdict
-from kinelast.numbers import coordinate, number, percent, quantity
 from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.numbers import coordinate, number, percent, quantity
 
 
 def headline(figures: Mapping[str, Any]) -> str:

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Reals
-from rigid.conditioning import cancellation_factor, extents, greatest_force, ill_conditioned
+from rigid.closures.conditioning import cancellation_factor, extents, greatest_force, ill_conditioned
+from rigid.closures.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
+from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
-from rigid.forces import UNSTRESSED, JointForces, joint_forces, self_stresses
-from rigid.friction import with_friction
-from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion
-from rigid.loads import given_loads, link_loads
+from rigid.kinetostatics.friction import with_friction
+from rigid.kinetostatics.loads import given_loads, link_loads
 
 
 def reactions(motion: Motion) -> JointForces:

@@ -13,23 +13,34 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.compute import by_theory, checked, computed, further_checked, require_chunk
 from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.results import Results
-from kinelast.line import headline, questions
-from kinelast.outcome import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, seal, sizes, write_json
-from kinelast.progress import SILENT, Progress
-from kinelast.request import Request, RequestError
+from kinelast.process.progress import SILENT, Progress
+from kinelast.report.compute import by_theory, checked, computed, further_checked, require_chunk
+from kinelast.report.line import headline, questions
+from kinelast.report.weight import require_room
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
+from kinelast.tasks.outcome import (
+    BUG,
+    CHECK_FAILED,
+    DONE,
+    FINE,
+    MESSAGE,
+    SKIPPED,
+    Outcome,
+    Task,
+    guarded,
+    missing_package,
+)
+from kinelast.tasks.request import Request, RequestError
 from kinelast.version import VERSION
-from kinelast.weight import require_room
 
 
 def try_scene(request: Request, resume: bool, task: Task, progress: Progress = SILENT) -> Outcome:

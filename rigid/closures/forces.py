@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from rigid.arrays import Columns, Flags
-from rigid.closure import Closure, reach_from
+from rigid.closures.closure import Closure, reach_from
+from rigid.closures.gears import gear_loads
 from rigid.decomposition.groups import RIGID
-from rigid.gears import gear_loads
 from rigid.joints import JointPlace
 from rigid.plane import ZERO, cross, dot, number
 from rigid.teeth import loaded_flank
@@ -31,7 +31,7 @@ class JointForces:
         Complex [N], one array of shape (..., positions) per joint in the order of `Structure.joints`.
     moment
         About the joint's point [N m]; 0.0 for a free pin. The component along a coordinate that follows a gear is what
-        the gear passes on: its teeth push with it, not the joint's other link (`rigid.gears.gear_loads`).
+        the gear passes on: its teeth push with it, not the joint's other link (`rigid.closures.gears.gear_loads`).
     ground_load
         Load on the ground besides those of joints, springs and gears: force [N], complex, and moment about the origin
         of coordinates [N m].

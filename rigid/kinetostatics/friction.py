@@ -13,9 +13,9 @@ from functools import lru_cache
 import numpy as np
 
 from rigid.arrays import Columns, Flags, Reals
-from rigid.conditioning import extents
+from rigid.closures.conditioning import extents
+from rigid.closures.forces import JointForces
 from rigid.decomposition.order import structure
-from rigid.forces import JointForces
 from rigid.joints import JointPlace
 from rigid.kinematics import Motion
 from rigid.mechanism import Mechanism

@@ -11,7 +11,7 @@ from pathlib import Path
 from kinelast.scene.error import plain
 
 LINE = 200  # letters of an argument in a message
-MECHANISMS = Path(__file__).parent / "mechanisms"
+MECHANISMS = Path(__file__).parent.parent / "mechanisms"
 
 
 def shipped_scenes() -> dict[str, Path]:

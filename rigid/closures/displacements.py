@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rigid.arrays import Columns
-from rigid.closure import Closure, reach_from
-from rigid.gears import gear_input, rack_arm
+from rigid.closures.closure import Closure, reach_from
+from rigid.closures.gears import gear_input, rack_arm
 from rigid.joints import Joint, JointPlace
 from rigid.plane import ZERO, imaginary
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from elastic import FIELDS, PRIMARY
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.request import Request, RequestError
 from kinelast.scene.data import Scene
+from kinelast.tasks.request import Request, RequestError
 from rigid import structure
 
 HEAVY = 2e8  # [bytes] from which it is told

@@ -1,0 +1,1 @@
+"""Processes, threads, signals and progress: how work is shared out, stopped and told of."""

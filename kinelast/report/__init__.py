@@ -1,0 +1,1 @@
+"""One scene from its motion to its folder: computed, weighed, written, and told in a line."""

@@ -1,0 +1,23 @@
+"""Placed groups of links: the one linear problem of each, for displacements and forces, and its condition."""
+
+from rigid.closures.conditioning import cancellation_factor, greatest_rotation, ill_conditioned
+from rigid.closures.displacements import displacements
+from rigid.closures.forces import UNSTRESSED, loaded_flanks, self_stresses
+from rigid.closures.gears import gear_input, gear_loads, rack_arm
+
+__all__ = [
+    "UNSTRESSED",
+    "cancellation_factor",
+    "displacements",
+    "gear_input",
+    "gear_loads",
+    "greatest_rotation",
+    "ill_conditioned",
+    "loaded_flanks",
+    "rack_arm",
+    "self_stresses",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

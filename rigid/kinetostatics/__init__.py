@@ -1,0 +1,21 @@
+"""Loads of a motion, friction, and the joint forces that balance them."""
+
+from rigid.kinetostatics.friction import friction_power, rubbing_joints, sliding_directions, with_friction
+from rigid.kinetostatics.loads import beam_directions, beam_loads, point_loads
+from rigid.kinetostatics.statics import balancing_forces, force_condition
+
+__all__ = [
+    "balancing_forces",
+    "beam_directions",
+    "beam_loads",
+    "force_condition",
+    "friction_power",
+    "point_loads",
+    "rubbing_joints",
+    "sliding_directions",
+    "with_friction",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
