@@ -9,7 +9,8 @@ import numpy as np
 from animations.shapes import QUIET, Complexes, FlatShape
 from animations.symbols import moved_place
 from elastic import Deflection
-from rigid import Gear, PinDrive, SliderDrive, Spring, pitch_reach, position_of
+from rigid import Gear, PinDrive, SliderDrive, Spring, position_of
+from rigid.teeth import pitch_reach
 
 COILS = 8
 CIRCLE = np.exp(2j * np.pi * np.arange(61) / 60)

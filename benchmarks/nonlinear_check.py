@@ -25,7 +25,7 @@ from random_scenes import scenes
 
 from kinelast.figures import checks
 from kinelast.figures.comparisons import NotMade
-from kinelast.report.compute import computed
+from kinelast.runs.compute import computed
 from kinelast.tasks.request import Request
 
 SEED = 90210  # none that anything was looked at with while the check was made

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.solution import Deflection, deflection
-from rigid import Mechanism, columns_of, design_chunks, motion_in_chunks
+from rigid import Mechanism, motion_in_chunks
+from rigid.chunks import columns_of, design_chunks
 from rigid.positions import select_designs
 
 

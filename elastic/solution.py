@@ -21,7 +21,7 @@ from elastic.links.compatibility import JointGaps, bent_links, compatible_forces
 from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
 from elastic.links.requirements import require_joints, require_prismatic_rails, require_soft_rings
-from rigid import SINGULAR, JointForces, Motion, Reals, repeated, stacked
+from rigid import SINGULAR, JointForces, Motion, Reals
 from rigid.arrays import Columns, Complexes, Flags
 from rigid.closures import (
     cancellation_factor,
@@ -31,6 +31,7 @@ from rigid.closures import (
     loaded_flanks,
     self_stresses,
 )
+from rigid.kinematics import repeated, stacked
 from rigid.kinetostatics import balancing_forces, force_condition, with_friction
 from rigid.plane import ZERO
 

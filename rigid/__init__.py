@@ -1,16 +1,16 @@
 """Rigid-body motion of planar mechanisms: mechanism in, motion, inertia loads and joint forces out.
 
 Needs numpy; scipy only to integrate a motion and for cubic tables. What not every user takes is in the rooms
-`rigid.analysis`, `decomposition`, `dynamics`, `positions` and `topology`.
+`rigid.analysis`, `closures`, `decomposition`, `dynamics`, `joints`, `kinetostatics`, `positions` and `topology`.
 """
 
 import rigid.allocation  # noqa: F401  before any array is made
 from rigid.arrays import Reals
-from rigid.chunks import columns_of, design_chunks, motion_in_chunks
+from rigid.chunks import motion_in_chunks
 from rigid.closures.conditioning import SINGULAR
 from rigid.closures.forces import JointForces
 from rigid.decomposition import assur_groups, structure
-from rigid.kinematics import Motion, motion, repeated, stacked, with_rates
+from rigid.kinematics import Motion, motion, with_rates
 from rigid.kinetostatics.resistance import Resistance
 from rigid.kinetostatics.springs import Spring, TorsionSpring
 from rigid.kinetostatics.statics import drive_efforts, reactions
@@ -20,7 +20,6 @@ from rigid.names import counted
 from rigid.parts import (
     GROUND,
     Beam,
-    Complex,
     Friction,
     Gear,
     Law,
@@ -31,7 +30,6 @@ from rigid.parts import (
     MechanismError,
     PinDrive,
     PointLoad,
-    Real,
     Slider,
     SliderDrive,
     Weld,
@@ -39,14 +37,12 @@ from rigid.parts import (
 from rigid.points import acceleration_of, position_of, velocity_of
 from rigid.postures import Posture, posture
 from rigid.reach import ReachError, reachable, require_reach
-from rigid.teeth import pitch_reach
 from rigid.transmission import transmission_angles
 
 __all__ = [
     "GROUND",
     "SINGULAR",
     "Beam",
-    "Complex",
     "ConstantSpeed",
     "Friction",
     "Gear",
@@ -64,7 +60,6 @@ __all__ = [
     "PointLoad",
     "Posture",
     "ReachError",
-    "Real",
     "Reals",
     "Resistance",
     "Segment",
@@ -77,20 +72,15 @@ __all__ = [
     "Weld",
     "acceleration_of",
     "assur_groups",
-    "columns_of",
     "counted",
-    "design_chunks",
     "drive_efforts",
     "motion",
     "motion_in_chunks",
-    "pitch_reach",
     "position_of",
     "posture",
     "reachable",
     "reactions",
-    "repeated",
     "require_reach",
-    "stacked",
     "structure",
     "transmission_angles",
     "velocity_of",

@@ -16,6 +16,12 @@ Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 """Complex numbers: vectors of the plane."""
 
+Real = float | Reals
+"""A real number, or one for each of many designs."""
+
+Complex = complex | Complexes
+"""A vector of the plane, or one for each of many designs."""
+
 Flags = NDArray[np.bool_]
 """Truth values."""
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Complex, Complexes, Numbers, Real, Reals
 from rigid.mechanism import Mechanism
-from rigid.parts import Beam, Complex, Link, Real
+from rigid.parts import Beam, Link
 from rigid.plane import dot
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Columns, Integers
+from rigid.arrays import Columns, Integers, Real
 from rigid.joints import Joint
 from rigid.mechanism import Mechanism
-from rigid.parts import MechanismError, Real
+from rigid.parts import MechanismError
 
 FLAT = 1e-9  # distance from the line over the drawing's size below which joints are drawn in line
 

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
-from rigid.arrays import Reals
-from rigid.parts import Real
+from rigid.arrays import Real, Reals
 
 Triple = tuple[Reals, Reals, Reals]
 JUMP = 1e-9  # of the speeds before and after, above which a change of speed is an impact

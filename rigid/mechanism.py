@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from rigid.arrays import Complex
 from rigid.names import misnamed
 from rigid.parts import (
     GROUND,
     Beam,
-    Complex,
     Friction,
     Gear,
     LineLoad,

@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from rigid.parts import GROUND, Complex, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
+from rigid.arrays import Complex
+from rigid.parts import GROUND, Friction, Gear, LineLoad, Link, Load, PinDrive, Slider, SliderDrive, Weld
 
 UNIT = 1e-9  # how far the length of a unit vector may be from 1
 

@@ -12,10 +12,8 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complex, Real, Reals
 
-Real = float | Reals
-Complex = complex | Complexes
 AnyMotion = Any  # a `Motion`, which is made of these parts
 Law = Callable[[AnyMotion], Reals]
 PointForce = tuple[str, str, Any, Any]

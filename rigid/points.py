@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rigid.arrays import Complexes
+from rigid.arrays import Complex, Complexes
 from rigid.kinematics import Motion
-from rigid.parts import Complex
 
 
 def _at(motion: Motion, link: str | int, point: str | Complex) -> tuple[int, Complexes]:

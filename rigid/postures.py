@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.arrays import Complexes
+from rigid.arrays import Complex, Complexes
 from rigid.joints import Placed
 from rigid.mechanism import Mechanism
-from rigid.parts import Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.arrays import Flags, Reals
+from rigid.arrays import Complex, Flags, Reals
 from rigid.decomposition.groups import Group
 from rigid.kinematics import Motion, motion
-from rigid.parts import Complex, MechanismError
+from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.positions.drive_path import first_ways, outline
 

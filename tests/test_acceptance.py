@@ -16,7 +16,7 @@ from kinelast.figures.shares import output_shares
 from kinelast.figures.summary import angle_figures, output_figure, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
-from kinelast.report.compute import computed
+from kinelast.runs.compute import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.scene.motion import scene_motion

@@ -23,7 +23,7 @@ from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
-from kinelast.report.compute import computed
+from kinelast.runs.compute import computed
 from kinelast.scene.error import SceneError
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.request import Request

@@ -328,11 +328,11 @@ def test_files_of_others_are_not_replaced(arm, tmp_path, capsys):
 
 
 def test_an_error_of_the_program_is_told_and_does_not_stop_the_others(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.report.run
+    import kinelast.runs.run
 
-    real = kinelast.report.run.document_from_bytes
+    real = kinelast.runs.run.document_from_bytes
     monkeypatch.setattr(
-        kinelast.report.run, "document_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
+        kinelast.runs.run, "document_from_bytes", lambda text, path: 1 / 0 if path.stem == "arm" else real(text, path)
     )
     assert main([str(arm), "steel_four_bar", "--positions", "4", "-o", str(tmp_path / "out")]) == 3
     said = capsys.readouterr()

@@ -171,7 +171,7 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
 @pytest.mark.parametrize("function", ["write_positions", "write_fields", "seal", "sizes"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
     import kinelast.outputs.positions
-    import kinelast.report.run
+    import kinelast.runs.run
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     call = [str(scene), "--fields", "--stations", "3", "-o", str(tmp_path / "out")]
@@ -183,7 +183,7 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 
     with monkeypatch.context() as patch:
         patch.setattr(
-            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.report.run,
+            kinelast.outputs.positions if hasattr(kinelast.outputs.positions, function) else kinelast.runs.run,
             function,
             full,
         )
@@ -291,17 +291,17 @@ def test_a_folder_is_of_the_bytes_that_were_computed(tmp_path, monkeypatch):
     """The file changes while it is computed: what is told is the digest of what was read."""
     import hashlib
 
-    import kinelast.report.run
+    import kinelast.runs.run
 
     scene = scenes(tmp_path / "in", 1) / "s0.toml"
     first = hashlib.sha256(scene.read_bytes()).hexdigest()
-    real = kinelast.report.run.document_from_bytes
+    real = kinelast.runs.run.document_from_bytes
 
     def changing(content, path):
         scene.write_text(ARM + "# later\n")
         return real(content, path)
 
-    monkeypatch.setattr(kinelast.report.run, "document_from_bytes", changing)
+    monkeypatch.setattr(kinelast.runs.run, "document_from_bytes", changing)
     assert main([str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert json.loads((tmp_path / "out" / "s0" / "summary.json").read_text())["made_from"]["sha256"] == first
 

@@ -18,7 +18,7 @@ from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
 from kinelast.cli.command import main
 from kinelast.figures import long_runs
-from kinelast.report import weight
+from kinelast.runs import weight
 from kinelast.scene.document import scene_from_text
 
 
@@ -169,7 +169,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
     def full(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("kinelast.report.compute.scene_deflection", full)
+    monkeypatch.setattr("kinelast.runs.compute.scene_deflection", full)
     assert main([str(scene), "-o", str(tmp_path / "out")]) == 2
     assert "scene: out of memory: ask for fewer positions" in capsys.readouterr().err
 

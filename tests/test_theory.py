@@ -19,7 +19,7 @@ from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
 from kinelast.figures.speeds import speeds
 from kinelast.figures.trust import exceedance_figures, findings
-from kinelast.report.compute import computed
+from kinelast.runs.compute import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
 from kinelast.tasks.request import Request

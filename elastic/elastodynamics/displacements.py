@@ -18,9 +18,10 @@ from elastic.elastodynamics.time_grid import interpolation
 from elastic.links.beam_trees import trees_of
 from elastic.links.gearing import follower_displacement
 from elastic.links.sliding_blocks import block_places
-from rigid import Motion, stacked
+from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
 from rigid.closures import displacements, self_stresses
+from rigid.kinematics import stacked
 from rigid.kinetostatics import beam_directions
 from rigid.plane import ZERO, dot, number
 

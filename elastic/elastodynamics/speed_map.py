@@ -30,8 +30,10 @@ from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
 from elastic.solution import Deflection, deflection
-from rigid import Motion, columns_of, design_chunks, repeated
+from rigid import Motion
 from rigid.arrays import Flags, Reals
+from rigid.chunks import columns_of, design_chunks
+from rigid.kinematics import repeated
 
 ELEMENTS = 12
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time

@@ -12,8 +12,9 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
-from rigid import SINGULAR, Motion, Reals, repeated
+from rigid import SINGULAR, Motion, Reals
 from rigid.arrays import Integers
+from rigid.kinematics import repeated
 
 SETTLED = 1e-3  # share of a frequency that the last refinement may change
 REFINEMENTS = (1, 3, 5, 7, 9, 12)  # inner polynomials of every beam, one after the other

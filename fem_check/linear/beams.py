@@ -14,8 +14,9 @@ from fem_check.linear.block import BlockResponse
 from fem_check.linear.frame import Frame
 from fem_check.linear.loads import distributed
 from fem_check.linear.unit_beam import DEGREE, UnitBeam, unit_beam
-from rigid import Motion, repeated, stacked
+from rigid import Motion
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.kinematics import repeated, stacked
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,7 +45,7 @@ class SceneWork:
             from kinelast.sweep.output import try_sweep
 
             return partial(try_sweep, request, batch)
-        from kinelast.report.run import try_scene
+        from kinelast.runs.run import try_scene
 
         return partial(try_scene, request, batch.resume)
 

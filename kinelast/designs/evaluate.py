@@ -15,7 +15,8 @@ from kinelast.scene.build import built
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
-from rigid import SINGULAR, MechanismError, Reals, TableError, columns_of
+from rigid import SINGULAR, MechanismError, Reals, TableError
+from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
 BLOCK = 4096  # designs that are built at once

@@ -14,8 +14,8 @@ from kinelast.figures.summary import summary
 from kinelast.notebook.named import SceneDeflection
 from kinelast.outputs.page.report import report_page
 from kinelast.outputs.sealed import made_from
-from kinelast.report.compute import computed
-from kinelast.report.line import headline
+from kinelast.runs.compute import computed
+from kinelast.runs.line import headline
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request
 from kinelast.version import VERSION

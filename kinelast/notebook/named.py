@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, Deflection, sample
-from kinelast.report.compute import computed
+from kinelast.runs.compute import computed
 from kinelast.scene.data import Scene
 from kinelast.scene.document import read_scene
 from kinelast.scene.motion import scene_motion

@@ -11,7 +11,8 @@ import numpy as np
 
 from kinelast.scene.course import Course, OnStep, of_scene
 from kinelast.scene.drives import DriveEffort
-from rigid import Motion, Reals, columns_of
+from rigid import Motion, Reals
+from rigid.chunks import columns_of
 from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, forward, motion_during
 
 

@@ -16,7 +16,8 @@ from kinelast.scene.links import LinkModel
 from kinelast.scene.many import direction_of, real, vector
 from kinelast.scene.points import Points, drawn_direction, known_point
 from kinelast.scene.quantities import Damping
-from rigid import GROUND, Complex, Friction, Gear, Link, Mechanism, Slider, Weld
+from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
+from rigid.arrays import Complex
 
 
 def build_sliders(scene: SceneTable, bodies: dict[str, LinkModel], places: Points) -> dict[str, Slider]:

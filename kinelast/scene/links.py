@@ -15,7 +15,8 @@ from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.many import any_nonzero, quotient, real, require, vector
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
-from rigid import GROUND, Beam, Complex, Link, Lump, Real, Slider
+from rigid import GROUND, Beam, Link, Lump, Slider
+from rigid.arrays import Complex, Real
 from rigid.constants import mass_moments
 
 BODILY = ("section", "material", "beams", "strain", "temperature", "mass", "center", "inertia", "masses")

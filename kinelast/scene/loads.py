@@ -10,7 +10,8 @@ from kinelast.scene.laws import factor_law
 from kinelast.scene.many import any_nonzero, real, vector
 from kinelast.scene.points import known_point
 from kinelast.scene.quantities import Damping, Effort, Stiffness
-from rigid import GROUND, Law, LineLoad, Link, PointLoad, Real, Resistance, Spring, TorsionSpring
+from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
+from rigid.arrays import Real
 
 
 def build_load(

@@ -10,7 +10,8 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.many import any_nonzero, real, require, vector
 from kinelast.scene.parsing import check_name
-from rigid import GROUND, Complex, Link
+from rigid import GROUND, Link
+from rigid.arrays import Complex
 
 Points = Mapping[str, Any]
 

@@ -14,7 +14,7 @@ from kinelast.scene.error import fault, likely
 from kinelast.scene.format import BeamTable, LinkTable, MaterialTable, SceneTable
 from kinelast.scene.many import any_nonzero, real, require
 from kinelast.scene.shapes import Dimensioned, Properties, Rigidities, SectionTable
-from rigid import Real
+from rigid.arrays import Real
 
 Entry = TypeVar("Entry")
 

@@ -14,7 +14,7 @@ from kinelast.outputs.outbox import complete, put
 from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
 from kinelast.process.progress import Progress
-from kinelast.report.run import try_scene
+from kinelast.runs.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain

@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complexes, Real, Reals
 from rigid.joints import Joint
 from rigid.kinematics import Motion
-from rigid.parts import GROUND, MechanismError, Real
+from rigid.parts import GROUND, MechanismError
 from rigid.plane import dot
 from rigid.points import position_of, velocity_of
 

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Real
 from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
-from rigid.parts import PinDrive, Real
+from rigid.parts import PinDrive
 from rigid.plane import ZERO, unit
 from rigid.teeth import Teeth
 

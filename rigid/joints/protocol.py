@@ -14,9 +14,9 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from rigid.arrays import Columns, Complexes
+from rigid.arrays import Columns, Complex, Complexes, Real
 from rigid.mechanism import Mechanism
-from rigid.parts import Complex, PinDrive, Real, SliderDrive
+from rigid.parts import PinDrive, SliderDrive
 from rigid.plane import ZERO
 from rigid.teeth import Teeth
 

@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Complex, Real
 from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
-from rigid.parts import Complex, Real, Slider, SliderDrive
+from rigid.parts import Slider, SliderDrive
 from rigid.plane import ZERO, cross, dot
 from rigid.teeth import Teeth
 

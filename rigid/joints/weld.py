@@ -11,10 +11,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from rigid.arrays import Columns
+from rigid.arrays import Columns, Complex
 from rigid.joints.pin import PinJoint
 from rigid.joints.protocol import Body, Drawn, Placed, carried, first, point_of
-from rigid.parts import Complex, Weld
+from rigid.parts import Weld
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complexes, Real, Reals
 from rigid.kinematics import Motion
-from rigid.parts import GROUND, PointForce, Real
+from rigid.parts import GROUND, PointForce
 from rigid.plane import dot
 from rigid.points import position_of, velocity_of
 

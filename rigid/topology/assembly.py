@@ -6,12 +6,12 @@ from itertools import combinations
 
 import numpy as np
 
-from rigid.arrays import Reals
+from rigid.arrays import Complex, Reals
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
 from rigid.joints import Joint, WeldJoint
 from rigid.mechanism import Mechanism
-from rigid.parts import Complex, MechanismError
+from rigid.parts import MechanismError
 from rigid.plane import cross
 from rigid.postures import Posture
 from rigid.topology.kinematic_pairs import pairs

@@ -9,8 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from rigid.arrays import Complex
 from rigid.mechanism import Mechanism
-from rigid.parts import GROUND, Complex, Link
+from rigid.parts import GROUND, Link
 from rigid.topology.graph import Branch, Graph
 from rigid.topology.kinematic_pairs import Contact, pairs
 

@@ -19,9 +19,9 @@ from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, seal, sizes, write_json
 from kinelast.process.progress import SILENT, Progress
-from kinelast.report.compute import by_theory, checked, computed, further_checked, require_chunk
-from kinelast.report.line import headline, questions
-from kinelast.report.weight import require_room
+from kinelast.runs.compute import by_theory, checked, computed, further_checked, require_chunk
+from kinelast.runs.line import headline, questions
+from kinelast.runs.weight import require_room
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
