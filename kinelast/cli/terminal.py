@@ -131,7 +131,7 @@ class _Bar(Sentences):
             self._bar.update(self._task, description=words, completed=done, total=total or None)
 
     def stop(self) -> None:
-        """Away with the bar."""
+        """Erase the bar."""
         with self._lock:
             self._over = True
             if self._bar is not None:

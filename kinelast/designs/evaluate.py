@@ -179,7 +179,7 @@ def _moved(base: Base, scene: Scene, group: DesignRows) -> Iterator[Part]:
 
 
 def _some(base: Base, scene: Scene, group: DesignRows, which: Any, step: int) -> Iterator[Part]:
-    """Some designs behind the scene as it stands, which picks the branch for all, as often again as fills the arrays.
+    """Figures of some designs, behind the scene as it stands, which picks the branch, and padded by copies of it.
 
     So what a design comes to does not depend on the others: even the last digits of numpy's products change with the
     size of the arrays.

@@ -16,6 +16,7 @@ from kinelast.process.threads import one_thread
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import scene_deflection
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
+from rigid.arrays import Flags, Numbers
 
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
@@ -75,22 +76,22 @@ class Cycle:
         return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections))
 
     @cached_property
-    def reached(self) -> Any:
+    def reached(self) -> Flags:
         """Whether the mechanism closes, shape (..., positions)."""
         return np.broadcast_to(reachable(self.motion), self.columns)
 
     @cached_property
-    def condition(self) -> Any:
+    def condition(self) -> Reals:
         """Of the motion, shape (..., positions)."""
         return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
-    def singular(self) -> Any:
+    def singular(self) -> Flags:
         """Whether a position has no figures: nearly singular, or friction may lock there, shape (..., positions)."""
         return np.broadcast_to(self.deflection.lost, self.columns)
 
     @cached_property
-    def counted(self) -> Any:
+    def counted(self) -> Flags:
         """Whether a position counts in the largest values, shape (..., positions): conditioned up to `WELL`.
 
         Where no position is so well conditioned, all that could be computed count.
@@ -101,7 +102,7 @@ class Cycle:
         return well if well.all() else np.where(well.any(axis=-1, keepdims=True), well, ~self.singular)
 
     @cached_property
-    def _counted(self) -> Any:
+    def _counted(self) -> Flags | None:
         return None if self.counted.all() else self.counted
 
     @cached_property
@@ -116,7 +117,7 @@ class Cycle:
             values = np.broadcast_to(values, (*np.shape(values)[: -len(self.columns)], *self.columns))
         return largest(values, self._counted)
 
-    def rows(self, values: Any) -> Any:
+    def rows(self, values: Any) -> Numbers:
         """Values of several items with all columns, shape (items, ..., positions)."""
         wide = [np.broadcast_to(each, self.columns) for each in values]
         return np.array(wide) if wide else np.zeros((0, *self.columns))
@@ -166,7 +167,7 @@ class Cycle:
 
     @cached_property
     @one_thread()
-    def lowest_frequency(self) -> Any:
+    def lowest_frequency(self) -> Reals:
         """Lowest natural frequency at some positions [rad/s], shape (..., positions)."""
         from elastic.vibration import natural_frequencies
 

@@ -12,6 +12,7 @@ from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, points_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
+from rigid.arrays import Integers, Reals
 from rigid.kinetostatics import rubbing_joints
 
 SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
@@ -78,12 +79,12 @@ class Measure:
     figure: Figure
     items: tuple[int, ...] | None = None
 
-    def among(self, values: Any) -> Any:
+    def among(self, values: Any) -> Reals:
         """Its values among magnitudes of all items, shape (items, ...)."""
         rows = values if self.items is None else values[[*self.items]]
         return largest_row(Largest(rows, -1), self.figure.over == LEAST).value
 
-    def of(self, cycle: Cycle) -> tuple[Any, Any]:
+    def of(self, cycle: Cycle) -> tuple[Reals, Integers]:
         """Value, and a number that is the same for the same item and position, -1 of no position; shape (...)."""
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))

@@ -15,6 +15,7 @@ from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
+from rigid.arrays import Reals
 
 PLACES = {
     "deflection": "w",
@@ -81,7 +82,7 @@ def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
     """Whether all limits of a scene are kept, 1 or 0, as a figure."""
     bounded = [figure for figure in figures if figure.key in {limit.figure for limit in scene.limits}]
 
-    def find(cycle: Cycle) -> Any:
+    def find(cycle: Cycle) -> Reals:
         return np.where(kept(judged(cycle.scene, magnitudes(cycle, bounded))), 1.0, 0.0)
 
     fields = tuple(dict.fromkeys(field for figure in bounded for field in figure.fields))

@@ -1,4 +1,4 @@
-"""The output of a machine: the point or the angle that it is there for, as its scene names it or as its form tells."""
+"""The output of a machine: a point or an angle, as its scene names it or as its form tells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def output_of(scene: Scene) -> Output | None:
 
     The same for a report, a design, a speed: the guess asks for the scene alone, without vibration, at `INSTANTS`. Of
     the traced points, which belong to one link alone, the one that strays most; else of what slides on the ground, or
-    else turns on it, without being driven. What nothing displaces is not what the machine is there for. Where a limit
+    else turns on it, without being driven. A point that nothing displaces is no output. Where a limit
     of the output has a unit, that tells whether it is a point's or an angle.
     """
     if scene.output is not None:

@@ -17,6 +17,7 @@ from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.limits import Output
 from rigid import Mechanism, Motion
+from rigid.arrays import Reals
 
 STATIONS = np.linspace(0.0, 1.0, 101)  # where the swing of stresses is looked at
 
@@ -82,7 +83,7 @@ class RunFigures:
         return self.peaks[NAMES.get(key, key)]
 
     @cached_property
-    def swings(self) -> Any:
+    def swings(self) -> Reals:
         """Swing of the normal stress in the left and the right fibre [Pa], shape (2, beams, stations)."""
         least, most = self.stress
         return np.where(least <= most, most - least, np.nan)
@@ -104,7 +105,7 @@ class RunFigures:
             "Pa": greatest(stresses),
         }
 
-    def rounded(self, values: Any, unit: str) -> Any:
+    def rounded(self, values: Any, unit: str) -> Reals:
         """Values with zero in place of those that are round-off beside `scales`."""
         return np.where(np.abs(values) <= NOISE * self.scales.get(unit, 0.0), 0.0, values)
 
@@ -194,7 +195,7 @@ def _peaks(found: Largest, motion: Motion) -> list[Peak]:
     ]
 
 
-def _rates(motion: Motion) -> Any:
+def _rates(motion: Motion) -> Reals:
     """Least and largest rate of the drives where it is known, shape (2, drives); nan where nowhere."""
     rate = np.broadcast_to(motion.drive_rate, motion.drive.shape)
     return np.array([np.fmin.reduce(rate, axis=-1), np.fmax.reduce(rate, axis=-1)])

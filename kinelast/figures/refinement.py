@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from kinelast.figures.registry import NAMES, safety_factor
 from kinelast.figures.results import Results
 from kinelast.scene.motion import scene_deflection
 from rigid import Reals
+from rigid.arrays import Flags
 
 POINTS = 9  # instants looked at in every bracket in a round
 ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
@@ -75,7 +75,7 @@ def _bracket(results: Results, time: float) -> tuple[float, float]:
     return before, after
 
 
-def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Any, Any, Any]:
+def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tuple[Reals, Reals, Flags]:
     """Every name's extreme along its beam, where it is, and whether the mechanism is well conditioned there.
 
     At every name's own instants; shapes of `grid`.

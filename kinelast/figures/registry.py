@@ -35,6 +35,7 @@ from kinelast.figures.entry import (
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
+from rigid.arrays import Complexes, Reals
 from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_power, rubbing_joints
 
@@ -46,7 +47,7 @@ def _along(cycle: Cycle, key: str) -> Largest:
     return cycle.along(key)
 
 
-def safety_factor(sections: Sequence[Section], stress: Any) -> Any:
+def safety_factor(sections: Sequence[Section], stress: Any) -> Reals:
     """Yield stress over the largest von Mises stress, shape (beams, ...): infinite without stress, nan if not known."""
     size = np.abs(stress)
     limits = [np.broadcast_to(np.ravel(section.yield_stress), size.shape[1:] or 1) for section in sections]
@@ -110,7 +111,7 @@ def _rubbing_units(scene: Scene) -> list[str]:
     return ["N" if name in scene.mechanism.slider_points else "N m" for name in items_of(scene, RUBBING)]
 
 
-def _feedback(cycle: Cycle) -> Any:
+def _feedback(cycle: Cycle) -> Reals:
     forces = cycle.deflection.forces
     return np.where(forces.locked, np.nan, np.broadcast_to(forces.feedback, cycle.columns))
 
@@ -171,7 +172,7 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
         return ()
     if output.point:
 
-        def moved(cycle: Cycle) -> Any:
+        def moved(cycle: Cycle) -> Complexes:
             return displacement_of(cycle.deflection, output.link, output.point)
 
         return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True),)
@@ -200,7 +201,7 @@ def _swing(cycle: Cycle, link: str) -> tuple[Largest, Largest]:
     return replace(lowest, value=-lowest.value), _top(turned, closed)
 
 
-def _travel(lowest: Largest, highest: Largest) -> Any:
+def _travel(lowest: Largest, highest: Largest) -> Reals:
     return highest.value - lowest.value
 
 

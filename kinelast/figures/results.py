@@ -20,6 +20,7 @@ from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.process.threads import one_thread
 from kinelast.scene.data import QUASI_STATIC, Scene
 from rigid import Mechanism, Motion, Reals
+from rigid.arrays import Flags
 
 if TYPE_CHECKING:
     from fem_check import Balance, Comparison
@@ -168,11 +169,11 @@ class Results:
         return self.cycle.efforts
 
     @property
-    def singular(self) -> Any:
+    def singular(self) -> Flags:
         """Whether a position has no figures: nearly singular, or friction may lock there, shape (positions,)."""
         return self.cycle.singular
 
     @property
-    def counted(self) -> Any:
+    def counted(self) -> Flags:
         """Whether a position counts in the largest values, shape (positions,)."""
         return self.cycle.counted

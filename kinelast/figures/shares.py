@@ -13,6 +13,7 @@ from elastic.links import AddedLoads, map_loads
 from kinelast.figures.figure import figure
 from kinelast.figures.results import Results
 from rigid import posture
+from rigid.arrays import Reals
 
 NOTHING = 1e-9  # share of the error below which a rest is round-off
 
@@ -71,7 +72,7 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
     return map_loads(there, loads)
 
 
-def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Any]:
+def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
     """The error as it is, and with each of the links stiffened."""
     if output["kind"] == "angle":
         turned = angle_error(bent, output["name"], output["point"])[:, 0]

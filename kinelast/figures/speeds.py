@@ -23,6 +23,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
 from rigid import ConstantSpeed, MechanismError
+from rigid.arrays import Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
 
@@ -84,7 +85,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     )
 
 
-def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Any:
+def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals:
     """Magnitudes of the items of figures one behind the other, shape (rows, speeds); fields between positions too."""
     fields = frozenset(field for figure in figures for field in figure.fields)
     cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])

@@ -144,7 +144,7 @@ class CourseByLaws(Course):
         """Instants at which all joints close."""
         return np.asarray(times[np.concatenate([reachable(part) for part in self.chunks(times)])])
 
-    def _drives(self, times: Any) -> tuple[Any, Any, Any]:
+    def _drives(self, times: Any) -> tuple[Reals, Reals, Reals]:
         """Coordinates, rates and accelerations of the drives, each of shape (drives, positions)."""
         triples = zip(*(law(times) for law in self.laws), strict=True)
         coordinates, rates, accelerations = (np.array(part) for part in triples)

@@ -91,7 +91,7 @@ class Scene:
     outlines
         Corners of the links' drawings in their own axes [m], by link; only links that have one.
     limits, output
-        What the answer is held against, and what the machine is there for where the file says so.
+        Bounds of the answer's figures, and the output of the machine where the file names it.
     made_of
         Section and material of every beam, in the order of `sections`.
     text

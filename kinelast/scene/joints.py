@@ -74,7 +74,7 @@ def _line(
     drawn: Any,
     places: Points,
 ) -> Slider:
-    """A line through the drawn place of a point, in the axes of its owner; `drawn` are the link's axes in the drawing."""
+    """A line through the drawn place of a point, in the axes of its owner; `drawn`: the link's axes as drawn."""
     if point not in places:
         raise fault(where, key, f'the point "{point}" has no place under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)

@@ -58,7 +58,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Output:
-    """The place of a point, or the angle of a link where `point` is empty, that the machine is there for.
+    """The output of a machine: the place of a point, or the angle of a link where `point` is empty.
 
     `guessed` where the scene does not name it.
     """

@@ -148,7 +148,7 @@ class Store:
                 )
 
     def clear(self) -> None:
-        """Away with all that a sweep has left here, its manifest last."""
+        """Remove all that a sweep has left here, its manifest last."""
         for name in (CSV, PARQUET, f"{CSV}.parts", JOURNAL, NAME):
             path = self.folder / name
             if path.is_dir():
@@ -191,7 +191,7 @@ class Store:
             put(self.folder / CSV, _head(manifest), *map(self._place, range(manifest.chunks)))
 
     def drop_parts(self) -> None:
-        """Away with the chunks' files where they were joined, and with the notes on them."""
+        """Remove the chunks' files where they were joined, and the notes on them."""
         if self.name == CSV:
             shutil.rmtree(self.parts, ignore_errors=True)
         (self.folder / JOURNAL).unlink(missing_ok=True)

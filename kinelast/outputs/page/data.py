@@ -14,6 +14,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
 from kinelast.figures.results import Results
 from kinelast.scene.numbers import REPORT_UNITS
 from rigid import Spring, TorsionSpring
+from rigid.arrays import Integers
 
 BUDGET = 2_400_000  # bytes of numbers: more positions than these hold are thinned out
 STORED = ("N", "M", "u", "w")
@@ -64,7 +65,7 @@ def field_coefficients(results: Results) -> dict[str, Any]:
     return {field: coefficients(bent, field) for field in (*STORED, *others)}
 
 
-def kept_positions(results: Results) -> Any:
+def kept_positions(results: Results) -> Integers:
     """Numbers of the positions that the page holds: all, or every so many and those of the peaks."""
     count, beams, links = len(results.motion.time), len(results.scene.labels), len(results.mechanism.links)
     joints = len(results.deflection.forces.force)

@@ -11,6 +11,7 @@ import numpy as np
 
 from kinelast.outputs.page.data import Numbers
 from kinelast.outputs.page.report import as_data, filled, shared_parts, text_of
+from rigid.arrays import Integers, Reals
 
 MARK = b'<script type="application/json" id="designs">'  # by which a page of this program is known
 SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
@@ -118,7 +119,7 @@ def is_greater(figure: str) -> bool:
     return figure.split(".", maxsplit=1)[0] in GREATER
 
 
-def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Any:
+def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Integers:
     """Numbers of the designs that a page holds: all, or the fronts of pairs of figures, the best, and a random part.
 
     Parameters
@@ -139,8 +140,8 @@ def kept_designs(count: int, figures: Sequence[Any], best: int | None) -> Any:
     )
 
 
-def front(first: Any, second: Any) -> Any:
-    """Numbers of the designs that none is better than in one figure without being worse in the other, by the one.
+def front(first: Reals, second: Reals) -> Integers:
+    """Pareto front of two figures, shape (designs,), less being better: numbers of its designs, by the first figure.
 
     Examples
     --------
@@ -148,6 +149,7 @@ def front(first: Any, second: Any) -> Any:
     [0, 1, 2]
     """
     known = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
-    order = known[np.lexsort((second[known], first[known]))]
+    order: Integers = known[np.lexsort((second[known], first[known]))]
     least = np.minimum.accumulate(np.concatenate([[np.inf], second[order]]))
-    return order[second[order] < least[:-1]]
+    ahead: Integers = order[second[order] < least[:-1]]
+    return ahead

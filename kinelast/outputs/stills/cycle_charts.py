@@ -14,6 +14,7 @@ from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.outputs.stills.charts import DASHES, Axis, Chart, Curve, field_maps
 from kinelast.scene.numbers import quantity, scale_of, ticks
+from rigid.arrays import Reals
 
 MAPPED = ((Kind.LOAD, Kind.FORCE), (Kind.DISPLACEMENT,), (Kind.STRESS,))  # a row of maps each
 MOST_MAPPED, MOST_CURVES = 16, 10
@@ -50,7 +51,7 @@ def _spread(results: Results, values: Any) -> Any:
     return np.interp(np.arange(numbers[-1] + 1), numbers, values)
 
 
-def _with_gaps(results: Results, values: Any) -> Any:
+def _with_gaps(results: Results, values: Any) -> Reals:
     """Values, positions last, with nan at the positions between that were left out or that do not count."""
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)

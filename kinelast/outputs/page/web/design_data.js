@@ -30,7 +30,7 @@ function inside(k) {
 }
 const known = (...names) => every.filter((k) => names.every((name) => isFinite(columnOf(name)[k])));
 
-// Those that none is better than in one figure without being worse in the other, in the order of the first.
+// Pareto front of two figures, in the order of the first.
 function frontOf(x, y, among) {
   const way = (name) => (state.greater.has(name) ? -1 : 1), [a, b] = [way(x), way(y)], [one, other] = [columnOf(x), columnOf(y)];
   const sorted = [...among].sort((k, m) => a * (one[k] - one[m]) || b * (other[k] - other[m])), found = [];
