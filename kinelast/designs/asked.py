@@ -19,6 +19,7 @@ from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from kinelast.scene.studies import bounds, tolerance
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Variable
+from rigid.arrays import Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +52,8 @@ class OptimizationTask:
     """An optimization: variables with bounds, the figure to optimize, and limits of others."""
 
     variables: tuple[Variable, ...]
-    low: np.ndarray
-    high: np.ndarray
+    low: Reals
+    high: Reals
     figure: str
     largest: bool
     limits: tuple[Limit, ...]

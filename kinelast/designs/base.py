@@ -25,6 +25,7 @@ from kinelast.scene.shapes import Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of, replaced, within_bounds
 from rigid import structure
+from rigid.arrays import Integers, Reals
 from rigid.plane import unit
 
 FLOATS = ("poisson", "strain")  # plain numbers of a file that can be arrays
@@ -148,8 +149,8 @@ def _shears(table: SceneTable) -> bool:
 class DesignRows:
     """Some of the designs: their rows among all, and their values, shape (designs, paths)."""
 
-    rows: Any
-    values: Any
+    rows: Integers
+    values: Reals
 
     def without(self, rows: Any) -> DesignRows:
         """The others."""

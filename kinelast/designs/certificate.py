@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from kinelast.designs.problem import KEPT, Problem, linearized
 from kinelast.designs.sensitivities import sensitivities
+from rigid.arrays import Reals
 
 ACTIVE = 1e-4  # margin of a limit, or share of a range, within which it holds the design
 RADII = (1e-1, 1e-2, 1e-3, 1e-4)  # of neighbours, in shares of the ranges
@@ -59,10 +60,10 @@ class Certificate:
         Designs close by.
     """
 
-    margin: np.ndarray
-    multiplier: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    margin: Reals
+    multiplier: Reals
+    low: Reals
+    high: Reals
     residual: float
     kinked: bool
     neighbours: Neighbours

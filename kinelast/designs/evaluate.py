@@ -16,6 +16,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from rigid import SINGULAR, MechanismError, Reals, TableError
+from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
 
@@ -114,7 +115,7 @@ def evaluated(base: Base, values: Any) -> Designs:
 class Part:
     """Results of some designs: their rows, reasons and figures."""
 
-    rows: Any
+    rows: Integers
     reason: Any
     figures: Mapping[str, tuple[Any, Any]]
 

@@ -12,6 +12,7 @@ from kinelast.designs.certificate import Certificate, certificate
 from kinelast.designs.problem import Problem
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.process.progress import SILENT, Progress
+from rigid.arrays import Reals
 
 ROUNDS = 4  # local searches from a better neighbour, at most
 
@@ -34,8 +35,8 @@ class Optimum:
         How many designs were computed, and in how many calls.
     """
 
-    shares: np.ndarray
-    values: np.ndarray
+    shares: Reals
+    values: Reals
     feasible: bool
     searches: tuple[LocalOptimum, ...]
     certificate: Certificate

@@ -9,6 +9,7 @@ import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.scene.limits import Limit
+from rigid.arrays import Reals
 
 STEP = 2.0**-14  # of a variable's range, the largest of a gradient's differences
 FAR = 10.0  # ratio of bounds
@@ -36,8 +37,8 @@ class Problem:
     """
 
     figures_of: FiguresOf
-    low: np.ndarray
-    high: np.ndarray
+    low: Reals
+    high: Reals
     figure: str
     largest: bool = False
     limits: tuple[Limit, ...] = ()
@@ -108,9 +109,9 @@ class Judged:
         Of whose squares the cost is the sum, where it is one, shape (parts, designs).
     """
 
-    cost: np.ndarray
-    margin: np.ndarray
-    parts: np.ndarray
+    cost: Reals
+    margin: Reals
+    parts: Reals
 
     @property
     def violation(self) -> np.ndarray:
@@ -127,13 +128,13 @@ class Judged:
 class Linear:
     """A design, and how cost, margins and parts change with the shares of its variables: slopes (..., variables)."""
 
-    shares: np.ndarray
+    shares: Reals
     cost: float
-    cost_slope: np.ndarray
-    margin: np.ndarray
-    margin_slope: np.ndarray
-    parts: np.ndarray
-    parts_slope: np.ndarray
+    cost_slope: Reals
+    margin: Reals
+    margin_slope: Reals
+    parts: Reals
+    parts_slope: Reals
 
     @property
     def violation(self) -> float:

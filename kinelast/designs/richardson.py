@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rigid.arrays import Reals
+
 RATIO = 2.0  # of one step to the next
 FIRST, LEVELS = 4, 18  # steps from 2^-4 of a number's scale down to 2^-21
 DEPTH = 6  # extrapolations: what is left of the truncation goes with the product of so many squares of steps
@@ -25,8 +27,8 @@ class Extrapolation:
         Estimate of its error, truncation and round-off together; shape (...).
     """
 
-    value: np.ndarray
-    error: np.ndarray
+    value: Reals
+    error: Reals
 
 
 def steps(scale: np.ndarray) -> np.ndarray:

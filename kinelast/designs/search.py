@@ -13,6 +13,7 @@ from scipy.stats import qmc
 from kinelast.designs.problem import Linear, Problem, linearized
 from kinelast.designs.together import batched
 from kinelast.process.progress import SILENT, Progress
+from rigid.arrays import Reals
 
 SAMPLED = 64  # designs to a variable, of which the best are starts
 MOST_SAMPLED = 1024
@@ -42,8 +43,8 @@ class LocalOptimum:
         Whether the search ended by itself.
     """
 
-    start: np.ndarray
-    end: np.ndarray
+    start: Reals
+    end: Reals
     cost: float
     violation: float
     ended: bool

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from kinelast.designs.richardson import Extrapolation, limit, steps
+from rigid.arrays import Flags, Reals
 
 ROUND_OFF = 4 * np.finfo(float).eps  # relative, of a figure that is computed as well as can be
 APART = 3.0  # times their errors that the slopes to both sides differ by at a kink
@@ -57,14 +58,14 @@ class Sensitivities:
     """
 
     figures: tuple[str, ...]
-    at: np.ndarray
-    figure: np.ndarray
-    slope: np.ndarray
-    error: np.ndarray
-    below: np.ndarray
-    above: np.ndarray
-    kink: np.ndarray
-    still: np.ndarray
+    at: Reals
+    figure: Reals
+    slope: Reals
+    error: Reals
+    below: Reals
+    above: Reals
+    kink: Flags
+    still: Reals
 
     @property
     def logarithmic(self) -> np.ndarray:
@@ -121,11 +122,11 @@ def _moved(at: np.ndarray, step: np.ndarray) -> np.ndarray:
 class _Tried:
     """Figures and their places of one design, (figures,), and of moved ones, (figures, sides, levels, variables)."""
 
-    own: np.ndarray
-    value: np.ndarray
-    own_place: np.ndarray
-    place: np.ndarray
-    move: np.ndarray  # (sides, levels, variables)
+    own: Reals
+    value: Reals
+    own_place: Reals
+    place: Reals
+    move: Reals  # (sides, levels, variables)
 
     @property
     def smooth(self) -> np.ndarray:

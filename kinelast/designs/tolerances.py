@@ -12,6 +12,7 @@ from scipy.stats import norm, qmc, sobol_indices, uniform
 
 from kinelast.designs.sensitivities import Figures, FiguresOf, Sensitivities
 from kinelast.scene.variables import Variable
+from rigid.arrays import Reals
 
 REPEATS = 8  # sets of points that are scrambled apart
 DESIGNS = 2048  # by default, in all sets together
@@ -59,9 +60,9 @@ class FirstOrder:
         Of each number in the variance, shape (figures, variables); nan where nothing scatters.
     """
 
-    deviation: np.ndarray
-    worst: np.ndarray
-    share: np.ndarray
+    deviation: Reals
+    worst: Reals
+    share: Reals
 
 
 def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
@@ -97,7 +98,7 @@ class Scatter:
     high: float
     least: float
     largest: float
-    error: np.ndarray
+    error: Reals
     known: float
 
 

@@ -73,8 +73,8 @@ class RunFigures:
     ill: int
     well: bool
     span: tuple[float, float]
-    rates: Any
-    stress: Any
+    rates: Reals
+    stress: Reals
     pressed: Mapping[int, Peak]
     length: float
 

@@ -47,7 +47,7 @@ class Speeds:
         least and greatest over the cycle.
     """
 
-    speed: Any
+    speed: Reals
     map: SpeedMap
     figures: Mapping[str, tuple[Measure, Any]]
     highest: float | None

@@ -18,6 +18,7 @@ from kinelast.scene.motion import scene_motion
 from kinelast.tasks.paths import scene_paths
 from kinelast.tasks.request import Request
 from rigid import Motion, acceleration_of, position_of, velocity_of
+from rigid.arrays import Complexes, Reals
 
 STATIONS = 101
 
@@ -49,9 +50,9 @@ def load(scene: str | Path) -> Scene:
 class PointMotion:
     """A point over the cycle: place [m], velocity [m/s] and acceleration [m/s^2], complex, shape (positions,)."""
 
-    position: Any
-    velocity: Any
-    acceleration: Any
+    position: Complexes
+    velocity: Complexes
+    acceleration: Complexes
 
     def __repr__(self) -> str:
         return f"PointMotion({len(self.position)} positions: position, velocity, acceleration)"
@@ -61,9 +62,9 @@ class PointMotion:
 class LinkMotion:
     """A link over the cycle: angle [rad], without jumps, angular velocity and acceleration, shape (positions,)."""
 
-    angle: Any
-    angular_velocity: Any
-    angular_acceleration: Any
+    angle: Reals
+    angular_velocity: Reals
+    angular_acceleration: Reals
 
     def __repr__(self) -> str:
         return f"LinkMotion({len(self.angle)} positions: angle, angular_velocity, angular_acceleration)"

@@ -17,7 +17,7 @@ from kinelast.scene.format_motion import (
     SliderTable,
     SlotTable,
     SpringTable,
-    Table,
+    StrictTable,
     WeldTable,
 )
 from kinelast.scene.format_studies import (
@@ -47,7 +47,7 @@ from kinelast.scene.units import Quantity
 Strain = Annotated[float, Meta(ge=-0.1, le=0.1)]
 
 
-class MaterialTable(Table, frozen=True, kw_only=True):
+class MaterialTable(StrictTable, frozen=True, kw_only=True):
     """The material of links."""
 
     E: Stress
@@ -59,7 +59,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
     damping: Duration | None = None
 
 
-class BeamTable(Table, frozen=True, kw_only=True):
+class BeamTable(StrictTable, frozen=True, kw_only=True):
     """A straight piece of a link."""
 
     start: str = field(name="from")
@@ -70,7 +70,7 @@ class BeamTable(Table, frozen=True, kw_only=True):
     temperature: Warming | None = None
 
 
-class LinkTable(Table, frozen=True, kw_only=True):
+class LinkTable(StrictTable, frozen=True, kw_only=True):
     """A link: its points, beams, masses and outline."""
 
     points: list[str] | dict[str, Place]
@@ -88,7 +88,7 @@ class LinkTable(Table, frozen=True, kw_only=True):
     outline: list[str | Place] = field(default_factory=list)
 
 
-class RunTable(Table, frozen=True, kw_only=True):
+class RunTable(StrictTable, frozen=True, kw_only=True):
     """Which positions are computed, gravity, the theories of beams and of motion, and the output."""
 
     positions: Annotated[int, Meta(ge=1, le=1_000_000)] = 360
@@ -104,7 +104,7 @@ class RunTable(Table, frozen=True, kw_only=True):
     report_units: Literal["SI", "mm", "in"] = "SI"
 
 
-class SceneTable(Table, frozen=True, kw_only=True):
+class SceneTable(StrictTable, frozen=True, kw_only=True):
     """A planar mechanism of rigid and elastic links, its drives and loads."""
 
     title: str = ""
@@ -145,7 +145,7 @@ def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
 Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
-class ContactTable(Table, frozen=True, kw_only=True):
+class ContactTable(StrictTable, frozen=True, kw_only=True):
     """Two links that touch: they roll on each other, or slip along the tangent where a normal is given."""
 
     links: tuple[str, str]
@@ -153,7 +153,7 @@ class ContactTable(Table, frozen=True, kw_only=True):
     normal: Direction | None = None
 
 
-class SpatialJointTable(Table, frozen=True, kw_only=True):
+class SpatialJointTable(StrictTable, frozen=True, kw_only=True):
     """A joint between two links in space."""
 
     links: tuple[str, str]
@@ -164,7 +164,7 @@ class SpatialJointTable(Table, frozen=True, kw_only=True):
     pitch: Length | None = None
 
 
-class ChainTable(Table, frozen=True, kw_only=True):
+class ChainTable(StrictTable, frozen=True, kw_only=True):
     """A chain of joints in space, of which the structure is asked."""
 
     title: str = ""

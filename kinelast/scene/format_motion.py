@@ -35,11 +35,11 @@ PER_LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 Interpolation = Literal["linear", "cubic"]
 
 
-class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class StrictTable(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Any table of a scene."""
 
 
-class SliderTable(Table, frozen=True, kw_only=True):
+class SliderTable(StrictTable, frozen=True, kw_only=True):
     """A link that slides on another without turning."""
 
     link: str
@@ -48,7 +48,7 @@ class SliderTable(Table, frozen=True, kw_only=True):
     direction: Direction
 
 
-class SlotTable(Table, frozen=True, kw_only=True):
+class SlotTable(StrictTable, frozen=True, kw_only=True):
     """A pin of one link in a straight slot of another."""
 
     point: str
@@ -57,13 +57,13 @@ class SlotTable(Table, frozen=True, kw_only=True):
     direction: Direction
 
 
-class WeldTable(Table, frozen=True, kw_only=True):
+class WeldTable(StrictTable, frozen=True, kw_only=True):
     """Links that are welded at a point, all that share it unless named."""
 
     links: Annotated[list[str], Meta(min_length=2)] | None = None
 
 
-class JointTable(Table, frozen=True, kw_only=True):
+class JointTable(StrictTable, frozen=True, kw_only=True):
     """Friction, compliance and misfit of a pin, slider or weld."""
 
     compliance: Compliance | None = None
@@ -76,7 +76,7 @@ class JointTable(Table, frozen=True, kw_only=True):
     length: Size | None = None
 
 
-class SegmentTable(Table, frozen=True, kw_only=True):
+class SegmentTable(StrictTable, frozen=True, kw_only=True):
     """A piece of a drive's motion law."""
 
     curve: Curve
@@ -85,7 +85,7 @@ class SegmentTable(Table, frozen=True, kw_only=True):
     by: Coordinate | None = None
 
 
-class AgainstTable(Table, frozen=True, kw_only=True):
+class AgainstTable(StrictTable, frozen=True, kw_only=True):
     """The coordinate that a table is against, if not time: the angle of a link, or a slide."""
 
     link: str | None = None
@@ -93,7 +93,7 @@ class AgainstTable(Table, frozen=True, kw_only=True):
     slider: str | None = None
 
 
-class DriveTable(Table, frozen=True, kw_only=True):
+class DriveTable(StrictTable, frozen=True, kw_only=True):
     """A drive: a pin or a slider, at constant speed, by a law or table, or by an effort."""
 
     link: str | None = None
@@ -117,7 +117,7 @@ class DriveTable(Table, frozen=True, kw_only=True):
         return self.slider is None
 
 
-class JointNameTable(Table, frozen=True, kw_only=True):
+class JointNameTable(StrictTable, frozen=True, kw_only=True):
     """A joint with a coordinate that a gear ties, named as a drive names its own."""
 
     link: str | None = None
@@ -131,7 +131,7 @@ class JointNameTable(Table, frozen=True, kw_only=True):
         return self.slider is None
 
 
-class GearTable(Table, frozen=True, kw_only=True):
+class GearTable(StrictTable, frozen=True, kw_only=True):
     """Wheels, a rack, or without teeth a belt, that tie the coordinates of two joints."""
 
     driver: JointNameTable
@@ -141,7 +141,7 @@ class GearTable(Table, frozen=True, kw_only=True):
     teeth: bool = True
 
 
-class LoadTable(Table, frozen=True, kw_only=True):
+class LoadTable(StrictTable, frozen=True, kw_only=True):
     """A force or moment at a point, or a force along a beam."""
 
     link: str
@@ -159,7 +159,7 @@ class LoadTable(Table, frozen=True, kw_only=True):
     extend: Literal["hold"] | None = None
 
 
-class SpringTable(Table, frozen=True, kw_only=True):
+class SpringTable(StrictTable, frozen=True, kw_only=True):
     """A spring and damper between points of two links, or about the pin of two links."""
 
     link: str

@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
-from kinelast.scene.format_motion import Place, Table
+from kinelast.scene.format_motion import Place, StrictTable
 from kinelast.scene.quantities import Allowance, Size
 
 Factor = Annotated[float, Meta(gt=0)]
 
 
-class LinkLimitsTable(Table, frozen=True, kw_only=True):
+class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of one link."""
 
     deflection: Size | None = None
@@ -20,7 +20,7 @@ class LinkLimitsTable(Table, frozen=True, kw_only=True):
     safety: Factor | None = None
 
 
-class LimitsTable(Table, frozen=True, kw_only=True):
+class LimitsTable(StrictTable, frozen=True, kw_only=True):
     """Limits of the mechanism: of every link, of single links, and of its output."""
 
     deflection: Size | None = None
@@ -33,7 +33,7 @@ class LimitsTable(Table, frozen=True, kw_only=True):
 Entry = float | str
 
 
-class RangeTable(Table, frozen=True, kw_only=True):
+class RangeTable(StrictTable, frozen=True, kw_only=True):
     """A number from one value to another, both included; `count` values of a grid."""
 
     start: Entry = field(name="from")
@@ -41,7 +41,7 @@ class RangeTable(Table, frozen=True, kw_only=True):
     count: Annotated[int, Meta(ge=2)] | None = None
 
 
-class SweepTable(Table, frozen=True, kw_only=True):
+class SweepTable(StrictTable, frozen=True, kw_only=True):
     """Designs that differ in some numbers of the file by their paths, their figures, and the choice of the best."""
 
     vary: dict[str, RangeTable | Annotated[list[Entry], Meta(min_length=1)]] = field(default_factory=dict)
@@ -57,35 +57,35 @@ class SweepTable(Table, frozen=True, kw_only=True):
 Amount = float | str  # in the unit of the number or figure that it is for
 
 
-class SensitivitiesTable(Table, frozen=True, kw_only=True):
+class SensitivitiesTable(StrictTable, frozen=True, kw_only=True):
     """Which figures' derivatives to which numbers are asked for; all that there are where none are named."""
 
     figures: list[str] = field(default_factory=list)
     numbers: list[str] = field(default_factory=list)
 
 
-class ToleranceTable(Table, frozen=True, kw_only=True):
+class ToleranceTable(StrictTable, frozen=True, kw_only=True):
     """How a number scatters about its value."""
 
     plus_minus: Amount
     distribution: Literal["uniform", "normal"] = "uniform"
 
 
-class BoundTable(Table, frozen=True, kw_only=True):
+class BoundTable(StrictTable, frozen=True, kw_only=True):
     """Bounds of a figure."""
 
     most: Amount | None = None
     least: Amount | None = None
 
 
-class PathTable(Table, frozen=True, kw_only=True):
+class PathTable(StrictTable, frozen=True, kw_only=True):
     """Where a point is to be, position by position of the run."""
 
     point: str
     places: Annotated[list[Place], Meta(min_length=1)]
 
 
-class OptimizeTable(Table, frozen=True, kw_only=True):
+class OptimizeTable(StrictTable, frozen=True, kw_only=True):
     """Which figure is to be made small or large, with which numbers, within which limits."""
 
     variables: dict[str, tuple[Amount, Amount]] = field(default_factory=dict)

@@ -12,7 +12,7 @@ import msgspec
 
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import ChainTable, RunTable, SceneTable, read_quantity
-from kinelast.scene.format_motion import PER_LENGTH, LengthUnit, Table
+from kinelast.scene.format_motion import PER_LENGTH, LengthUnit, StrictTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]
@@ -155,7 +155,7 @@ def _part(name: str, kind: Any, value: Any, hook: Hook) -> Any:
             raise fault(name, "", f"expected tables of a list, written [[{name}]] with two brackets")
         entry = get_args(kind)[0]
         return [_converted(item, entry, f"{name}[{number}]", hook=hook) for number, item in enumerate(value, 1)]
-    place = (name, "") if isinstance(kind, type) and issubclass(kind, Table) else ("", name)
+    place = (name, "") if isinstance(kind, type) and issubclass(kind, StrictTable) else ("", name)
     return _converted(value, kind, *place, hook)
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from kinelast.scene.error import fault
-from kinelast.scene.format_motion import Table
+from kinelast.scene.format_motion import StrictTable
 from kinelast.scene.many import real, require
 from kinelast.scene.quantities import MassPerLength, Size
 from kinelast.scene.units import Quantity, shown
@@ -81,7 +81,7 @@ class Sizes(tuple[float, float]):
         return sizes
 
 
-class Dimensioned(Table, frozen=True, kw_only=True, tag_field="shape"):
+class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):
     """A cross-section by its dimensions: its keys, in order, are those that the function of its shape takes."""
 
     def dimensions(self, table: str) -> tuple[Any, ...]:
@@ -125,7 +125,7 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
         return self.outer, [inside[0]] * 2 if np.array_equal(*inside) else inside
 
 
-class Properties(Table, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
+class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
     """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
 
     A: Area
@@ -134,7 +134,7 @@ class Properties(Table, frozen=True, kw_only=True, tag_field="shape", tag="prope
     shear_area: Area | None = None
 
 
-class Rigidities(Table, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
+class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="rigidities"):
     """A beam without a material."""
 
     EA: AxialRigidity

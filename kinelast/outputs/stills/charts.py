@@ -47,7 +47,7 @@ class Curve:
     """A curve over the cycle: shape (positions,), nan where there is none; places in `COLOURS` and `DASHES`."""
 
     name: str
-    values: Any
+    values: Reals
     colour: int
     dash: int = 0
 
