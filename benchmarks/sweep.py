@@ -109,7 +109,7 @@ class Cluster:
     def __enter__(self) -> dict[str, Any]:
         from distributed import LocalCluster
 
-        self.cluster = LocalCluster(JOBS, threads_per_worker=1, processes=True, dashboard_address=None)
+        self.cluster = LocalCluster(JOBS, threads_per_worker=1, processes=True, dashboard_address=":0")
         return {"scheduler": self.cluster.scheduler_address}
 
     def __exit__(self, *_: object) -> None:

@@ -194,7 +194,7 @@ def on_dask(case: Case) -> str:
 
     from distributed import LocalCluster
 
-    with LocalCluster(JOBS, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with LocalCluster(JOBS, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
 
         def lose() -> None:
             while case.kept < 5:

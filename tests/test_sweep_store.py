@@ -404,7 +404,7 @@ def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
     whole = tree(tmp_path / "whole")
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
     bomb = tmp_path / "bomb"
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
         sweep(tmp_path / "dask", scheduler=cluster.scheduler_address)
         bomb.touch()
         sweep(tmp_path / "lost", Parabolas(kills=bomb), scheduler=cluster.scheduler_address)
@@ -417,7 +417,7 @@ def test_dask_workers_come_to_the_same_bytes_also_where_one_is_lost(tmp_path):
 def test_a_scheduler_without_workers_is_waited_for_and_said(tmp_path):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
     told = Told()
-    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=":0") as cluster:
         timer = threading.Timer(1.0, cluster.scale, [1])
         timer.start()
         assert sweep(tmp_path, scheduler=cluster.scheduler_address, progress=told).kept == COUNT
