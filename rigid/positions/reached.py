@@ -52,8 +52,9 @@ def branch_through(
     begin, block = path.begin, BLOCK * path.stride
     if path.turn:
         # The drawing's own coordinate: what is known of it serves whatever turn is asked.
-        path = path.shifted(path.turn * np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn))
-        begin = path.begin
+        if turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn):
+            path = path.shifted(path.turn * turns)
+            begin = path.begin
     low, high = map(float, path.span)
     sense = 1.0 if high - begin >= begin - low else -1.0
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
