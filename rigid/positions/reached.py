@@ -50,11 +50,10 @@ def branch_through(
         return _followed(mechanism, structure, path, 0.0, 0.0, forms, edge), path.asked
     kept = mechanism.__dict__.setdefault("_branches", {})
     begin, block = path.begin, BLOCK * path.stride
-    if path.turn:
+    if path.turn and (turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn)):
         # The drawing's own coordinate: what is known of it serves whatever turn is asked.
-        if turns := np.round((begin - drawn_drives(mechanism)[0][0]) / path.turn):
-            path = path.shifted(path.turn * turns)
-            begin = path.begin
+        path = path.shifted(path.turn * turns)
+        begin = path.begin
     low, high = map(float, path.span)
     sense = 1.0 if high - begin >= begin - low else -1.0
     for turns in TURNS if path.turn and high - low > path.turn - block else ():
