@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
 SHARED = ("beam theory",)  # what the beams of the check leave out too
-LEAST_GRANTED = 1e-3  # of the momentum of vibrating links
+LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
+POSITIONS = 360  # up to which the least is granted
 UNMOVED = (*SHARED, "round-off")  # errors of an answer that leave its momentum in balance
 
 
@@ -113,7 +114,8 @@ def _poisson(scene: Scene) -> list[float]:
 def momentum_balances(results: Results) -> dict[str, Balance]:
     """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate in a cycle, by theory.
 
-    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement.
+    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement, and
+    `LEAST_GRANTED` for differences between elements of time, which grow with the square of the positions.
     """
     from fem_check import balance
 
@@ -122,8 +124,10 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and math.isfinite(course.period) and not results.left_out:
         off = math.fsum(share for name, share in answer.errors.items() if name not in UNMOVED)
-        in_time = course.period, max(LEAST_GRANTED, off), answer.theory != ELASTODYNAMIC
-        balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
+        granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
+        if granted <= MOST_GRANTED:
+            in_time = course.period, granted, answer.theory != ELASTODYNAMIC
+            balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
     return balances
 
 
