@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from mechanisms import ALL, steel_four_bar
 
-from elastic import Section, displacement_of, extremes, sample
+from elastic import Section, displacement_of, extremes, reference_deflection, sample
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
+from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
 from fem_check.nonlinear import nonlinear_steady_state
 from rigid import (
     Beam,
@@ -115,6 +116,17 @@ def test_all_fields_of_the_whole_nonlinear_mechanism(make, speed, beta, count, l
     assert off(linear.deflection, "chord") > 3 * off(found.deflection, "chord")
     efforts = drive_efforts(found.deflection.motion, found.deflection.forces)
     assert np.abs(efforts - whole.efforts).max() < limit * np.abs(whole.efforts).max()
+
+
+def test_the_residual_that_steps_in_time_smooth_is_told():
+    """Steps that feel no inertia of it settle all the same, as far off as they say."""
+    linear, true = vibrating(ALL["RPP"](), 60.0, 48, 2e-4)
+    poor = settled_links(linear.vibration, 1e-6, 1e-9)
+    grid, plain = linear.vibration.problem.terms.grid, linear.quasi_static
+    found = exact_deflection(poor.displaced, plain, grid.sampler(plain.motion.time))
+    here, there = (sample(bent, "chord", np.linspace(0.0, 1.0, 21)) for bent in (found, true.deflection))
+    off = np.abs(here - there).max(axis=(1, 2)) / reference_deflection(np.abs(there).max(axis=(1, 2)))
+    assert 1e-5 < off.max() < 2 * poor.worst
 
 
 def test_extremes_are_those_of_the_fields():

@@ -12,12 +12,13 @@ import pytest
 from scene_texts import FOUR_BAR, edited
 
 from elastic import deflection, sample
-from elastic.elastodynamics import buckling_factor
+from elastic.elastodynamics import buckling_factor, transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
 from kinelast.figures.speeds import speeds
+from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
 from kinelast.runs.compute import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
@@ -92,6 +93,29 @@ def test_a_law_that_moves_the_drive_is_answered_from_its_start():
     results = computed(scene_from_text(RAISED), Request())
     assert results.vibrates
     assert results.answer.missed > 0.1
+
+
+@pytest.mark.parametrize("theory", [ELASTODYNAMIC, GEOMETRICALLY_EXACT])
+def test_a_quick_course_from_rest_is_that_of_the_whole_nonlinear_mechanism(theory):
+    """A cycloid begins with a jerk: quasi-static links would move at once, and swing twenty times as far."""
+    results = computed(scene_from_text(edited(RAISED, ("polynomial-345", "cycloidal"))), Request(theory=theory))
+    check = nonlinear_check(results)
+    assert check.passed
+    assert check.largest < 1e-3 < min(check.without_vibration.values())
+
+
+def test_a_rate_that_is_round_off_is_rest():
+    """A drive that begins at a billionth of its greatest rate starts as one that begins at none."""
+    scene = scene_from_text(edited(RAISED, ("polynomial-345", "cycloidal")))
+    at_rest = computed(scene, Request(theory=ELASTODYNAMIC)).deflection
+
+    def creeping(time):
+        rigid = scene.course.at(time)
+        return with_rates(rigid, rigid.drive_rate + 1e-9, rigid.drive_acceleration)
+
+    moving = transient(creeping(at_rest.motion.time), creeping, scene.sections, scene.joints, damping_of(scene))
+    here, there = (sample(bent, "w", [1.0]) for bent in (at_rest, moving.deflection))
+    np.testing.assert_allclose(there, here, rtol=0, atol=1e-3 * np.abs(here).max())
 
 
 @pytest.mark.parametrize("theory", [ELASTODYNAMIC, GEOMETRICALLY_EXACT])

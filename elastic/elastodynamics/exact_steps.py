@@ -3,8 +3,8 @@
 The residual of the exact equations is that of the quasi-static answer under the loads of displaced links. What an
 answer changes of the displacements before is a quasi-static response; the linear equations of motion in the reduced
 coordinates make it a dynamic one. The first step is the second order of large displacement; steps are mixed after
-Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until what one
-changes is below the tolerance. Derivation: docs/theory.md.
+Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until both what
+one changes and the residual are below the tolerance: the residual has what steps smooth in time, and never feel. Derivation: docs/theory.md.
 """
 
 from __future__ import annotations
@@ -45,29 +45,31 @@ class Settled:
     ----------
     displaced
         The links.
-    change
-        Of the beams' displacements by the last step [m], complex, shape (points, beams, Gauss points).
+    change, residual
+        Of the beams' displacements [m], complex, shape (points, beams, Gauss points): by one more step, and that of the
+        exact equations, the quasi-static answer under the loads of displaced links less their displacement.
     steps
-        How many it took.
+        How many were made, with the one more.
     """
 
     displaced: Displaced
     change: Complexes
+    residual: Complexes
     steps: int
 
     @property
     def share(self) -> float:
-        """The change of the largest displacement."""
+        """The change or the residual, the greater, of the largest displacement."""
         greatest = np.abs(self.displaced.moved.beams).max(initial=TINY)
-        return float(np.abs(self.change).max(initial=0.0) / greatest)
+        return float(max(np.abs(off).max(initial=0.0) for off in (self.change, self.residual)) / greatest)
 
     @cached_property
     def worst(self) -> float:
-        """The change of the deflection from the chord, of the largest of the beam for which that is most."""
+        """As `share`, of the deflection from the chord, of the largest of the beam for which that is most."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
-        both = (self.displaced.moved.beams[1:, ..., 0], self.change)
-        chord, change = (np.abs(chord_of(linear, each, stations)).max(axis=(1, 2), initial=0.0) for each in both)
-        return float((change / np.maximum(reference_deflection(chord), TINY)).max(initial=0.0))
+        parts = (self.displaced.moved.beams[1:, ..., 0], self.change, self.residual)
+        chord, *off = (np.abs(chord_of(linear, part, stations)).max(axis=(1, 2), initial=0.0) for part in parts)
+        return float((np.maximum(*off) / np.maximum(reference_deflection(chord), TINY)).max(initial=0.0))
 
     @property
     def open(self) -> float:
@@ -90,27 +92,28 @@ def settled_links(linear: Vibration, tolerance: float, fastest: float) -> Settle
     """
     require_known(linear.motion)
     now = _begin(linear)
-    before: list[Settled] = []
+    before: list[tuple[Displaced, Complexes]] = []
     best: Settled | None = None
     for count in range(1, STEPS + 1):
-        after = _step(now, fastest)
-        found = Settled(after, (after.moved.beams - now.moved.beams)[1:, ..., 0], count)
+        after, residual = _step(now, fastest)
+        change = (after.moved.beams - now.moved.beams)[1:, ..., 0]
+        found = Settled(now, change, residual, count)
         if best and not found.open < LOST * best.open:
             break
         best = found if best is None or found.open < best.open else best
         if best.open <= tolerance:
             break
-        before = [*before[-MIXED:], found]
+        before = [*before[-MIXED:], (after, change)]
         now = _mixed(before)
     assert best is not None
     return best
 
 
-def _mixed(before: Sequence[Settled]) -> Displaced:
+def _mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
     """The last steps' answers, summed with the weights for which the changes' sum is least."""
-    changes = np.array([np.ravel(each.change).view(float) for each in before])
+    changes = np.array([np.ravel(change).view(float) for _, change in before])
     shares = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=None)[0]
-    return _sum([each.displaced for each in before], np.diff(shares, prepend=0.0, append=1.0))
+    return _sum([after for after, _ in before], np.diff(shares, prepend=0.0, append=1.0))
 
 
 def _sum(parts: Sequence[Displaced], weights: Reals) -> Displaced:
@@ -146,8 +149,11 @@ def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes]:
     return N - 1j * V, np.array(joints, complex).reshape(len(joints), -1).T
 
 
-def _step(now: Displaced, fastest: float) -> Displaced:
-    """Displaced links under their exact loads, with the vibration that this change makes in the linear equations."""
+def _step(now: Displaced, fastest: float) -> tuple[Displaced, Complexes]:
+    """Displaced links under their exact loads, with the vibration that this change makes in the linear equations.
+
+    With them the residual of the beams' displacements, as of `Settled`.
+    """
     linear = now.vibration
     terms = linear.problem.terms
     structure, unit, grid = terms.kinematics.structure, terms.kinematics.unit, terms.grid
@@ -168,7 +174,8 @@ def _step(now: Displaced, fastest: float) -> Displaced:
     rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid, fastest)
     moving = linear.under(push[1:] + inertia_load(linear, rest))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
-    return Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)
+    after = Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)
+    return after, change.beams[1:, ..., 0]
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:

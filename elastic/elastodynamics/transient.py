@@ -19,6 +19,7 @@ from rigid import Motion, with_rates
 from rigid.arrays import Reals
 
 ELEMENTS = 12
+REST = 1e-6  # of a drive's greatest rate, below which it is round-off of a law that begins at rest
 
 
 def transient(
@@ -59,9 +60,15 @@ def transient(
     grid = Grid(start + np.linspace(0.0, duration, ELEMENTS + 1))
     at_start = motion_at(np.array([start]))
     begin = _undeformed if undeformed else _quasi_static
-    if not undeformed and not at_start.drive_rate.any():
+    if not undeformed and _begins_at_rest(at_start, motion):
         begin = partial(_at_rest, static=deflection(with_rates(at_start, 0.0), sections, joints))
     return settled(model, motion, grid, tolerance, begin)
+
+
+def _begins_at_rest(start: Motion, motion: Motion) -> bool:
+    """Whether all drives do, for which a rate is round-off that is nothing beside those of the whole motion."""
+    greatest = np.abs(motion.drive_rate).max(axis=-1, initial=0.0)
+    return bool((np.abs(start.drive_rate).max(axis=-1, initial=0.0) <= REST * greatest).all())
 
 
 def _undeformed(_: Propagation, found: Problem, __: Deflection) -> Reals:

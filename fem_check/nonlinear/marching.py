@@ -18,13 +18,23 @@ from fem_check.nonlinear.rigid_places import DoesNotCloseError
 from fem_check.nonlinear.system import System
 from rigid import Reals
 
-Start = Literal["rigid", "quasi-static"]
+Start = Literal["rigid", "quasi-static", "static"]
 STEPS = 40
 SETTLED = 1e-9
 """Newton's method ends where a step is so small, as a share of the mechanism's size or an angle."""
 LONGEST = 0.3
 POINTS = 7
 Rates = Callable[[Reals], tuple[Reals, Reals, Reals]]
+
+
+def slopes(step: float) -> Reals:
+    """Matrix from values at instants a step apart to their rates there, shape (POINTS, POINTS)."""
+    from numpy.polynomial import polynomial
+
+    places = np.arange(POINTS) - (POINTS - 1) / 2
+    fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
+    rates: Reals = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / step
+    return rates
 
 
 class Marcher:
@@ -52,11 +62,7 @@ class Marcher:
 
     def start(self, time: float, step: float, begin: Start) -> None:
         """Places, and rates from those of the next instants."""
-        from numpy.polynomial import polynomial
-
-        places = np.arange(POINTS) - (POINTS - 1) / 2
-        fit = np.linalg.inv(polynomial.polyvander(places, POINTS - 1))
-        slope = polynomial.polyval(places, polynomial.polyder(fit), tensor=True).T / (step / 2)
+        slope = slopes(step / 2)
         times = time + step / 2 * np.arange(POINTS, dtype=float)
         q = self.system.rigid_coordinates(self.system.rigid.at(times))
         self.system.prescribe(q, self.system.drives(times))
@@ -66,6 +72,9 @@ class Marcher:
             q = self._bent(q, v, a, times)
             v = slope @ q
             a = slope @ v
+        elif begin == "static":
+            v = np.zeros_like(v)
+            q = self._bent(q[:1], v, np.zeros_like(a), times[:1])
         self.q, self.v, self.a = q[:1], v[:1], a[:1]
         self.a = self._accelerated(times[:1])
         self.pseudo = self.a.copy()

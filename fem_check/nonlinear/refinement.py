@@ -15,7 +15,7 @@ import numpy as np
 
 from elastic import JointCompliance, Section, reference_deflection
 from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
-from fem_check.nonlinear.marching import Marcher
+from fem_check.nonlinear.marching import POINTS, Marcher, slopes
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
 from fem_check.nonlinear.solution import displacements
 from fem_check.nonlinear.system import System, system_of
@@ -30,6 +30,8 @@ MESH_ORDER = 3
 """Of convergence: of nodes between those of the coarser mesh, with which no comparison is made, too."""
 STEADY, FASTEST = 4.0, 8.0
 """Ratios of the changes by halving the steps once and once more, between which the error is told by them."""
+BRIEF, REST = 1e-5, 1e-6
+"""Of the course, between the instants by which it is seen whether drives begin at rest; of their greatest rate, below."""
 STEP_SHARE = 1 / 3
 """Of the tolerance, that the steps may take."""
 SETTLED = 0.01
@@ -94,7 +96,8 @@ def refined_deflection(
     end
         Of the period, or of the course [s].
     closed
-        Whether the motion is periodic; else it starts as bent as the inertia of the rigid motion and the loads bend it.
+        Whether the motion is periodic; else it starts at rest, as bent as the loads bend it, where the drives do, and
+        elsewhere as bent as the inertia of the rigid motion and the loads bend it.
     tolerance
         Share of the largest deflection of the worst beam. Where more steps and elements than there may be are needed,
         `mesh` and `step` say how near the answer is.
@@ -230,10 +233,19 @@ class _Problem:
         return _Solved(system, course, self._chord(system, course))
 
     def _start(self, system: System) -> Beginning:
-        """Quasi-statically bent."""
+        """At rest where the drives are; elsewhere quasi-statically bent."""
         marcher = Marcher(system, 1.0)
-        marcher.start(float(self.times[0]), (self.end - float(self.times[0])) / 1000, "quasi-static")
+        step = (self.end - float(self.times[0])) / 1000
+        marcher.start(float(self.times[0]), step, "static" if self._starts_at_rest() else "quasi-static")
         return Beginning(marcher.q[0], marcher.v[0])
+
+    def _starts_at_rest(self) -> bool:
+        """Whether all drives do, by differences of their coordinates."""
+        start, instants = float(self.times[0]), np.linspace(self.times[0], self.end, 2001)
+        step = BRIEF * (self.end - start)
+        rates = (slopes(step) @ coordinates(self.laws, start + step * np.arange(POINTS)))[0]
+        greatest = np.abs(np.diff(coordinates(self.laws, instants), axis=0)).max(axis=0) / (instants[1] - instants[0])
+        return bool((np.abs(rates) <= REST * greatest).all())
 
     def _chord(self, system: System, course: CollocatedMotion) -> Reals:
         """Chord deflection at the times that are asked for, (beams, instants, nodes)."""

@@ -114,7 +114,7 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
         rungs.append(rung)
-    return min(reversed(rungs), key=lambda rung: rung.error)
+    return min(reversed(rungs), key=lambda rung: math.inf if math.isnan(rung.error) else rung.error)
 
 
 def _rungs(
