@@ -4,7 +4,8 @@ The residual of the exact equations is that of the quasi-static answer under the
 answer changes of the displacements before is a quasi-static response; the linear equations of motion in the reduced
 coordinates make it a dynamic one. The first step is the second order of large displacement; steps are mixed after
 Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until both what
-one changes and the residual are below the tolerance: the residual has what steps smooth in time, and never feel. Derivation: docs/theory.md.
+one changes and the residual are below the tolerance: the residual has what steps smooth in time, and never feel.
+Derivation: docs/theory.md.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ MESH_ORDER = 3
 STEADY, FASTEST = 4.0, 8.0
 """Ratios of the changes by halving the steps once and once more, between which the error is told by them."""
 BRIEF, REST = 1e-5, 1e-6
-"""Of the course, between the instants by which it is seen whether drives begin at rest; of their greatest rate, below."""
+"""Of the course, between instants that tell whether drives begin at rest; of their greatest rate, at most."""
 STEP_SHARE = 1 / 3
 """Of the tolerance, that the steps may take."""
 SETTLED = 0.01

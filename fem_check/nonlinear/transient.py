@@ -41,7 +41,7 @@ def nonlinear_transient(
         Longest step of time [s]; between two times steps are equal.
     begin
         "rigid": at the places and velocities of the rigid links; "quasi-static": as bent as the inertia of the rigid
-        motion and the loads bend it, and bending as fast as that changes; "static": at rest, as bent as the loads bend it.
+        motion and the loads bend it, and as fast as that changes; "static": at rest, as bent as the loads bend it.
     dissipation
         How much of the highest frequencies a step takes away, 0 to 1; of low ones it takes nothing to second order.
     mechanism, sections, elements, joints, damping, progress
