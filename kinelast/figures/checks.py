@@ -114,8 +114,8 @@ def _poisson(scene: Scene) -> list[float]:
 def momentum_balances(results: Results) -> dict[str, Balance]:
     """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate in a cycle, by theory.
 
-    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement, and
-    `LEAST_GRANTED` for differences between elements of time, which grow with the square of the positions.
+    Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement,
+    and `LEAST_GRANTED` for differences between elements of time, which grow with the square of the positions.
     """
     from fem_check import balance
 
