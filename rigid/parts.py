@@ -30,8 +30,8 @@ class MechanismError(ValueError):
     ----------
     kind
         What is wrong, where callers tell cases apart: "name", "drives", "gear", "freedoms", "overconstrained",
-        "drawing", "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular", or
-        the property of a joint in space: "type", "axis", "normal"; "" otherwise.
+        "drawing", "open" (a joint does not close), "reach" (at some positions), "unreachable" (at all), "singular",
+        "section" (of a link's beams), or the property of a joint in space: "type", "axis", "normal"; "" otherwise.
     links, joints
         Names of those at fault, as far as they are known.
     drives, positions

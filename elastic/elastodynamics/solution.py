@@ -13,7 +13,7 @@ from elastic.beams.compliance import designs_of
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import kinematics, motion_terms
+from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
 from elastic.elastodynamics.exact_steps import Settled
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
@@ -38,6 +38,7 @@ ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
+MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude, of 16 bytes: a GB with all that is made of them
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
 SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
@@ -195,7 +196,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
             if reduced <= tolerance or unstable or in_elements > discretization.resolved
             else discretization.finer(reduced)
         )
-        if finer is None:
+        if finer is None or numbers_of(finer, grid) > MOST_NUMBERS:
             break
         discretization = finer
     cycled = grid.edges[0] + np.mod(motion.time - grid.edges[0], np.ptp(grid.edges))
@@ -216,6 +217,12 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         discretization,
     )
     return answer if answer.stable else unanswered(answer)
+
+
+def numbers_of(discretization: Discretization, grid: Grid) -> int:
+    """Numbers in the accelerations of the masses per amplitude, by far the largest array of a discretization."""
+    heavy, amplitudes = len(masses(discretization.model.structure)), discretization.basis.shape[1]
+    return 3 * len(grid.nodes) * heavy * int(amplitudes)
 
 
 def resolved_in_time(

@@ -29,7 +29,10 @@ def require_prismatic_rails(motion: Motion, trees: BeamTrees, sections: Sequence
                 owner = motion.mechanism.links[motion.mechanism.beams[place.beam][0]].name
                 name = motion.structure.joints[number].name
                 raise MechanismError(
-                    f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one'
+                    f'slider "{name}": the beam of "{owner}" along its line is tapered, expected a prismatic one',
+                    kind="section",
+                    links=(owner,),
+                    joints=(name,),
                 )
 
 

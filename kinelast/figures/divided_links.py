@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from elastic.assessment import LIMITS, Exceedance
+from kinelast.figures.many_beams import too_many_beams
 from kinelast.figures.peaks import Peak
 from kinelast.scene.data import Scene
 from kinelast.scene.motion import scene_deflection
@@ -30,6 +31,8 @@ def divided_links(scene: Scene, pressed: Mapping[int, Peak]) -> list[tuple[Excee
     from elastic.elastodynamics import buckling_factor
 
     peaks = list({peak.time: peak for peak in sorted(pressed.values(), key=lambda peak: peak.time)}.values())
+    if too_many_beams(scene.mechanism):
+        return [(_unknown(), peaks[0])]
     moved = scene.course.at(np.array([peak.time for peak in peaks]))
     factor = buckling_factor(scene_deflection(scene, moved))
     unknown = [(_unknown(), peaks[number]) for number in np.flatnonzero(np.isnan(factor))[:1]]

@@ -15,6 +15,7 @@ from elastic.assessment import Exceedance, PathDeviation, exceedances, period_of
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.cycle import Cycle, drive_words, joint_words
 from kinelast.figures.divided_links import divided_links
+from kinelast.figures.many_beams import too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.process.threads import one_thread
@@ -138,10 +139,13 @@ class Results:
         """Natural frequencies at some of the positions, nan if unknown; None where no link has beams."""
         if not self.mechanism.beams:
             return None
+        unknown = Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
+        if too_many_beams(self.mechanism):
+            return unknown
         try:
             return natural_frequencies(self.motion, self.scene.sections, positions=INSTANTS, joints=self.scene.joints)
         except np.linalg.LinAlgError:  # far from any machine's sizes: the deflection is known all the same
-            return Frequencies(np.full((1, 1), np.nan), np.zeros(1, int), np.nan)
+            return unknown
 
     @cached_property
     def period(self) -> float:

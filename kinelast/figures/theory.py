@@ -19,6 +19,7 @@ from elastic.elastodynamics import (
     theory_error,
     transient,
 )
+from kinelast.figures.many_beams import too_many_beams
 from kinelast.process.threads import one_thread
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
@@ -189,6 +190,8 @@ def damping_of(scene: Scene) -> Damping:
 
 def _vibrating(scene: Scene, motion: Motion, period: float, tolerance: float) -> Elastodynamic:
     given = scene.sections, scene.joints, damping_of(scene), tolerance
+    if many := too_many_beams(scene.mechanism):
+        raise SceneError(scene.path, "run", "theory", many)
     try:
         if math.isnan(period):
             return transient(motion, scene.course.at, *given)

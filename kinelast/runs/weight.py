@@ -7,6 +7,7 @@ from pathlib import Path
 
 from elastic import FIELDS, PRIMARY
 from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.many_beams import too_many_beams
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request, RequestError
 from rigid import structure
@@ -47,11 +48,11 @@ def require_room(scene: Scene, request: Request, positions: int, checked: int, o
         if need > SHARE * free:
             told = f"takes about {_words(need)} {where}, where {_words(free)} are free"
             raise RequestError(f"what is asked for {told}: ask for fewer {less}")
-    if max(disk, memory) < HEAVY:
-        return ""
-    return f"{scene.name}: {positions} positions take about {_words(disk)} on the disk" + (
-        f" and {_words(memory)} of memory" if memory else ""
-    )
+    sentences = [many] if (many := too_many_beams(scene.mechanism)) else []
+    if max(disk, memory) >= HEAVY:
+        of_memory = f" and {_words(memory)} of memory" if memory else ""
+        sentences.append(f"{positions} positions take about {_words(disk)} on the disk{of_memory}")
+    return f"{scene.name}: {'; '.join(sentences)}" if sentences else ""
 
 
 def _columns(scene: Scene) -> int:

@@ -48,8 +48,19 @@ def scene_motion(scene: Scene, positions: int | None = None, partial: bool = Fal
 
 
 def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
-    """The quasi-static deflection of a scene's links in a motion of its mechanism."""
-    return deflection(moved, scene.sections, joints=scene.joints)
+    """The quasi-static deflection of a scene's links in a motion of its mechanism.
+
+    Raises
+    ------
+    SceneError
+        A slider's block comes to a beam whose section it cannot slide on.
+    """
+    try:
+        return deflection(moved, scene.sections, joints=scene.joints)
+    except MechanismError as error:
+        if error.kind != "section":
+            raise
+        raise SceneError(scene.path, f"links.{error.links[0]}", "section", str(error)) from None
 
 
 def require_reached(scene: Scene, moved: Motion) -> None:

@@ -41,6 +41,8 @@ from rigid.topology import (
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene
 
+MOST_NAMED = 3  # contacts in a message
+
 
 @dataclass(frozen=True, eq=False)
 class StructureReport:
@@ -85,7 +87,8 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
     """
     mechanism = subject if isinstance(subject, Mechanism) else subject.mechanism
     title = "" if isinstance(subject, Mechanism) else subject.title or subject.name
-    contacts = (*gear_contacts(mechanism), *contacts)
+    given = tuple(contacts)
+    contacts = (*gear_contacts(mechanism), *given)
     joints = pairs(mechanism, contacts)
     ranks: Mobility | str
     groups: tuple[AssurGroup, ...] | str
@@ -102,9 +105,18 @@ def structure_report(subject: Mechanism | Scene, contacts: Iterable[Contact] = (
     try:
         groups = assur_groups(mechanism)
     except MechanismError as error:
-        groups = str(error)
+        groups = _not_by_groups(given) if given else str(error)
     graphs = link_graph(mechanism, contacts), bar_graph(mechanism)
     return StructureReport(title, mechanism, joints, *graphs, ranks, redundant, triangles, groups)
+
+
+def _not_by_groups(contacts: Sequence[Contact]) -> str:
+    """Why a mechanism with contacts has no groups: mobility counts contacts, groups are joined by lower pairs."""
+    names = ", ".join(f'"{contact.name}"' for contact in contacts[:MOST_NAMED])
+    names += ", ..." if len(contacts) > MOST_NAMED else ""
+    one = len(contacts) == 1
+    who = f"the contact {names} is" if one else f"the contacts {names} are"
+    return f"groups are made of pins, sliders, welds and gears, and {who} none of them"
 
 
 def structure_text(subject: Mechanism | Scene | StructureReport, contacts: Iterable[Contact] = ()) -> str:

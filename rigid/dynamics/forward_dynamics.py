@@ -32,6 +32,8 @@ LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"  # kind of the error where a user ended the integration
 FADING = 50.0  # of that rate, from which another joint is looked for that leads them better
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
+JUDGED = 20  # steps from which their sizes tell how many more it takes
+HOPELESS = 1000.0  # times as many steps as are allowed, from which an integration is not gone on with
 
 
 def forward(
@@ -62,7 +64,8 @@ def forward(
         Of a step, relative; absolute for coordinates measured in radians and in sizes of the mechanism. Not the error
         at the end, which a mechanism may magnify.
     most_steps
-        After which it is given up, as a motion that cannot be continued.
+        After which it is given up, as a motion that cannot be continued; long before them where the size of its steps
+        tells that it takes a thousand times as many.
     on_step
         Called with the time [s] that is reached after every step.
     evaluations
@@ -170,9 +173,9 @@ def _stepped(
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
             other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
-        if run.steps >= run.most_steps:
+        if run.steps >= run.most_steps or _hopeless(run, steps):
             more = f"{run.duration:g} s would take about {run.duration / run.time:.3g} times as many"
-            why = f"it has taken {run.most_steps} steps, {more}"
+            why = f"it has taken {run.steps} steps, {more}"
             return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
         tracker.mark()
         here = tracker.origin, tracker.direction, tracker.angle  # the interpolation takes the tracker elsewhere
@@ -185,6 +188,15 @@ def _stepped(
             if other is not None:
                 return other
     return None
+
+
+def _hopeless(run: _Run, steps: Sequence[_Step]) -> bool:
+    """Whether the latest steps are by far too short to come to the end in the steps allowed, and do not grow."""
+    if len(steps) <= JUDGED or not np.isfinite(run.most_steps):
+        return False
+    sizes = np.diff([step[0] for step in steps[-JUDGED - 1 :]])
+    before, after = sizes[: JUDGED // 2].max(), sizes[JUDGED // 2 :].max()
+    return bool(after <= before and run.duration - run.time > HOPELESS * run.most_steps * before)
 
 
 def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) -> tuple[RightHandSide, Reals] | None:

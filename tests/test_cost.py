@@ -1,0 +1,108 @@
+"""Claim: what would take too long or too much memory is told, or not begun; and never told in two ways."""
+
+import json
+
+import numpy as np
+import pytest
+from mechanisms import steel_four_bar
+from scene_texts import ARM, QUICK_RETURN, edited
+
+from elastic import Section
+from elastic.elastodynamics import elastodynamic, solution
+from kinelast.cli.command import main
+from kinelast.figures.many_beams import MOST_BEAMS
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.error import SceneError
+from kinelast.scene.motion import scene_deflection, scene_motion
+from kinelast.structure.planar_report import structure_text
+from rigid import Link, Lump, Mechanism, PinDrive, motion
+from rigid.dynamics import Effort, ForwardError, forward
+from rigid.topology import Contact
+
+
+def test_an_integration_of_far_too_many_steps_is_given_up_when_they_have_a_size():
+    """A pendulum of a micrometre swings five million times in three hours."""
+    links = (Link("ground", {"O": 0.0}), Link("bob", {"O": 0.0, "A": 1e-6}, lumps=(Lump("A", 1.0),)))
+    pendulum = Mechanism(links, (PinDrive("bob", "O"),), {}, gravity=-9.81j)
+    steps = []
+    told = r"it has taken 2\d steps, 10000 s would take about .*e\+\d+ times as many"
+    with pytest.raises(ForwardError, match=told) as caught:
+        forward(pendulum, [Effort()], [1.0], [0.0], 1e4, 1e-8, most_steps=1000, on_step=steps.append)
+    assert caught.value.kind == "steps"
+    assert 20 <= len(steps) < 30
+    # One that the allowed steps nearly reach is gone on with to the last of them.
+    with pytest.raises(ForwardError, match="it has taken 50 steps"):
+        forward(pendulum, [Effort()], [1.0], [0.0], 0.1, 1e-8, most_steps=50)
+
+
+def test_coordinates_are_not_refined_beyond_the_memory_allowed(monkeypatch):
+    tried = []
+    known = solution.resolved_in_time
+
+    def counted(*given):
+        tried.append(given[0].basis.shape[1])
+        return known(*given)
+
+    monkeypatch.setattr(solution, "resolved_in_time", counted)
+    mechanism = steel_four_bar().mechanism
+    sections = [Section(EA=1.26e7, EI=37.8)] * len(mechanism.beams)
+    turning = lambda t: motion(mechanism, 60.0 * np.asarray(t), 60.0, 0.0, t)  # noqa: E731
+    instants = turning(np.linspace(0.0, 2 * np.pi / 60.0, 9))
+    monkeypatch.setattr(
+        solution, "first_discretization", lambda model, tolerance: solution.Discretization(model, 1, 1.0, tolerance)
+    )
+    monkeypatch.setattr(solution, "MOST_NUMBERS", 0)
+    rough = elastodynamic(instants, turning, 2 * np.pi / 60.0, sections, tolerance=1e-5)
+    assert len(tried) == 1
+    assert rough.reduction_error > 1e-5  # and that is told
+
+
+def test_contacts_that_hold_a_mechanism_are_not_told_to_be_missing():
+    """A wheel on the ground that a pushed bar's contact holds: as many drives as freedoms."""
+    links = (Link("ground", {"O": 0.0, "D": 3.0}), Link("a", {"O": 0.0}), Link("b", {"D": 0.0}))
+    wheels = Mechanism(links, (PinDrive("a", "O"),), {"O": 0.0, "D": 3.0})
+    text = " ".join(structure_text(wheels, [Contact("mesh", "a", "b", 1.0, 1j)]).split())
+    assert "as many as m" in text
+    assert 'and the contact "mesh" is none of them' in text
+    assert "add a drive" not in text
+    assert "add a drive" in " ".join(structure_text(wheels).split())
+
+
+def test_a_block_on_a_tapered_guide_is_told_with_file_table_and_key():
+    tapered = """
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = [0.02, 0.01]
+width = 0.01
+[points]"""
+    rigid = 'rigid = true\nmass = 0.4\ncenter = [0.25, 0]\ninertia = "8e-3 kg m^2"'
+    text = edited(QUICK_RETURN, ("[points]", tapered.strip()), (rigid, 'section = "bar"\nmaterial = "steel"'))
+    scene = scene_from_text(text, "mine", "mine.toml")
+    with pytest.raises(SceneError, match="is tapered, expected a prismatic one") as caught:
+        scene_deflection(scene, scene_motion(scene, 4))
+    assert (caught.value.file, caught.value.table, caught.value.key) == ("mine.toml", "links.rocker", "section")
+
+
+def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp_path, capsys, monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("matrices of very many beams")
+
+    for place in ("kinelast.figures.theory.elastodynamic", "kinelast.figures.results.natural_frequencies"):
+        monkeypatch.setattr(place, never)
+    count = MOST_BEAMS + 1
+    points = {f"P{k}": f"[{0.2 * k / count!r}, 0]" for k in range(1, count)}
+    names = ", ".join(f'"{name}"' for name in ("O", *points, "A"))
+    drawn = "".join(f"{name} = {place}\n" for name, place in points.items())
+    text = edited(ARM, ("A = [0.2, 0]\n", f"A = [0.2, 0]\n{drawn}"), ('points = ["O", "A"]', f"points = [{names}]"))
+    file = tmp_path / "long.toml"
+    file.write_text(text)
+    assert main([str(file), "--positions", "4", "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().err
+    assert f'not looked at in {count} beams, of which {count} are in the link "arm"' in told
+    figures = json.loads((tmp_path / "out" / "long" / "summary.json").read_text())
+    assert figures["theory"]["name"] == "quasi-static"
+    assert figures["theory"]["error"] is None
+    assert any(f"{count} beams" in finding["text"] for finding in figures["trust"])
