@@ -122,11 +122,11 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
     scene = results.scene
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
-    if answer is not None and results.vibrates and math.isfinite(course.period) and not results.left_out:
+    if answer is not None and results.vibrates and math.isfinite(results.period):
         off = math.fsum(share for name, share in answer.errors.items() if name not in UNMOVED)
         granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if granted <= MOST_GRANTED:
-            in_time = course.period, granted, answer.theory != ELASTODYNAMIC
+            in_time = results.period, granted, answer.theory != ELASTODYNAMIC
             balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
     return balances
 

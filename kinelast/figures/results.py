@@ -150,10 +150,11 @@ class Results:
     @cached_property
     def period(self) -> float:
         """Duration of the cycle [s]; nan where the motion is none."""
-        period = period_of(self.motion)
         run = self.scene.run
-        once = run.turn and not self.left_out and len(self.mechanism.drives) == 1 and len(self.motion.time) > FEW
-        return run.duration if math.isnan(period) and once else period
+        if run.no_cycle:
+            return math.nan
+        whole = run.turn and not self.left_out and len(self.motion.time) > FEW
+        return float(run.duration) if whole else period_of(self.motion)
 
     @cached_property
     def exceedances(self) -> list[tuple[Exceedance, Peak | None]]:

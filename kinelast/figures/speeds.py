@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -65,12 +64,14 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     """
     if len(scene.laws) != 1 or not isinstance(scene.laws[0], ConstantSpeed) or not scene.laws[0].speed:
         raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
+    if scene.run.no_cycle:
+        raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
     nominal = abs(float(scene.laws[0].speed))
     speed = np.linspace(*asked)
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
     measure = partial(_largest, scene, figures)
     try:
-        ratios, period = (speed / nominal).tolist(), 2 * math.pi / nominal
+        ratios, period = (speed / nominal).tolist(), float(scene.run.cycle)
         steady = speed_map(scene.course.at, period, ratios, scene.sections, measure, scene.joints, damping_of(scene))
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None

@@ -39,6 +39,7 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
+NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
 NEARER = {
     "beam theory": "what is left is no beam's, see --check solid",
     "large displacement": "--check nonlinear has an answer that comes nearer",
@@ -75,6 +76,7 @@ def findings(results: Results) -> list[Finding]:
         *_poisson(results),
         *_theory(results),
         _positions(results),
+        *_cycle(results),
         *_friction(results),
         *_check(results),
         *_exceedances(results),
@@ -117,6 +119,29 @@ def _positions(results: Results) -> Finding:
         text += f" {results.left_out} positions are out of the mechanism's reach and were left out on request."
     level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
     return Finding(level, heading, text)
+
+
+def _cycle(results: Results) -> Iterator[Finding]:
+    """Whether the run is the cycle of the whole mechanism."""
+    run, heading = results.scene.run, "Cycle"
+    lasts = quantity(run.duration, "s")
+    if run.no_cycle:
+        text = f"There is no cycle: {run.no_cycle}. The figures are of the first {lasts}, in which vibration begins at"
+        text += " the start; how large they become later is not known."
+        yield Finding(OPEN if run.told else CAUTION, heading, text)
+    elif run.turn and run.told:
+        text = (
+            f"The duration is one cycle of the mechanism, {lasts}: it is answered as a cycle that has always gone on,"
+        )
+        yield Finding(GOOD, heading, f"{text} and its end, which is its start, is not a position.")
+    elif run.turn:
+        yield Finding(
+            GOOD, heading, f"After {lasts} the whole mechanism is where it was: the figures are of this cycle."
+        )
+    elif abs(run.duration - run.cycle) <= NEARLY * run.cycle:
+        text = f"The duration misses a cycle, {run.cycle:.9g} s, by {percent(abs(run.duration / run.cycle - 1))}: it is"
+        text += " answered as a run from the start. For the cycle leave duration out."
+        yield Finding(OPEN, heading, text)
 
 
 def _friction(results: Results) -> Iterator[Finding]:

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import nan, pi
+from math import nan
 from typing import Any
 
 import numpy as np
 
 from kinelast.scene.course import Course, CourseByLaws, Run
 from kinelast.scene.data import Material, Scene, SectionSource, Theory
-from kinelast.scene.drives import Drive, DriveEffort, DriveLaw, build_drives
+from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
-from kinelast.scene.laws import RepeatedLaw, TableLaw
+from kinelast.scene.laws import TableLaw
 from kinelast.scene.limits import build_limits, build_output
 from kinelast.scene.links import LinkModel, build_links, guiding
 from kinelast.scene.loads import build_load, build_spring
-from kinelast.scene.many import any_nonzero, real, require, vector
+from kinelast.scene.many import real, require, vector
 from kinelast.scene.points import drawn_places
+from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
 from kinelast.scene.sections import making, poisson_of
-from rigid import ConstantSpeed, LineLoad, Link, Load, Mechanism, SegmentedLaw
+from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,7 @@ def build_mechanism(table: SceneTable) -> SceneMechanism:
 
 
 STILL = 1e-9
+SAME = 1e-9  # of a duration: that of one cycle, as written
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
 
 
@@ -72,12 +74,17 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
     if not table.drives:
         raise fault("drives", "", "the table is missing; a scene needs [[drives]]")
     parts = build_mechanism(table)
-    run = _run(table, parts.mechanism.drives, parts.laws)
+    repetition = drives_repeat(parts.mechanism.drives, parts.laws)
+    run = _run(table, repetition, parts.laws)
     friction = build_friction(table, parts.mechanism)
     if friction and any(isinstance(law, DriveEffort) for law in parts.laws):
         why = "an integrated motion does not know: give dampers under [[springs]], or drives by laws"
         raise fault(f"joints.{min(friction)}", "friction", f"friction follows from the joint forces, which {why}")
     mechanism = replace(parts.mechanism, loads=_loads(table, parts, run.duration), friction=friction)
+    repeats = mechanism_repeats(_course(mechanism, parts.laws, run, path), repetition)
+    if repeats is not repetition:
+        run = _run(table, repeats, parts.laws)
+        mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
     beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, k) for body, k in beams)
     scene = Scene(
@@ -134,27 +141,24 @@ def _label(body: LinkModel, number: int) -> str:
     return body.link.name if len(body.sections) == 1 else f"{body.link.name}.{number + 1}"
 
 
-def _run(table: SceneTable, drives: tuple[Drive, ...], laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
-    """As said; else one turn of the first drive that turns steadily; else as long as the longest law."""
-    steady: list[Any] = [law.speed for drive, law in zip(drives, laws, strict=True)
-              if drive.turns and isinstance(law, ConstantSpeed) and any_nonzero(law.speed)]  # fmt: skip
-    rounds = [(law, drive.turns) for drive, law in zip(drives, laws, strict=True)
-              if isinstance(law, RepeatedLaw)]  # fmt: skip
+def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | DriveEffort, ...]) -> Run:
+    """As long as said; else one cycle; else one turn of the first drive that turns steadily, or the longest law."""
     lasting = [law.duration for law in laws if isinstance(law, SegmentedLaw | TableLaw)]
-    positions, accuracy = table.run.positions, (table.run.tolerance, table.run.steps)
+    no_cycle = repetition.why if repetition.turn is not None else ""
+    told = table.run.duration is not None
+    more = table.run.tolerance, table.run.steps, repetition.period, no_cycle, told
     if table.run.duration is not None:
-        run = Run(positions, real(table.run.duration), False, *accuracy)
-    elif steady:
-        with np.errstate(divide="ignore"):
-            run = Run(positions, 2 * pi / abs(steady[0]), True)
-    elif rounds:
-        longest, turns = max(rounds, key=lambda each: each[0].duration)
-        run = Run(positions, longest.duration, longest.closes(turns))
+        duration = real(table.run.duration)
+        turn = bool(np.all(np.abs(duration - repetition.period) <= SAME * duration))
+    elif repetition.turn is not None:
+        turn = not no_cycle
+        duration = repetition.period if turn else repetition.turn
     elif lasting:
-        run = Run(positions, max(lasting), False)
+        duration, turn = max(lasting), False
     else:
         problem = 'the key is missing: no drive turns steadily, so say how long to run, as in "50 ms"'
         raise fault("run", "duration", problem)
+    run = Run(table.run.positions, duration, turn, *more)
     lasts = (run.duration >= SHORTEST) & (run.duration <= LONGEST)
     expected = f"expected a run of {SHORTEST:g} to {LONGEST:g} s"
     require(lasts, "run", "duration", lambda of: f"{expected}, got {of(run.duration):.6g} s")

@@ -29,12 +29,17 @@ class Run:
     duration
         [s].
     turn
-        The duration is one turn of a drive at constant speed, or one round of a repeated law, and its end, which is its
-        start, is not repeated.
+        The duration is one cycle of the mechanism, and its end, which is its start, is not repeated.
     tolerance
         Relative, of a step where a motion is integrated.
     steps
         After so many an integration is given up.
+    cycle
+        After which the mechanism repeats its motion, however long the run [s]; nan where it never does.
+    no_cycle
+        Why it never does; empty where it does, or where nobody would expect it to.
+    told
+        The scene tells the duration.
     """
 
     positions: int
@@ -42,6 +47,9 @@ class Run:
     turn: bool
     tolerance: float = 1e-10
     steps: int = 1000
+    cycle: Any = nan
+    no_cycle: str = ""
+    told: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +86,7 @@ class Course(ABC):
 
     @property
     def period(self) -> float:
-        """After which the drives repeat their motion [s]: the run where it is a turn; else nan."""
+        """After which the mechanism repeats its motion [s]: the run where it is that cycle; else nan."""
         return self.run.duration if self.run.turn else nan
 
     @property

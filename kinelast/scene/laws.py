@@ -101,11 +101,17 @@ class RepeatedLaw:
         return float(last - first)
 
     def closes(self, turns: bool) -> bool:
-        """Whether one round brings the mechanism back; `turns`: an angle, which whole turns bring back too."""
-        rest = self.rise
-        if turns:
+        """Whether one round brings the drive back; `turns`: an angle, which whole turns bring back too."""
+        return self.rounds(1) == 1 if turns else abs(self.rise) <= BACK * (1 + abs(self.rise))
+
+    def rounds(self, most: int) -> int:
+        """How many rounds bring back an angle, up to whole turns; 0 where more than `most` do."""
+        for count in range(1, most + 1):
+            rest = count * self.rise
             rest -= 2 * pi * round(rest / (2 * pi))
-        return abs(rest) <= BACK * (1 + abs(self.rise))
+            if abs(rest) <= count * BACK * (1 + abs(self.rise)):
+                return count
+        return 0
 
     def __call__(self, time: Any) -> Triple:
         """Coordinate, rate and acceleration at given times [s], each of their shape."""

@@ -1,0 +1,158 @@
+"""After how long whole mechanisms repeat, and what that does to their answers."""
+
+from math import isnan, pi
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR, PARALLELOGRAM, edited
+
+from kinelast.figures.trust import findings
+from kinelast.runs.compute import computed
+from kinelast.scene.document import scene_from_text
+from kinelast.scene.repetition import common_period
+from kinelast.tasks.request import Request
+
+TWO_CRANKS = edited(
+    FOUR_BAR,
+    ("D = [0.35, 0.0]", "D = [0.36, 0.0]\nC = [0.40, 0.0]"),
+    ("D\", \"B", "C\", \"B"),
+    ("[[drives]]", """[links.second]
+points = ["D", "C"]
+section = "bar"
+material = "steel"
+
+[[drives]]"""),
+    ('speed = "100 rad/s"', 'speed = "40 rad/s"\n\n[[drives]]\nlink = "second"\nspeed = "60 rad/s"'),
+    ("positions = 36", "positions = 120"),
+)  # fmt: skip
+# A massless handle at 20 rad/s turns both cranks by gears: one turn of one drive.
+GEARED = edited(
+    TWO_CRANKS,
+    ("O = [0.0, 0.0]", "O = [0.0, 0.0]\nH = [0.0, 1.0]\nK = [0.0, 1.1]"),
+    ('points = ["O", "D"]', 'points = ["O", "D", "H"]\n\n[links.handle]\npoints = ["H", "K"]\nrigid = true\nmass = 0'),
+    (
+        '[[drives]]\nlink = "crank"\nspeed = "40 rad/s"\n\n[[drives]]\nlink = "second"\nspeed = "60 rad/s"',
+        "".join(f"""[[gears]]
+driver = {{link = "handle"}}
+follower = {{link = "{link}"}}
+ratio = {ratio}
+teeth = false
+""" for link, ratio in (("crank", 2), ("second", 3))) + '[[drives]]\nlink = "handle"\nspeed = "20 rad/s"',
+    ),
+)  # fmt: skip
+
+
+def run_of(*edits, text=TWO_CRANKS):
+    return scene_from_text(edited(text, *edits)).run
+
+
+def told(results):
+    return [finding for finding in findings(results) if finding.heading == "Cycle"]
+
+
+@pytest.mark.parametrize(
+    ("periods", "expected"),
+    [
+        ((1.0, 2 / 3), 2.0),
+        ((0.7,), 0.7),
+        ((6.0, 10.0, 15.0), 30.0),
+        ((1.0, 1 / 32), 1.0),
+        ((1.0, 1 / 33), None),
+        ((1.0, 2**0.5), None),
+        ((1.0, 1 / 3 * (1 + 1e-8)), None),
+        ((1.0, 1 / 3 * (1 + 1e-12)), 1.0),
+    ],
+)
+def test_a_common_period_is_the_least_common_multiple(periods, expected):
+    period = common_period(periods)
+    assert isnan(period) if expected is None else period == pytest.approx(expected, rel=1e-11)
+
+
+def test_of_many_designs_each_has_its_own():
+    assert common_period([1.0, np.array([[2 / 3], [0.5]])]) == pytest.approx(np.array([[2.0], [1.0]]))
+
+
+class TestRuns:
+    """How long runs are, and whether they are cycles."""
+
+    def test_two_drives_close_after_two_turns_of_the_first(self):
+        run = run_of()
+        assert run.duration == pytest.approx(2 * 2 * pi / 40, rel=1e-12)
+        assert run.turn
+        times = scene_from_text(TWO_CRANKS).course.times()
+        assert (len(times), times[-1]) == (120, pytest.approx(run.duration * 119 / 120))
+
+    def test_as_rpm(self):
+        run = run_of(("40 rad/s", "1000 rpm"), ("60 rad/s", "-1450 rpm"))
+        assert (run.duration, run.turn) == (pytest.approx(20 * 0.06), True)
+
+    def test_speeds_without_a_common_period(self):
+        run = run_of(("60 rad/s", "60.01 rad/s"))
+        assert (run.duration, run.turn) == (pytest.approx(2 * pi / 40), False)
+        assert "no common period" in run.no_cycle
+
+    def test_a_duration_of_one_cycle_is_the_cycle(self):
+        steady = ('speed = "100 rad/s"', 'speed = "3000 rpm"')
+        for duration, turn in (("20 ms", True), ("19.99 ms", False), ("40 ms", False)):
+            run = run_of(steady, ("[run]", f'[run]\nduration = "{duration}"'), text=FOUR_BAR)
+            assert run.turn is turn
+            assert run.cycle == pytest.approx(0.02)
+
+    def test_a_quarter_turn_repeated_comes_back_after_four_rounds(self):
+        law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}]\nrepeat = true'
+        run = run_of(('speed = "100 rad/s"', law), text=FOUR_BAR)
+        assert (run.duration, run.turn) == (4.0, True)
+
+    def test_gears_take_turns_of_their_driver(self):
+        mesh = '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "wheel"}\nratio = 0.4\n[[drives]]'
+        wheel = ('[links.ground]\npoints = ["O", "D"]', '[links.ground]\npoints = ["O", "D", "H"]')
+        points = ("O = [0.0, 0.0]", "O = [0.0, 0.0]\nH = [0.0, 1.0]\nK = [0.0, 1.1]")
+        link = ("[links.crank]", '[links.wheel]\npoints = ["H", "K"]\nrigid = true\nmass = 0\n\n[links.crank]')
+        run = run_of(wheel, points, link, ("[[drives]]", mesh), text=FOUR_BAR)
+        assert (run.duration, run.turn) == (pytest.approx(5 * 2 * pi / 100), True)
+        run = run_of(wheel, points, link, ("[[drives]]", mesh.replace("0.4", "0.4142")), text=FOUR_BAR)
+        assert (run.duration, run.turn) == (pytest.approx(2 * pi / 100), False)
+        assert "not back where it was within 32" in run.no_cycle
+
+    def test_a_drive_that_stops_or_slides_on_makes_no_cycle(self):
+        law = 'law = [{curve = "cycloidal", duration = 1, by = "90 deg"}]'
+        run = run_of(('speed = "60 rad/s"', law))
+        assert (run.duration, run.turn) == (pytest.approx(2 * pi / 40), False)
+        assert "is not repeated" in run.no_cycle
+
+    def test_a_parallelogram_is_back_after_one_turn(self):
+        run = run_of(text=PARALLELOGRAM)
+        assert (run.duration, run.turn) == (pytest.approx(2 * pi / 10), True)
+
+
+class TestAnswers:
+    """Vibration in the cycle of the whole mechanism."""
+
+    def test_is_that_of_one_turn_of_a_slower_drive(self):
+        request = Request(theory="elastodynamic", checks=(4,))
+        both = [computed(scene_from_text(text), request) for text in (TWO_CRANKS, GEARED)]
+        for name in ("deflection", "stress"):
+            largest = [[peak.value for peak in results.figures.peaks[name]] for results in both]
+            assert largest[0] == pytest.approx(largest[1], rel=1e-3)
+        assert all(balance.passed for balance in both[0].balances.values())
+        assert len(both[0].balances) == 2
+        assert told(both[0])[0].level == "good"
+        assert both[0].motion.time == pytest.approx(both[1].motion.time)
+
+    def test_without_a_cycle_it_is_said(self):
+        scene = scene_from_text(edited(TWO_CRANKS, ("60 rad/s", "60.01 rad/s"), ("= 120", "= 20")))
+        results = computed(scene, Request(theory="quasi-static"))
+        assert isnan(results.period)
+        finding = told(results)[0]
+        assert finding.level == "caution"
+        assert "how large they become later is not known" in finding.text
+
+    def test_a_duration_that_just_misses_the_cycle_is_told(self):
+        scene = scene_from_text(edited(FOUR_BAR, ("[run]", '[run]\nduration = "62.83 ms"')))
+        finding = told(computed(scene, Request(theory="quasi-static")))[0]
+        assert "leave duration out" in finding.text
+
+    @pytest.mark.slow
+    def test_against_the_nonlinear_check(self):
+        results = computed(scene_from_text(TWO_CRANKS), Request(accuracy=0.005, checks=("nonlinear",)))
+        assert results.nonlinear.largest < 0.01
