@@ -16,7 +16,6 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.laws import RepeatedLaw, TableLaw
 from kinelast.scene.many import any_nonzero
 from rigid import ConstantSpeed, MechanismError, Reals, SegmentedLaw
-from rigid.positions.drive_path import size_of
 
 MOST = 32  # turns or rounds of any drive in a cycle: at 360 positions eleven are left to each
 EQUAL = 1e-9  # relative, of ratios: as written they are equal to round-off
@@ -138,6 +137,12 @@ def _away(course: Course, drives: Repetition, most: int) -> tuple[Reals, float]:
     steps = STEPS * int(np.max(np.ceil(drives.period / drives.turn))) if len(course.laws) > 1 else 1
     motion = course.at(drives.period * (np.arange(most * steps + 1) / steps))
     origin, direction = (part[..., ::steps] for part in (motion.origin, motion.direction))
-    size = size_of(course.mechanism)
+    size = _size(course)
     apart = np.maximum(np.abs(origin - origin[..., :1]), size * np.abs(direction - direction[..., :1]))
     return np.asarray(apart[..., 1:].max(axis=0)), size
+
+
+def _size(course: Course) -> float:
+    """Greatest distance of drawn points from the first [m]."""
+    places = np.array([np.ravel(place)[0] for place in course.mechanism.drawing.values()], complex)
+    return float(np.abs(places - places[0]).max(initial=0.0)) or 1.0
