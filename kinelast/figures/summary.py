@@ -16,7 +16,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
 from kinelast.figures.figure import coordinates, figure, largest
 from kinelast.figures.inputs import input_figures
-from kinelast.figures.limits import acceptance
+from kinelast.figures.limits import acceptance, error_unknown
 from kinelast.figures.output import slid
 from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.results import Results
@@ -118,6 +118,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
             "without_vibration": None,
             "accuracy": None,
             "reached": None,
+            "problem": "",
         }
 
     def known(share: float) -> float | None:
@@ -130,6 +131,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
         "without_vibration": known(answer.missed),
         "accuracy": answer.accuracy,
         "reached": answer.accurate,
+        "problem": error_unknown(results),
         **({} if answer.vibrating is None else _vibrating(answer.vibrating)),
     }
 

@@ -31,7 +31,8 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
     grade = verdict(figures["trust"])[0] if figures else ""
     passed = "" if check is None else "agrees" if check else "differs"
     chord, output = figures.get("largest_chord") or {}, figures.get("output") or {}
-    accepted = ACCEPTED[figures["acceptance"]["passed"]] if figures else ""
+    accepted = "unknown" if figures and figures["acceptance"]["problem"] else ""
+    accepted = accepted or (ACCEPTED[figures["acceptance"]["passed"]] if figures else "")
     errors = [output.get("value") if output.get("unit") == unit else None for unit in ("m", "rad")]
     cells = [name, outcome.state, outcome.status, accepted, deflection.get("value"), deflection.get("label"),
              chord.get("value"), chord.get("label"), stress.get("value"), stress.get("label"), safety, *errors,

@@ -39,7 +39,9 @@ def headline(figures: Mapping[str, Any]) -> str:
     words += _theory(figures)
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("filmed is the motion: nothing is drawn along links without beams")
-    if accepted["passed"] is not None:
+    if accepted["problem"]:
+        words.insert(0, f"CANNOT BE JUDGED: {accepted['problem']}")
+    elif accepted["passed"] is not None:
         failed = ", ".join(_exceeded(row) for row in accepted["limits"] if not row["passed"])
         words.insert(0, f"NOT ACCEPTABLE: {failed}" if failed else "acceptable")
     level, reasons = verdict(figures["trust"])

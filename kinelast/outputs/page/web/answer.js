@@ -15,19 +15,19 @@ function answerSection() {
 }
 
 function acceptance() {
-  const { passed, limits } = summary.acceptance;
+  const { passed, limits, problem } = summary.acceptance;
   const failed = limits.filter((limit) => limit.passed === false);
   const weak = failed.length ? "" : yielding();
-  const level = failed.length || weak ? "poor" : passed ? "good" : "open";
-  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : "No limits are set.";
-  const note = passed === null && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
+  const level = failed.length || weak ? "poor" : problem ? "caution" : passed ? "good" : "open";
+  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : problem ? `Cannot be judged: ${problem}.` : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : "No limits are set.";
+  const note = passed === null && !problem && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
       { name: "Limit", text: (each) => `${LIMIT_WORDS[each.kind]}${each.on ? ` of ${each.on}` : ""}` },
       { name: "allowed", text: (each) => `${each.kind === "safety" ? "at least" : "at most"} ${figureAngle(each.limit)}` },
       { name: "found", text: (each) => figureAngle(each.found) },
       { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
-      { name: "kept", text: (each) => (each.passed ? "yes" : "no") },
+      { name: "kept", text: (each) => (!each.passed ? "no" : problem ? "seems so" : "yes") },
     ], "Limits of the scene") : null);
 }
 
