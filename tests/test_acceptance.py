@@ -62,11 +62,41 @@ def test_limits_are_kept_or_not(limits, kept, tmp_path, capsys):
     assert summary["acceptance"]["passed"] is kept
 
 
+RUBBING = """
+[joints.B]
+friction = 0.0001
+radius = "5 mm"
+"""
+UNSTABLE = STEEL.replace('speed = "100 rad/s"', 'speed = "460 rad/s"').replace("positions = 360", "positions = 72")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"), [(STEEL + RUBBING, 'friction of "B" is not known'), (UNSTABLE, "have no steady state")]
+)
+def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
+    """Quasi-statically they seem to; the flagship without friction does not."""
+    (tmp_path / "one.toml").write_text(text + '\n[limits]\ndeflection = "1 m"\n')
+    assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1
+    told = capsys.readouterr().out
+    assert "CANNOT BE JUDGED: " in told
+    assert reason in told
+    acceptance = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())["acceptance"]
+    assert acceptance["passed"] is None
+    assert reason in acceptance["problem"]
+    assert acceptance["limits"][0]["passed"]
+
+
+def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):
+    (tmp_path / "one.toml").write_text(STEEL + RUBBING)
+    assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 0
+    assert "quasi-static, error unknown: vibration cannot be answered: friction" in capsys.readouterr().out
+
+
 def test_without_limits_there_is_no_verdict(tmp_path, capsys):
     status, told, summary = answer(tmp_path, capsys, "")
     assert status == 0
     assert "cceptable" not in told
-    assert summary["acceptance"] == {"passed": None, "limits": []}
+    assert summary["acceptance"] == {"passed": None, "problem": "", "limits": []}
 
 
 def test_a_limit_that_cannot_be_judged_is_not_kept(tmp_path, capsys):

@@ -71,6 +71,8 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
         largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)
         off = "unknown" if theory["error"] is None else f"{percent(theory['error'])} reached: mostly {largest}"
         words.append(f"{theory['name']}, {percent(theory['accuracy'])} asked, {off}")
+    elif theory["problem"] and not figures["acceptance"]["problem"]:
+        words.append(f"{theory['name']}, error unknown: {theory['problem']}")
     elif theory["error"] is not None:
         words.append(f"{theory['name']}, about {percent(theory['error'])} off")
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
