@@ -67,7 +67,9 @@ RUBBING = """
 friction = 0.0001
 radius = "5 mm"
 """
-UNSTABLE = STEEL.replace('speed = "100 rad/s"', 'speed = "460 rad/s"').replace("positions = 360", "positions = 72")
+UNSTABLE = STEEL.replace('speed = "100 rad/s"', 'speed = "460 rad/s"').replace(
+    "positions = 360", "positions = 360\ndamping_ratio = 0.005"
+)
 
 
 @pytest.mark.parametrize(

@@ -411,6 +411,7 @@ def test_few_steps_say_that_they_are_few():
     assert apart.max() <= rough.error + fine.error
 
 
+@pytest.mark.slow
 def test_a_course_that_does_not_close_is_that_of_small_steps():
     """Bent quasi-statically at first, then marched: by another formula of integration, in 2,000 steps."""
     found = refined_four_bar(60.0, 5e-3, closed=False)

@@ -151,6 +151,7 @@ def test_the_command_writes_a_row_a_design_and_tells_the_best(tmp_path, capsys):
     assert "there is no design 12, the last one of the sweep is 11" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_where_it_was_and_another_does_not(tmp_path, capsys):
     assert swept(tmp_path, SWEEP, "--sweep", "--quiet") == 0
     before = (tmp_path / "out" / "bars" / "designs.csv").read_bytes()

@@ -48,6 +48,7 @@ def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gon
     assert tree(tmp_path / "two") == whole
 
 
+@pytest.mark.slow
 def test_another_sweep_is_not_gone_on_with(scene, tmp_path, capsys):
     assert swept(scene, tmp_path / "out") == 0
     before = tree(tmp_path / "out")
@@ -73,6 +74,7 @@ def test_rows_do_not_depend_on_the_chunks_that_they_are_computed_in(scene, tmp_p
     assert [reason == "" for reason in reasons] == closes.tolist()
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told_by_the_command(scene, tmp_path, monkeypatch, capsys):
     def full(descriptor):
         raise OSError(28, os.strerror(28))
