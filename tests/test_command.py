@@ -295,7 +295,7 @@ def test_resuming_does_only_what_is_missing_or_changed(arm, tmp_path, capsys):
 
 
 def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch, capsys):
-    import kinelast.outputs.positions
+    import kinelast.runs.run
 
     out = tmp_path / "out"
     assert main([str(arm), "-o", str(out), "--quiet"]) == 0
@@ -305,7 +305,7 @@ def test_a_failed_write_leaves_the_older_folder_whole(arm, tmp_path, monkeypatch
         path.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(kinelast.outputs.positions, "write_positions", full)
+    monkeypatch.setattr(kinelast.runs.run, "write_table", full)
     assert main([str(arm), "-o", str(out), "--positions", "9"]) == 2
     assert "arm: not written: no space left on device" in capsys.readouterr().err
     assert {entry.name: entry.read_bytes() for entry in (out / "arm").iterdir()} == before

@@ -168,7 +168,7 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
     assert whole_folders(tmp_path / "closed") == {"s0", "s1"}
 
 
-@pytest.mark.parametrize("function", ["write_positions", "write_fields", "seal", "sizes"])
+@pytest.mark.parametrize("function", ["write_table", "write_fields", "seal", "sizes"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
     import kinelast.outputs.positions
     import kinelast.runs.run

@@ -9,8 +9,8 @@ import numpy as np
 from elastic import FIELDS, sample
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.results import Results
-from kinelast.notebook.named import PointMotion, SceneDeflection, SceneMotion
-from kinelast.outputs.positions import position_table
+from kinelast.notebook.named import SceneDeflection, SceneMotion
+from kinelast.outputs.positions import motion_columns, position_table
 
 STATIONS = 21
 POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
@@ -20,7 +20,7 @@ LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "ra
 def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
     """A table of a row a position, its index the time; every column's name ends in its unit.
 
-    Of a motion: drives, points and links. Of a deflection: the columns of positions.csv.
+    Of a motion: drives, links, points and joints, as in motion.csv. Of a deflection: the columns of positions.csv.
 
     Raises
     ------
@@ -32,7 +32,10 @@ def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
         table = position_table(Results(result.scene, result))
         columns = {column.heading: column.values for column in table.columns}
     else:
-        columns = {"time [s]": result.time, **_drives(result), **_points(result), **_links(result)}
+        wide = result.columns
+        columns = {
+            f"{name} [{unit}]": np.broadcast_to(values, wide) for name, (values, unit) in motion_columns(result).items()
+        }
     time = columns.pop("time [s]")
     return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
 
@@ -92,32 +95,6 @@ def _shared(course: Any) -> dict[str, Any]:
     for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
         found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})
     return found
-
-
-def _drives(course: SceneMotion) -> dict[str, Any]:
-    words = zip(drive_words(course.mechanism), course.drive, strict=True)
-    return {f"{name}.{kind} [{unit}]": values for (name, kind, unit, _), values in words}
-
-
-def _points(course: SceneMotion) -> dict[str, Any]:
-    still = set(course.mechanism.links[0].points)
-    points = {point: None for link in course.mechanism.links[1:] for point in link.points if point not in still}
-    columns = {}
-    for point in points:
-        found = course[point]
-        assert isinstance(found, PointMotion)
-        for prefix, (name, unit) in POINT.items():
-            values = getattr(found, name)
-            columns[f"{point}.{prefix}x [{unit}]"], columns[f"{point}.{prefix}y [{unit}]"] = values.real, values.imag
-    return columns
-
-
-def _links(course: SceneMotion) -> dict[str, Any]:
-    angle = np.unwrap(np.angle(course.direction))
-    values = (angle, course.angular_velocity, course.angular_acceleration)
-    return {f"{link}.{name} [{unit}]": each[number]
-            for link, number in list(course.mechanism.index.items())[1:]
-            for (name, unit), each in zip(LINK.items(), values, strict=True)}  # fmt: skip
 
 
 def _module(name: str) -> Any:

@@ -1,17 +1,24 @@
-"""positions.csv and fields.npz: figures and fields at every position."""
+"""positions.csv, motion.csv and fields.npz: figures, motion and fields at every position."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from elastic import FIELDS, sample
+from kinelast.figures.cycle import drive_words, points_of
 from kinelast.figures.results import Results
-from kinelast.outputs.table import Column, Table, csv_bytes, write_table
+from kinelast.outputs.table import Column, Table, csv_bytes
+from kinelast.scene.error import likely
+from kinelast.tasks.request import RequestError
+from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
+
+PER_TIME = ("", "/s", "/s^2")  # units of a coordinate's value and derivatives
 
 
 def position_table(results: Results) -> Table:
@@ -37,24 +44,125 @@ def position_table(results: Results) -> Table:
     columns |= _vector("ground.F{}", forces.ground_force, "N")
     columns["ground.M"] = forces.ground_moment, "N m"
     columns["condition"] = motion.condition, "1"
-    return Table(
-        tuple(Column(name, np.broadcast_to(values, motion.columns), unit) for name, (values, unit) in columns.items())
-    ).in_units(results.scene.report_units)
+    return _table(columns, results)
+
+
+def motion_table(results: Results) -> Table:
+    """The columns of motion.csv, each of shape (positions,), in the units of the report.
+
+    Places, velocities and accelerations are those of rigid links; displacements, forces and efforts are the answer's.
+    """
+    motion = results.motion
+    columns = {**motion_columns(motion), **_displaced(results), **_effort_columns(results), **_force_columns(results)}
+    return _table(columns, results)
+
+
+def motion_columns(motion: Motion) -> dict[str, tuple[Any, str]]:
+    """Columns of a motion of rigid links, by name with their units: drives, links, points and joints.
+
+    A link's angle `theta` has no jumps; `angle` or `slide` is the coordinate of a drive, or of a joint.
+    """
+    links = motion.mechanism.links
+    columns: dict[str, tuple[Any, str]] = {"time": (motion.time, "s")}
+    courses = zip(motion.drive, motion.drive_rate, motion.drive_acceleration, strict=True)
+    for (name, coordinate, unit, _), course in zip(drive_words(motion.mechanism), courses, strict=True):
+        for word, values, per in zip((coordinate, "rate", "acceleration"), course, PER_TIME, strict=True):
+            columns[f"{name}.{word}"] = values, unit + per
+    angle = np.unwrap(np.angle(motion.direction))
+    for number, link in enumerate(links[1:], 1):
+        course = angle[number], motion.angular_velocity[number], motion.angular_acceleration[number]
+        for word, values, per in zip(("theta", "omega", "alpha"), course, PER_TIME, strict=True):
+            columns[f"{link.name}.{word}"] = values, f"rad{per}"
+    for point, link_number in points_of(motion.mechanism):
+        for prefix, of, per in zip(("", "v", "a"), (position_of, velocity_of, acceleration_of), PER_TIME, strict=True):
+            columns |= _vector(f"{point}.{prefix}{{}}", of(motion, link_number, point), f"m{per}")
+    for place in motion.places:
+        joint = place.joint
+        word, unit = ("angle", "rad") if joint.turns else ("slide", "m")
+        if f"{joint.name}.{word}" not in columns:
+            coordinate = joint.coordinate(motion)
+            columns[f"{joint.name}.{word}"] = np.unwrap(coordinate) if joint.turns else coordinate, unit
+    for dyad in transmission_angles(motion):
+        columns[f"{dyad.joint}.transmission_angle"] = dyad.angle, "rad"
+    return columns
+
+
+def _displaced(results: Results) -> dict[str, tuple[Any, str]]:
+    """How far every named point is from its place on rigid links."""
+    columns: dict[str, tuple[Any, str]] = {}
+    for point, moved in results.displacements.items():
+        columns |= _vector(f"{point}.d{{}}", moved, "m")
+    return columns
+
+
+def _effort_columns(results: Results) -> dict[str, tuple[Any, str]]:
+    """Effort of every drive, and the power that it gives to the mechanism."""
+    columns: dict[str, tuple[Any, str]] = {}
+    words = zip(results.drive_words, results.efforts, results.motion.drive_rate, strict=True)
+    for (name, *_, unit), effort, rate in words:
+        columns[f"{name}.effort"], columns[f"{name}.power"] = (effort, unit), (effort * rate, "W")
+    return columns
+
+
+def _force_columns(results: Results) -> dict[str, tuple[Any, str]]:
+    """Force of every joint on each of its links, in the ground's axes and the link's own; its moment; shaking.
+
+    Where more than two links meet, it is what the pin does to the link, not to one of the others.
+    """
+    motion, forces = results.motion, results.deflection.forces
+    loads: dict[tuple[str, int], tuple[Any, Any]] = {}
+    for place, force, moment in zip(motion.places, forces.force, forces.moment, strict=True):
+        for link, sign in ((place.joint.child, 1.0), (place.joint.parent, -1.0)):
+            before = loads.get((place.joint.name, link), (0.0, 0.0))
+            loads[place.joint.name, link] = before[0] + sign * force, before[1] + sign * moment
+    columns: dict[str, tuple[Any, str]] = {}
+    for (name, link), (force, moment) in loads.items():
+        on = f"_on_{motion.mechanism.links[link].name}"
+        columns |= _vector(f"{name}.F{{}}{on}", force, "N")
+        if link:
+            own = force * np.conj(motion.direction[link])
+            columns[f"{name}.Falong{on}"], columns[f"{name}.Facross{on}"] = (own.real, "N"), (own.imag, "N")
+        if np.ndim(moment):
+            columns[f"{name}.M{on}"] = moment, "N m"
+    columns |= _vector("ground.F{}", forces.ground_force, "N")
+    columns["ground.M"] = forces.ground_moment, "N m"
+    return columns
+
+
+def _table(columns: Mapping[str, tuple[Any, str]], results: Results) -> Table:
+    """Columns of every position, in the units of the report."""
+    wide = results.motion.columns
+    made = (Column(name, np.broadcast_to(values, wide), unit) for name, (values, unit) in columns.items())
+    return Table(tuple(made)).in_units(results.scene.report_units)
 
 
 def _vector(name: str, values: Any, unit: str) -> dict[str, tuple[Any, str]]:
     return {name.format("x"): (np.real(values), unit), name.format("y"): (np.imag(values), unit)}
 
 
-def write_positions(path: Path, results: Results, others: Sequence[str] = ()) -> None:
-    """A row a position, as CSV and in other formats."""
-    write_table(path, position_table(results), others)
+def tables_of_positions(results: Results, with_motion: bool, patterns: Sequence[str]) -> dict[str, Table]:
+    """The tables with a row a position, by the names of their files.
+
+    Raises
+    ------
+    RequestError
+        No column of any of them fits a pattern.
+    """
+    tables = {"positions": position_table(results)}
+    if with_motion:
+        tables["motion"] = motion_table(results)
+    names = [column.name for table in tables.values() for column in table.columns]
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            behind = "" if with_motion else "; motion.csv, by --motion, has more"
+            raise RequestError(f'--columns: no column fits "{pattern}"{likely(pattern, names)}{behind}')
+    return {name: table.chosen(patterns) for name, table in tables.items()}
 
 
-def append_positions(path: Path, results: Results, first: bool) -> None:
+def append_table(path: Path, table: Table, first: bool) -> None:
     """Rows behind those that are there, below their headings where they are the first."""
     with path.open("wb" if first else "ab") as file:
-        file.write(csv_bytes(position_table(results), head=first))
+        file.write(csv_bytes(table, head=first))
 
 
 class FieldFile:

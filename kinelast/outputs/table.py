@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,13 @@ class Table:
             return replace(column, unit=unit, values=column.values * factor if factor != 1.0 else column.values)
 
         return Table(tuple(map(converted, self.columns)))
+
+    def chosen(self, patterns: Sequence[str]) -> Table:
+        """The first column, and those of a name that one of some patterns with `*` and `?` fits; all without any."""
+        if not patterns:
+            return self
+        first, *others = self.columns
+        return Table((first, *(each for each in others if any(fnmatchcase(each.name, one) for one in patterns))))
 
     def rows(self) -> list[tuple[Any, ...]]:
         """Its rows; None where there is no number."""

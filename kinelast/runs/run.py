@@ -18,6 +18,7 @@ from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, seal, sizes, write_json
+from kinelast.outputs.table import write_table
 from kinelast.process.progress import SILENT, Progress
 from kinelast.runs.compute import by_theory, checked, computed, further_checked, require_chunk
 from kinelast.runs.line import headline, questions
@@ -121,7 +122,8 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
     fields = tables.FieldFile(part / "fields.npz", len(instants), request.stations) if request.fields else None
 
     def on_chunk(results: Results, first: int) -> None:
-        tables.append_positions(part / "positions.csv", results, first == 0)
+        for name, table in tables.tables_of_positions(results, request.motion, request.columns).items():
+            tables.append_table(part / f"{name}.csv", table, first == 0)
         if fields:
             fields.add(results)
         progress(f"{scene.name}: positions", first + len(results.motion.time), len(instants))
@@ -136,7 +138,8 @@ def _long(part: Path, scene: Scene, request: Request, progress: Progress) -> Res
 
 def write_tables(part: Path, results: Results, request: Request) -> None:
     """Write the tables of every position."""
-    tables.write_positions(part / "positions.csv", results, request.tables)
+    for name, table in tables.tables_of_positions(results, request.motion, request.columns).items():
+        write_table(part / f"{name}.csv", table, request.tables)
     if request.fields:
         tables.write_fields(part / "fields.npz", results, request.stations)
 
@@ -174,7 +177,6 @@ def _speeds(
     """The answer against the speed of the drive, written and as figures."""
     from kinelast.figures.speeds import speed_figures, speeds
     from kinelast.outputs.speeds import draw_speeds, speed_table
-    from kinelast.outputs.table import write_table
 
     progress(f"{scene.name}: speeds", 0, 1)
     found = speeds(scene, asked)

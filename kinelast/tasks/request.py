@@ -85,6 +85,18 @@ class Request:
         read=names,
         default=(),
     )
+    motion: bool = option(
+        SCENE,
+        "also write the motion at every position: drives, links, points, joints and their forces (motion.csv)",
+        writes=("motion.csv",),
+    )
+    columns: tuple[str, ...] = option(
+        SCENE,
+        'columns of positions.csv and motion.csv, instead of all, as in "B.*,crank.effort"',
+        "PATTERN,...",
+        read=names,
+        default=(),
+    )
     fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
     stations: int = option(
         SCENE,
