@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastic.arrays import AtStations, PerBeam
-from elastic.beams.division import evaluated
+from elastic.beams.division import at_station, evaluated
 from elastic.derived import coefficients
 from elastic.fields import field_named
+from elastic.links.beam_trees import in_line
 from elastic.solution import Deflection
 from rigid import Beam
 from rigid.arrays import Complexes, Reals
@@ -80,36 +81,41 @@ def displacement_of(deflection: Deflection, link: str | int, point: str) -> Comp
     """
     motion = deflection.motion
     at = motion.mechanism.index[link] if isinstance(link, str) else link
-    body, ends = motion.mechanism.links[at], _at_end_of_beam(deflection, at, point, ("u", "w"))
-    if ends is None:
+    body, moved = motion.mechanism.links[at], _on_a_beam(deflection, at, point, ("u", "w"))
+    if moved is None:
         carried: Complexes = (
             deflection.shift[at] + 1j * deflection.angle[at] * motion.direction[at] * body.points[point]
         )
         return carried
-    beam, (u, w) = ends
+    beam, (u, w) = moved
     way = body.points[beam.end] - body.points[beam.start]
-    moved: Complexes = motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
-    return moved
+    displaced: Complexes = motion.direction[at] * (way / np.abs(way)) * (u + 1j * w)
+    return displaced
 
 
 def rotation_of(deflection: Deflection, link: str | int, point: str) -> Reals:
     """Rotation of a link at a point [rad], shape (..., positions): of the section there, or of the link's axes."""
     index = deflection.motion.mechanism.index
     at = index[link] if isinstance(link, str) else link
-    ends = _at_end_of_beam(deflection, at, point, ("phi",))
-    return deflection.angle[at] if ends is None else ends[1][0]
+    turned = _on_a_beam(deflection, at, point, ("phi",))
+    return deflection.angle[at] if turned is None else turned[1][0]
 
 
-def _at_end_of_beam(
-    deflection: Deflection, at: int, point: str, fields: Sequence[str]
-) -> tuple[Beam, list[Reals]] | None:
-    """The first beam of a link that starts or ends at a point, and fields there; None where there is none."""
-    for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams):
-        if owner == at and point in (beam.start, beam.end):
-            pieces = deflection.division.of_beam(number)
-            if point == beam.start:
-                return beam, [getattr(deflection, field)[0, pieces[0]] for field in fields]
+def _on_a_beam(deflection: Deflection, at: int, point: str, fields: Sequence[str]) -> tuple[Beam, list[Reals]] | None:
+    """The first beam of a link that ends at a point, else that it lies on, and fields there; None where none does."""
+    own = [(number, beam) for number, (owner, beam) in enumerate(deflection.motion.mechanism.beams) if owner == at]
+    for number, beam in own:
+        pieces = deflection.division.of_beam(number)
+        if point == beam.start:
+            return beam, [getattr(deflection, field)[0, pieces[0]] for field in fields]
+        if point == beam.end:
             return beam, [getattr(deflection, field)[:, pieces[-1]].sum(0) for field in fields]
+    points = deflection.motion.mechanism.links[at].points
+    for number, beam in own:
+        start, end = points[beam.start], points[beam.end]
+        if in_line(points[point] - start, end - points[point]):
+            xi = np.abs(points[point] - start) / np.abs(end - start)
+            return beam, [at_station(getattr(deflection, field), deflection.division, number, xi) for field in fields]
     return None
 
 

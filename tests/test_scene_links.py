@@ -1,12 +1,20 @@
 """What a scene says of quantities, links and sliders."""
 
+import tomllib
+from functools import cache
+from itertools import pairwise
 from math import pi
 
 import numpy as np
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
-from kinelast.scene.document import scene_from_text
+from kinelast.designs import evaluate
+from kinelast.figures.summary import summary
+from kinelast.runs.compute import computed
+from kinelast.scene.document import scene_from_dict, scene_from_text
 from kinelast.scene.motion import scene_motion
 from kinelast.scene.quantities import (
     Coordinate,
@@ -20,6 +28,7 @@ from kinelast.scene.quantities import (
     Speed,
 )
 from kinelast.scene.shapes import Stress
+from kinelast.tasks.request import Request
 from rigid import position_of
 
 BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12
@@ -213,3 +222,92 @@ class TestSliders:
         # Quick return: the crank (0.1 m) at right angles to the rocker, sin = 0.1/0.3.
         lean = np.abs(np.angle(along / 1j)).max()
         assert lean == pytest.approx(np.arcsin(1 / 3), abs=2e-3)
+
+
+DIVIDED = {
+    "four-bar": edited(FOUR_BAR, ("positions = 36", 'positions = 24\noutput = "rocker.angle"')),
+    "slider-crank": edited(SLIDER_CRANK, ("positions = 36", 'positions = 24\noutput = "B"\ntheory = "quasi-static"')),
+}
+OF_POINTS = {"points", "displacement", "along_path", "off_path"}  # of what the summary tells: largest of named points
+
+
+def with_points(text, link, shares, reversed_at):
+    """A scene's tables with points on the way of a straight link, and beams between them, one the other way round."""
+    tables = tomllib.loads(text)
+    points, own = tables["points"], tables["links"][link]
+    first, last = own["points"]
+    start, end = (np.array(points[name]) for name in (first, last))
+    on_the_way = [f"P{number}" for number in range(len(shares))]
+    points |= {
+        name: (start + share * (end - start)).tolist() for name, share in zip(on_the_way, sorted(shares), strict=True)
+    }
+    names = [first, *on_the_way, last]
+    own["points"] = [first, last, *on_the_way]
+    own["beams"] = [list(pair) for pair in pairwise(names)]
+    if reversed_at:
+        own["beams"][reversed_at % len(own["beams"])].reverse()
+    if own["beams"][0][0] != first:
+        own["beams"].insert(0, own["beams"].pop())
+    return tables
+
+
+def assert_alike(found, expected, path=""):
+    """The same words, and numbers to 1e-11."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys(), path
+        for key in expected.keys() - OF_POINTS:
+            assert_alike(found[key], expected[key], f"{path}.{key}")
+    elif isinstance(expected, list):
+        assert len(found) == len(expected), path
+        for one, other in zip(found, expected, strict=True):
+            assert_alike(one, other, path)
+    elif isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-11, abs=1e-300), path
+    else:
+        assert found == expected, path
+
+
+@cache
+def undivided(name):
+    return summary(computed(scene_from_text(DIVIDED[name]), Request()))
+
+
+class TestPointsOnTheWay:
+    @settings(max_examples=8, phases=[Phase.generate])
+    @given(
+        case=st.sampled_from([("four-bar", "crank"), ("four-bar", "coupler"), ("slider-crank", "rod")]),
+        shares=st.lists(st.floats(0.01, 0.99), min_size=1, max_size=5, unique_by=lambda share: round(share, 3)),
+        reversed_at=st.integers(0, 4),
+    )
+    def test_named_points_change_no_figure_and_no_word(self, case, shares, reversed_at):
+        """Random points named on a straight link, its beams written piece by piece."""
+        name, link = case
+        found = summary(computed(scene_from_dict(with_points(DIVIDED[name], link, shares, reversed_at)), Request()))
+        assert_alike(found, undivided(name))
+
+    def test_they_move_with_the_beam(self):
+        """As one that is an end of beams does: it carries next to nothing."""
+        text = edited(
+            FOUR_BAR, ('points = ["A", "B"]', 'points = ["A", "B", "M"]'), ("[points]", "[points]\nM = [0.19, 0.12]")
+        )
+        scene = scene_from_text(text)
+        found = summary(computed(scene, Request()))["points"]["M"]["displacement"]["value"]
+        loaded = edited(text, ("[run]", '[masses]\nM = "1e-12 kg"\n[run]'))
+        parted = scene_from_text(loaded)
+        assert (scene.labels, parted.labels) == (
+            ("crank", "coupler", "rocker"),
+            ("crank", "coupler.1", "coupler.2", "rocker"),
+        )
+        node = summary(computed(parted, Request()))["points"]["M"]["displacement"]["value"]
+        assert found == pytest.approx(node, rel=1e-4)
+
+    def test_points_that_a_study_moves_stay_ends_of_beams(self):
+        """Off the line in one design: the link has a corner there, as one that is drawn so."""
+        tables = with_points(DIVIDED["four-bar"], "coupler", [0.5], 0)
+        drawn = tables["points"]["P0"]
+        moved = {**tables, "points": {**tables["points"], "P0": [drawn[0], drawn[1] + 0.02]}}
+        found = evaluate(tables, ["points.P0.y"], [[drawn[1]], [drawn[1] + 0.02]], ["deflection", "mass"])
+        assert not found.reason.any()
+        apart = [evaluate(each, [], [[]], ["deflection", "mass"]) for each in (tables, moved)]
+        for figure, values in found.columns.items():
+            np.testing.assert_allclose(values, [each.columns[figure][0] for each in apart], rtol=1e-9)

@@ -163,3 +163,25 @@ def evaluated(values: Coefficients, division: Division, stations: Reals) -> AtSt
                 begun[..., chosen], evaluate(values[:, row, ..., None], way), along[..., chosen]
             )
     return result
+
+
+def at_station(values: Coefficients, division: Division, number: int, xi: Reals | float) -> Columns:
+    """A field of one beam at one station, shape (..., positions); at a block the value before it.
+
+    Parameters
+    ----------
+    xi
+        A number, or one of every design, shape (designs, 1).
+    """
+    first, *others = division.of_beam(number)
+    there: Columns = evaluate(values[:, first], _way(division, first, xi))
+    for row in others:
+        there = np.where(division.start[row] < xi, evaluate(values[:, row], _way(division, row, xi)), there)
+    return there
+
+
+def _way(division: Division, row: int, xi: Reals | float) -> Columns:
+    """Station of a beam on one of its pieces, from 0 to 1."""
+    width = division.width[row]
+    way: Columns = (xi - division.start[row]) / np.where(width > 0.0, width, 1.0)
+    return way

@@ -1,10 +1,12 @@
 """All links under their loads: free bodies, clamped links, compatibility at the joints."""
 
 from elastic.links.added_loads import AddedLoads, map_loads
-from elastic.links.beam_trees import lined_up
+from elastic.links.beam_trees import acting_points, in_line, lined_up
 
 __all__ = [
     "AddedLoads",
+    "acting_points",
+    "in_line",
     "lined_up",
     "map_loads",
 ]

@@ -111,10 +111,7 @@ def _tree(link: Link, first: int) -> tuple[tuple[TreeBeam, ...], list[tuple[str,
 
 def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]]) -> None:
     """Raise where a joint or a load is at a point that no beam of its link reaches."""
-    used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
-    at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
-    used |= {(mechanism.index[link], point) for load in at_points for link, point in load.points}
-    used |= {(at, lump.point) for at, link in enumerate(mechanism.links) for lump in link.lumps}
+    used = acting_points(mechanism)
     for at, tree in trees.items():
         nodes = {node for branch in tree for node in (branch.near, branch.far)}
         for point in sorted(point for owner, point in used if owner == at and point and point not in nodes):
@@ -123,9 +120,24 @@ def _require_held(mechanism: Mechanism, trees: Mapping[int, tuple[TreeBeam, ...]
             raise MechanismError(bare, links=(name,), joints=(point,))
 
 
+def acting_points(mechanism: Mechanism) -> set[tuple[int, str | None]]:
+    """Numbers of links and names of their points at which a joint, a load, a spring or a mass acts."""
+    used = {(link, joint.point(link)) for joint in structure(mechanism).joints for link in (joint.parent, joint.child)}
+    at_points = (load for load in mechanism.loads if not isinstance(load, LineLoad))
+    used |= {(mechanism.index[link], point) for load in at_points for link, point in load.points}
+    used |= {(at, lump.point) for at, link in enumerate(mechanism.links) for lump in link.lumps}
+    return used
+
+
 def lies_along(link: Link, beam: Beam, origin: Columns, direction: Columns) -> bool:
     """Whether a line through a point, both in a link's axes, is that of one of its beams, in all designs."""
     return bool(np.all(lined_up(link, beam, origin, direction)))
+
+
+def in_line(one: Columns, other: Columns, off: float = LINED_UP) -> bool:
+    """Whether two vectors have one direction, in all designs, to an angle of `off` [rad]."""
+    along = (np.conj(one) * other).real
+    return bool(np.all((along > 0.0) & (np.abs(cross(one, other)) <= off * along)))
 
 
 def lined_up(link: Link, beam: Beam, origin: Columns, direction: Columns) -> Columns:

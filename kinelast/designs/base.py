@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -70,8 +70,11 @@ class Base:
 
 def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | Figure] | None) -> Base:
     """A scene and its numbers and figures by name; raises as `evaluate`."""
-    table, scene = document.table, document.scene
+    table = document.table
     places = tuple(place_of(table, path) for path in paths)
+    if varied := _links_that_vary(table, places):
+        document = replace(document, varied=document.varied | varied)
+    scene = document.scene
     asked = any(str(name).startswith("output_") for name in figures or ()) or any(
         limit.figure == OUTPUT_ERROR for limit in scene.limits
     )
@@ -87,6 +90,13 @@ def design_measures(scene: Scene, output: Output | None) -> dict[str, Measure]:
     """All figures that the designs of a scene with this output have, by name: with limits whether they are kept."""
     figures = figures_of(output)
     return measures_of(scene, [*figures, acceptable(scene, figures)] if scene.limits else figures)
+
+
+def _links_that_vary(table: SceneTable, places: Iterable[Place]) -> frozenset[str]:
+    """Names of the links with points among the numbers that differ."""
+    drawn = {place.keys[1] for place in places if place.keys[0] == "points"}
+    own = {place.keys[1] for place in places if place.keys[0] == "links" and place.keys[2] == "points"}
+    return frozenset(own.union(name for name, link in table.links.items() if drawn & set(link.points)))
 
 
 def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:

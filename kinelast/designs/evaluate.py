@@ -142,7 +142,8 @@ def _computed(base: Base, group: DesignRows) -> Iterator[Part]:
         group = group.without(rows)
     while len(group.rows):
         try:
-            scene = _wide(base, built(table_with(base, group), base.scene.name), len(group.rows) + 1)
+            many = built(table_with(base, group), base.scene.name, varied=base.document.varied)
+            scene = _wide(base, many, len(group.rows) + 1)
         except (SceneError, MechanismError) as error:
             wrong = getattr(error, "designs", None)
             if wrong is None or not len(wrong):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
@@ -17,7 +17,7 @@ from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import TableLaw
 from kinelast.scene.limits import build_limits, build_output
-from kinelast.scene.links import LinkModel, build_links, guiding
+from kinelast.scene.links import LinkModel, build_links, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.many import real, require, vector
 from kinelast.scene.points import drawn_places
@@ -62,10 +62,15 @@ SAME = 1e-9  # of a duration: that of one cycle, as written
 SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip, and its squares are no numbers
 
 
-def built(table: SceneTable, name: str, path: str = "") -> Scene:
+def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] = ()) -> Scene:
     """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits.
 
     Where numbers stand for many designs, so does the scene, see `kinelast.scene.many`.
+
+    Parameters
+    ----------
+    varied
+        Names of links with points that differ by design: in line in one, they are not in another.
     """
     if table.structure_only:
         raise fault("", "structure_only", "the scene describes a structure alone: ask for it with --structure")
@@ -85,8 +90,10 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
     if repeats is not repetition:
         run = _run(table, repeats, parts.laws)
         mechanism = replace(mechanism, loads=_loads(table, parts, run.duration))
-    beams = [(body, k) for body in parts.bodies for k in range(len(body.sections))]
-    made_of = tuple(making(table, body.link.name, k) for body, k in beams)
+    bodies = undivided(mechanism, parts.bodies, varied)
+    mechanism = _with_bodies(mechanism, parts.bodies, bodies)
+    beams = [(body, k) for body in bodies for k in range(len(body.sections))]
+    made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
     scene = Scene(
         name=name,
         title=table.title or name.replace("_", " "),
@@ -104,6 +111,18 @@ def built(table: SceneTable, name: str, path: str = "") -> Scene:
         report_units=table.run.report_units,
     )
     return scene
+
+
+def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:
+    """A mechanism with links as `undivided` makes them; loads along beams keep theirs, under their new numbers."""
+    if all(new is old for new, old in zip(bodies, before, strict=True)):
+        return mechanism
+    numbers = {body.link.name: body.numbers for body in bodies}
+    loads = tuple(
+        replace(load, beam=numbers[load.link].index(load.beam)) if isinstance(load, LineLoad) else load
+        for load in mechanism.loads
+    )
+    return replace(mechanism, links=tuple(body.link for body in bodies), loads=loads)
 
 
 def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run: Run, path: str) -> Course:

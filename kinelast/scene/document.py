@@ -36,6 +36,8 @@ class Document:
         The text of the file as it was read; empty where the scene comes from tables.
     values
         Numbers that differ from the source, by their paths [SI units].
+    varied
+        Names of links with points that differ by design, see `kinelast.scene.build.built`.
     """
 
     tables: Tables
@@ -44,6 +46,7 @@ class Document:
     path: str = ""
     source: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
+    varied: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
         changed = "".join(f", {path} = {value:g}" for path, value in self.values.items())
@@ -51,7 +54,7 @@ class Document:
 
     def __reduce__(self) -> Any:
         """Pickled by its fields: all else is built again."""
-        return Document, (self.tables, self.table, self.name, self.path, self.source, self.values)
+        return Document, (self.tables, self.table, self.name, self.path, self.source, self.values, self.varied)
 
     @cached_property
     def scene(self) -> Scene:
@@ -63,7 +66,7 @@ class Document:
             The tables tell no mechanism whose motion is determined.
         """
         with of_file(self.path):
-            scene = replace(built(self.table, self.name, self.path), text=self.text())
+            scene = replace(built(self.table, self.name, self.path, self.varied), text=self.text())
             require_determined(scene)
             require_studies(self.table)
             return scene

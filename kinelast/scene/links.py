@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from itertools import pairwise
 from operator import or_
 from typing import Any
 
-from elastic.links import lined_up
+import numpy as np
+
+from elastic.links import acting_points, in_line, lined_up
 from kinelast.scene.error import fault, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
 from kinelast.scene.many import any_nonzero, quotient, real, require, vector
 from kinelast.scene.points import Points, known_point, own_points
 from kinelast.scene.sections import CrossSection, cross_section
-from rigid import GROUND, Beam, Link, Lump, Slider
+from rigid import GROUND, Beam, LineLoad, Link, Lump, Mechanism, Slider
 from rigid.arrays import Complex, Real
 from rigid.constants import mass_moments
 
@@ -27,7 +30,7 @@ class LinkModel:
     """A link of a scene.
 
     Its mechanical model, the cross-section of every beam, whether it is rigid, its outline [m], and whether the scene
-    has it without a table of its own.
+    has it without a table of its own. `numbers`: of every beam, that of the entry of the table which it comes from.
     """
 
     link: Link
@@ -35,6 +38,7 @@ class LinkModel:
     rigid: bool
     outline: tuple[Complex, ...] = ()
     hidden: bool = False
+    numbers: tuple[int, ...] = ()
 
 
 def build_links(scene: SceneTable, places: Points) -> dict[str, LinkModel]:
@@ -82,6 +86,66 @@ def guiding(bodies: dict[str, LinkModel], sliders: Mapping[str, Slider]) -> dict
     return bodies
 
 
+def undivided(mechanism: Mechanism, bodies: Sequence[LinkModel], kept: Collection[str]) -> list[LinkModel]:
+    """The links, their beams going on through points at which nothing acts: a name for a place divides no beam.
+
+    Parameters
+    ----------
+    mechanism
+        With its loads.
+    bodies
+        One per link of the mechanism.
+    kept
+        Names of links that stay as they are.
+    """
+    if all(len(body.sections) < 2 or body.link.name in kept for body in bodies):
+        return [*bodies]
+    held = acting_points(mechanism)
+    for load in mechanism.loads:
+        if isinstance(load, LineLoad):
+            at = mechanism.index[load.link]
+            beam = mechanism.links[at].beams[load.beam]
+            held |= {(at, beam.start), (at, beam.end)}
+    return [
+        body if body.link.name in kept else _joined(body, {point for owner, point in held if owner == at})
+        for at, body in enumerate(bodies)
+    ]
+
+
+def _joined(body: LinkModel, held: Collection[str | None]) -> LinkModel:
+    """A link with beams of one section joined where two meet in line at a point that is not held."""
+    beams, numbers, sections = [*body.link.beams], [*body.numbers], [*body.sections]
+    while (point := _between(body.link, beams, sections, held)) is not None:
+        first, second = (k for k, beam in enumerate(beams) if point in (beam.start, beam.end))
+        far = _far_end(beams[second], point)
+        ends_there = beams[first].end == point
+        beams[first] = replace(beams[first], end=far) if ends_there else replace(beams[first], start=far)
+        for each in (beams, numbers, sections):
+            del each[second]
+    link = replace(body.link, beams=tuple(beams))
+    return replace(body, link=link, sections=tuple(sections), numbers=tuple(numbers))
+
+
+def _between(
+    link: Link, beams: Sequence[Beam], sections: Sequence[CrossSection], held: Collection[str | None]
+) -> str | None:
+    """A point at which two beams of a link can be joined to one; None where there is none."""
+    meeting: dict[str, list[int]] = {}
+    for number, beam in enumerate(beams):
+        for point in (beam.start, beam.end):
+            meeting.setdefault(point, []).append(number)
+    for point, both in meeting.items():
+        if len(both) == 2 and point not in held and sections[both[0]].goes_on_as(sections[both[1]]):
+            one, other = (link.points[_far_end(beams[number], point)] - link.points[point] for number in both)
+            if in_line(one, -other):
+                return point
+    return None
+
+
+def _far_end(beam: Beam, point: str) -> str:
+    return beam.end if beam.start == point else beam.start
+
+
 def likely_ground(scene: SceneTable) -> str:
     """A hint where another name looks like the ground's."""
     hint = likely(GROUND, scene.links)
@@ -125,6 +189,7 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
         advice = "only rigid links take it: add rigid = true, or use masses"
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
+    numbers = tuple(range(len(pieces)))
     lumps = [Lump(point, mass) for point, mass in held.items()]
     if not pieces and not scene.structure_only:
         if not stiff:
@@ -141,7 +206,7 @@ def _moving_body(scene: SceneTable, name: str, points: Points, held: Mapping[str
         for point in [*joints, *held]:
             if point not in nodes:
                 raise fault(where, "beams", f'no beam reaches the point "{point}", which carries a joint or a mass')
-    return LinkModel(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline)
+    return LinkModel(Link(name, points, pieces, tuple(lumps)), sections, stiff, outline, numbers=numbers)
 
 
 def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ...], tuple[CrossSection, ...]]:
@@ -156,8 +221,7 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
             raise fault(
                 where, "section", f"a link with a section needs at least two points, this one has {len(points)}"
             )
-        ends = list(zip(list(points), list(points)[1:], strict=False))
-        table_beams = [BeamTable(start=start, end=end) for start, end in ends]
+        table_beams = [BeamTable(start=start, end=end) for start, end in pairwise(_in_order(points))]
     else:
         table_beams = [
             beam if isinstance(beam, BeamTable) else BeamTable(start=beam[0], end=beam[1]) for beam in table.beams
@@ -176,6 +240,17 @@ def _beams(scene: SceneTable, name: str, points: Points) -> tuple[tuple[Beam, ..
         sections.append(made)
         beams.append(Beam(beam.start, beam.end, made.mass_per_length, made.mass_taper))
     return tuple(beams), tuple(sections)
+
+
+def _in_order(points: Points) -> list[str]:
+    """Names of points as beams go from one to the next: one that lies between two before it goes between them."""
+    drawn = {name: complex(np.ravel(place)[0]) for name, place in points.items()}
+    order: list[str] = []
+    for name, place in drawn.items():
+        segments = enumerate(pairwise(order), 1)
+        on_it = (at for at, (one, other) in segments if in_line(place - drawn[one], drawn[other] - place))
+        order.insert(next(on_it, len(order)), name)
+    return order
 
 
 def _hanging_together(where: str, beams: Sequence[Beam]) -> set[str]:

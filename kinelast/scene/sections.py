@@ -21,11 +21,19 @@ Entry = TypeVar("Entry")
 
 @dataclass(frozen=True, eq=False)
 class CrossSection:
-    """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`."""
+    """A beam's section, and its mass per length at the start [kg/m] and along it as in `rigid.Beam.mass_taper`.
+
+    `source`: names of section and material, and what strains it, as they stand in the file.
+    """
 
     section: Section
     mass_per_length: Real
     mass_taper: tuple[float, ...] = (1.0,)
+    source: tuple[Any, ...] = ()
+
+    def goes_on_as(self, other: CrossSection) -> bool:
+        """Whether a beam of this section is one with a beam of another that goes on where it ends."""
+        return self.source == other.source and self.section.taper is None
 
     @property
     def rigid(self) -> Section:
@@ -51,6 +59,8 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     """
     shape = _named(scene.sections, table, "section", section)
     material = beam.material or link.material
+    strained = tuple(None if own is None else id(own) for own in (beam.strain, beam.temperature))
+    source = section, material, *strained
     demanded = scene.run.beams == "timoshenko" and not link.rigid
     shear = scene.run.beams != "euler-bernoulli" and not link.rigid
     if isinstance(shape, Rigidities):
@@ -61,7 +71,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         kGA = real(shape.kGA) if shape.kGA else nan
         sheared = shear and shape.kGA is not None
         plain = Section(real(shape.EA), real(shape.EI), kGA if sheared else inf, shear_rigidity=kGA)
-        return CrossSection(_strained(plain, table, link, beam, None), real(shape.mass_per_length))
+        return CrossSection(_strained(plain, table, link, beam, None), real(shape.mass_per_length), source=source)
     if material is None:
         known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
@@ -71,7 +81,10 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     poisson = poisson_of(stuff, material)
     made, mass_taper = _made(shape, section, stuff, POISSON if poisson is None else poisson, shear)
     return CrossSection(
-        _strained(made, table, link, beam, stuff.expansion, material), real(stuff.density) * made.area, mass_taper
+        _strained(made, table, link, beam, stuff.expansion, material),
+        real(stuff.density) * made.area,
+        mass_taper,
+        source,
     )
 
 
