@@ -19,15 +19,19 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
     It has one where one link carries both wheels, or wheel and rack: on that carrier they are pinned or slide, and
     their pitch circles touch. Wheels of ratio 1, or about one axis, have none.
     """
-    gear, carrier = joint.gear, joint.parent
-    if gear is None or gear.pressure_angle is None or carrier not in gear.ends:
+    gear = joint.gear
+    if gear is None or gear.pressure_angle is None or not {joint.parent, joint.child} & set(gear.ends):
         return None
+    carrier, wheel, sense = joint.parent, joint.child, 1
+    if carrier not in gear.ends:
+        carrier, wheel, sense = wheel, carrier, -1
     driver, slope = gear.driver, float(np.tan(gear.pressure_angle))
     leads = driver.parent == carrier
     body = driver.child if leads else driver.parent
     # Of the follower per motion of the body, both as seen from the carrier.
-    rate = joint.sense * gear.ratio * (1 if leads else -1)
-    centre = point_of(placed, joint.child, joint.at_child)
+    rate = sense * joint.sense * gear.ratio * (1 if leads else -1)
+    at = wheel if joint.turns else joint.block
+    centre = point_of(placed, at, joint.at(at))
     hub = point_of(placed, body, driver.at(body))
     if not joint.turns and not driver.turns:
         return None
@@ -41,10 +45,10 @@ def teeth_of(placed: Placed, joint: Joint) -> Teeth | None:
         reach_body = centre + reach - hub
         along, apart = wheel_push(reach, slope, ring=False)
     else:
-        if rate == 1 or np.all(driver.at(carrier) == joint.at_parent):
+        if rate == 1 or np.all(driver.at(carrier) == joint.at(carrier)):
             return None
         reach = pitch_reach(hub - centre, rate)
         reach_body = rate * reach
         along, apart = wheel_push(reach, slope, ring=0 < rate < 1)
     arm = hub - placed.origin[body] + reach_body
-    return Teeth(body, arm, reach_body, reach, along, apart)
+    return Teeth(wheel, sense, body, arm, reach_body, reach, along, apart)

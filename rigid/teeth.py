@@ -23,6 +23,11 @@ class Teeth:
 
     Attributes
     ----------
+    wheel
+        Number of the link whose teeth follow: the child of the follower's joint, or its parent where the child is the
+        carrier.
+    sense
+        +1 for the child, -1 for the parent.
     body
         Number of the link whose teeth drive.
     arm
@@ -30,10 +35,12 @@ class Teeth:
     reach_body, reach
         From its point, and from the follower's point, at their joints to the pitch point [m], complex.
     along, apart
-        Force on the follower per effort along its coordinate, complex, [1/m] for a wheel and pure for a rack: the part
-        along the common tangent, and for a positive effort that which the pressure angle adds along the normal.
+        Force on the follower per effort on it along the coordinate, complex, [1/m] for a wheel and pure for a rack: the
+        part along the common tangent, and for a positive effort that which the pressure angle adds along the normal.
     """
 
+    wheel: int
+    sense: int
     body: int
     arm: Columns
     reach_body: Columns
@@ -42,8 +49,11 @@ class Teeth:
     apart: Columns
 
     def push(self, flank: Columns) -> Columns:
-        """Force on the follower per effort, complex, along the line of action of a flank: +1, -1 or 0 for neither."""
-        return self.along + flank * self.apart
+        """Force on the follower per effort on it, complex, along the line of action of a flank: +1, -1, 0 for neither.
+
+        The flank is counted by the effort on the child of the follower's joint.
+        """
+        return self.along + self.sense * flank * self.apart
 
 
 def wheel_push(reach: Columns, slope: float, ring: bool) -> tuple[Columns, Columns]:

@@ -292,6 +292,49 @@ def planetary(seed: int) -> Train:
     return Train(mechanism, q, v, a, made.bodies, pins, meshes, [("arm", None, None)])
 
 
+def sun_driven(seed: int) -> Train:
+    """A sun turns a planet in a ring that is the ground, and the planet the arm that carries it."""
+    return _epicyclic(seed, drives=1)
+
+
+def differential(seed: int) -> Train:
+    """A sun and a ring, both driven, turn a planet and the arm that carries it."""
+    return _epicyclic(seed, drives=2)
+
+
+def _epicyclic(seed: int, drives: int) -> Train:
+    """An arm and its planet, each of which moves the other's gear: the arm follows the planet, the planet the arm."""
+    made = _Made(seed)
+    q, v, a = made.course(drives)
+    sun, planet, center = made.number(0.03, 0.08), made.number(0.02, 0.06), 0.2 - 0.1j
+    ring, length = sun + 2 * planet, sun + planet
+    suns, rings = [x[0] for x in (q, v, a)], [x[1] if drives == 2 else 0 * x[0] for x in (q, v, a)]
+    arms = [(sun * x + ring * y) / (sun + ring) for x, y in zip(suns, rings, strict=True)]  # Willis
+    planets = [(1 + sun / planet) * z - sun / planet * x for x, z in zip(suns, arms, strict=True)]
+    e = np.exp(1j * arms[0])
+    hub, spun = center + length * e, length * e * (1j * arms[2] - arms[1] ** 2)
+    made.body("sun", {"O": 0.0}, center, 0.0, tuple(suns), load=False)
+    if drives == 2:
+        made.body("ring", {"O": 0.0}, center, 0.0, tuple(rings), load=False)
+    made.body("arm", {"O": 0.0, "P": length}, center, 0.0, tuple(arms), load=True)
+    made.body("planet", {"P": 0.0}, hub, spun, tuple(planets), load=False)
+    outer = "ring" if drives == 2 else "ground"
+    gears = (
+        Gear(PinDrive("sun", "O", "arm"), PinDrive("planet", "P", "arm"), -sun / planet),
+        Gear(PinDrive("planet", "P", "arm"), PinDrive("arm", "O", outer), -planet / ring),
+    )
+    held = None if drives == 1 else "ring"
+    meshes = [
+        gear_mesh("planet", "sun", hub, center, planet, sun),
+        gear_mesh("planet", held, hub, center, planet, ring, internal=True),
+    ]
+    movers = ["sun", "ring"][:drives]
+    moved = tuple(PinDrive(name, "O") for name in movers)
+    mechanism = made.mechanism({"O": center}, moved, gears, P=center + length)
+    pins = [*((name, None, center) for name in movers), ("arm", held, center), ("planet", "arm", hub)]
+    return Train(mechanism, q, v, a, made.bodies, pins, meshes, [(name, None, None) for name in movers])
+
+
 def wheels_on_an_arm(seed: int) -> Train:
     """An arm with a drive of its own carries two wheels, the first of which is driven."""
     made = _Made(seed)
@@ -343,7 +386,7 @@ def driving_rack(seed: int) -> Train:
     return rack(seed, drives=True)
 
 
-def cart(seed: int) -> Train:
+def cart(seed: int, by_wheel: bool = False) -> Train:
     """A cart that a drive pushes along the ground, on which its wheel rolls: the driving rack is the ground."""
     made = _Made(seed)
     s, v, a = made.course(1, 0.1)
@@ -353,14 +396,20 @@ def cart(seed: int) -> Train:
     made.body("cart", {"R": 0.0}, hub, a[0] * way, (0.0, 0.0, 0.0), load=True)
     made.body("wheel", {"R": 0.0}, hub, a[0] * way, tuple(ratio * x[0] for x in (s, v, a)), load=True)
     guide = Slider("guide", "cart", "ground", "R", origin, way)
-    gear = Gear(SliderDrive("guide"), PinDrive("wheel", "R", "cart"), ratio)
-    mechanism = made.mechanism({}, (SliderDrive("guide"),), (gear,), (guide,), R=origin)
+    sliding, turning = SliderDrive("guide"), PinDrive("wheel", "R", "cart")
+    gear = Gear(turning, sliding, 1 / ratio) if by_wheel else Gear(sliding, turning, ratio)
+    mechanism = made.mechanism({}, (turning if by_wheel else sliding,), (gear,), (guide,), R=origin)
     # The rim stands still where it rolls: s way + i ratio s (pitch - hub) = 0.
     side = 1j * way / (ratio * radius)
     mesh = Mesh("wheel", None, hub + radius * side, -way * np.sign(ratio), -side)
-    return Train(
-        mechanism, s, v, a, made.bodies, [("wheel", "cart", hub)], [mesh], [("cart", None, way)], [("cart", hub, way)]
-    )
+    driven = ("wheel", "cart", None) if by_wheel else ("cart", None, way)
+    course = [ratio * x for x in (s, v, a)] if by_wheel else (s, v, a)
+    return Train(mechanism, *course, made.bodies, [("wheel", "cart", hub)], [mesh], [driven], [("cart", hub, way)])
+
+
+def motor_cart(seed: int) -> Train:
+    """A cart with a motor on it that turns its wheel, which rolls along the ground."""
+    return cart(seed, by_wheel=True)
 
 
 TRAINS: dict[str, Callable[[int], Train]] = {
@@ -368,8 +417,11 @@ TRAINS: dict[str, Callable[[int], Train]] = {
     "internal pair": internal_pair,
     "idler chain": idler_chain,
     "planetary": planetary,
+    "driven sun": sun_driven,
+    "differential": differential,
     "wheels on an arm": wheels_on_an_arm,
     "driven rack": rack,
     "driving rack": driving_rack,
     "cart": cart,
+    "motor cart": motor_cart,
 }

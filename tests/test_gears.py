@@ -129,21 +129,59 @@ def test_planetary_train_after_willis():
     np.testing.assert_allclose(effort, 5.0 * (1 + sun / ring), rtol=1e-12)
 
 
-def test_a_train_driven_by_its_sun_alone_is_told_to_be_driven_by_its_carrier():
-    """Two gears of which each moves a joint that drives the other: determinate, but not placed joint after joint."""
+def epicyclic(drive, gears):
+    """A sun, a planet and the carrier that it runs on, in a ring of the ground."""
     links = (
         Link("ground", {"O": 0.0}),
-        Link("carrier", {"O": 0.0, "P": 0.15}),
-        Link("sun", {"O": 0.0}),
-        Link("planet", {"P": 0.0}),
+        bar("carrier", "O", "P", 0.15),
+        Link("sun", {"O": 0.0}, (), (Lump("O", 1.0, 1e-3),)),
+        Link("planet", {"P": 0.0}, (), (Lump("P", 0.5, 6e-4),)),
     )
-    gears = (
-        Gear(PinDrive("sun", "O", "carrier"), PinDrive("planet", "P", "carrier"), -2.0),
-        Gear(PinDrive("planet", "P", "carrier"), PinDrive("carrier", "O"), -0.25),
+    return Mechanism(links, (drive,), {"O": 0, "P": 0.15}, gravity=-9.81j, gears=gears)
+
+
+ON_CARRIER = PinDrive("sun", "O", "carrier"), PinDrive("planet", "P", "carrier")
+
+
+def driven_by_its_sun(ring=4.0):
+    """Two gears of which each moves a joint that drives the other; the ring has `ring` times the planet's radius."""
+    gears = Gear(*ON_CARRIER, -2.0), Gear(ON_CARRIER[1], PinDrive("carrier", "O"), -1 / ring)
+    return epicyclic(PinDrive("sun", "O"), gears)
+
+
+def test_a_train_moves_alike_driven_by_its_sun_and_by_its_carrier():
+    """Willis: the carrier makes a third of the sun's turns. Either drive pays the same power."""
+    by_carrier = epicyclic(
+        PinDrive("carrier", "O"),
+        (Gear(PinDrive("carrier", "O"), ON_CARRIER[1], -4.0), Gear(ON_CARRIER[1], ON_CARRIER[0], -0.5)),
     )
-    course = Mechanism(links, (PinDrive("sun", "O"),), {"O": 0, "P": 0.15}, gears=gears)
-    with pytest.raises(MechanismError, match=r'"carrier", "planet" are moved by gears .*: drive one of them instead'):
-        motion(course, [0.0], 1.0)
+    angle = np.linspace(0.0, 40.0, 90)
+    one, other = motion(driven_by_its_sun(), angle, 30.0, 7.0), motion(by_carrier, angle / 3, 10.0, 7 / 3)
+    carrier, sun, planet = 1, 2, 3
+    for name in ("origin", "velocity", "acceleration", "direction", "angular_velocity", "angular_acceleration"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-11)
+    np.testing.assert_allclose(np.unwrap(np.angle(one.direction[carrier])), angle / 3, atol=1e-12)
+    np.testing.assert_allclose(one.angular_velocity[[carrier, sun, planet], 0], [10.0, 30.0, -30.0], rtol=1e-12)
+    power = [(drive_efforts(course, reactions(course)) * course.drive_rate).sum(0) for course in (one, other)]
+    np.testing.assert_allclose(power[0], power[1], rtol=1e-11, atol=1e-9)
+    held = mobility(planar_chain(assembled(one.mechanism), gear_contacts(one.mechanism)))
+    assert (held.mobility, held.hyperstaticity) == (1, 0)
+
+
+def test_gears_that_lock_one_another_are_told():
+    """With such a ring the carrier may stand anywhere, and the sun nowhere but as drawn."""
+    with pytest.raises(MechanismError, match='the gears of "carrier", "planet" lock one another or leave'):
+        motion(driven_by_its_sun(-2.0), [0.0], 1.0)
+
+
+def test_gears_that_drive_one_another_within_a_loop_of_links_are_refused():
+    """A four-bar whose crank follows a wheel on its own coupler: determinate, but not placed joint after joint."""
+    course = four_bar()
+    links = (*course.links, Link("planet", {"A": 0.0}))
+    gears = (Gear(PinDrive("planet", "A", "coupler"), PinDrive("wheel", "W"), -0.5),)
+    asked = replace(course, links=links, drives=(PinDrive("planet", "A", "wheel"),), gears=gears)
+    with pytest.raises(MechanismError, match=r"are moved by gears .*: drive one of them instead"):
+        motion(asked, [0.0], 1.0)
 
 
 def test_a_rack_runs_on_the_ground():

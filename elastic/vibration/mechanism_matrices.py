@@ -206,9 +206,8 @@ class VibratingStructure:
         if teeth is not None:
             hub = teeth.arm - teeth.reach_body
             flank = self._at(self._flank[number])[:, None]
-            parts: dict[str, Any] = {
-                name: self._at(part)[:, None] for name, part in vars(teeth).items() if name != "body"
-            }
+            arrays = ("arm", "reach_body", "reach", "along", "apart")
+            parts: dict[str, Any] = {name: self._at(getattr(teeth, name))[:, None] for name in arrays}
             along = None if place.turns else self._at(place.along)[:, None]
             place = replace(place, along=along, teeth=replace(teeth, **parts))
 

@@ -53,12 +53,14 @@ def displacements(
             if joint.moved or not hinge.turns:
                 turning[child] = turning[child] + imaginary(turning[parent].imag + turns[number])
             at_joint = _moved(shift, turning, parent, hinge.arm_parent) + gaps[number]
-            if joint.gear is not None:
+            if joint.gear is not None and closed.group.loop is None:
                 own = shift, turning, at_joint
                 gap, turn = hinge.driven(_gear_input(hinge, *own, None if flank is None else flank.get(number)))
                 at_joint, turning[child] = at_joint + gap, turning[child] + imaginary(turn)
             shift[child] = at_joint - turning[child] * hinge.arm_child
             number += 1
+        if closed.group.loop is not None:
+            _release_gears(closed, number - len(closed.tree), shift, turning, flank)
         lacking = []
         for closing in closed.cut:
             lacking.append(_residual(closing, shift, turning, gaps[number], turns[number]))
@@ -77,7 +79,8 @@ def _gear_input(
 
     def moved(joint: Joint, link: int) -> tuple[Columns, Columns]:
         if joint is place.joint:
-            return at_joint, turning[link].imag
+            moved_here = at_joint if link == joint.child else _moved(shift, turning, link, place.arm_parent)
+            return moved_here, turning[link].imag
         arm = rack_arm(joint) if place.teeth is None or flank is None else place.teeth.arm - place.teeth.reach_body
         return _moved(shift, turning, link, arm), turning[link].imag
 
@@ -111,9 +114,42 @@ def _release(closed: Closure, residuals: Sequence[Columns], shift: list[Columns]
             rotation.real[...] = 0.0
         elif hinge.turns:
             rotation = imaginary(rotation.imag)
-        for link, chain in closed.group.carried[k]:
-            if hinge.turns:
-                shift[link] = shift[link] - rotation * reach_from(closed, chain)
-                turning[link] = turning[link] + rotation
-            else:
-                shift[link] = shift[link] + rotation.imag * hinge.along
+        _carry(closed, hinge, closed.group.carried[k], rotation, shift, turning)
+
+
+def _release_gears(
+    closed: Closure,
+    first: int,
+    shift: list[Columns],
+    turning: list[Columns],
+    flank: Mapping[int, Columns] | None,
+) -> None:
+    """Let the followers of gears that drive one another move; `first` is the number of the first tree joint."""
+    loop = closed.group.loop
+    assert loop is not None
+    given = []
+    for number in loop.followers:
+        hinge = closed.tree[number]
+        at_joint = _moved(shift, turning, hinge.joint.child, hinge.arm_child)
+        own_flank = None if flank is None else flank.get(first + number)
+        given.append(_gear_input(hinge, shift, turning, at_joint, own_flank))
+    for row, number, carried in zip(loop.release, loop.followers, loop.carried, strict=True):
+        moved = sum((share * each for share, each in zip(row, given, strict=True)), start=ZERO)
+        _carry(closed, closed.tree[number], carried, imaginary(moved), shift, turning)
+
+
+def _carry(
+    closed: Closure,
+    hinge: JointPlace,
+    carried: Sequence[tuple[int, tuple[int, ...]]],
+    rotation: Columns,
+    shift: list[Columns],
+    turning: list[Columns],
+) -> None:
+    """Move the links that a tree joint carries by its coordinate, the imaginary part of `rotation`."""
+    for link, chain in carried:
+        if hinge.turns:
+            shift[link] = shift[link] - rotation * reach_from(closed, chain)
+            turning[link] = turning[link] + rotation
+        else:
+            shift[link] = shift[link] + rotation.imag * hinge.along

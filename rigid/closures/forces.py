@@ -151,8 +151,11 @@ def joint_forces(
             _push(joint.parent, closing.arm_parent, -pull, -couple, force, moment)
             cuts.append((pull, couple))
         last -= len(closed.joints)
+        if closed.group.loop is not None:
+            _load_gears(closed, last, force, moment, flanks)
         trees = [
-            _balance(hinge, last + k, force, moment, flanks) for k, hinge in reversed(list(enumerate(closed.tree)))
+            _balance(hinge, last + k, force, moment, flanks, closed.group.loop is None)
+            for k, hinge in reversed(list(enumerate(closed.tree)))
         ]
         results += [*rings[::-1], *cuts[::-1], *trees]
     results.reverse()
@@ -169,12 +172,40 @@ def _in_ring(stressed: int | None, number: int) -> tuple[Columns, Columns]:
     return ((1.0, ZERO), (1j, ZERO), (ZERO, 1.0))[stressed - number]
 
 
+def _load_gears(
+    closed: Closure, first: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
+) -> None:
+    """Load the links by gears that drive one another: the transpose of their followers' release."""
+    loop = closed.group.loop
+    assert loop is not None
+    hinges = [closed.tree[number] for number in loop.followers]
+    held = [_along(closed, *each, force, moment) for each in zip(hinges, loop.carried, strict=True)]
+    sizes = [
+        sum(abs(moment[link]) + abs(reach_from(closed, chain)) * abs(force[link]) for link, chain in carried)
+        if hinge.turns
+        else sum(abs(force[link]) for link, _ in carried)
+        for hinge, carried in zip(hinges, loop.carried, strict=True)
+    ]
+    for column, k, hinge in zip(loop.release.T, loop.followers, hinges, strict=True):
+        effort = -sum((share * load for share, load in zip(column, held, strict=True)), start=ZERO)
+        at = first + k
+        if hinge.teeth is not None and at not in flanks:
+            size = sum((abs(share) * each for share, each in zip(column, sizes, strict=True)), start=ZERO)
+            flanks[at] = loaded_flank(effort, size)
+        for act in gear_loads(hinge, *hinge.driven(effort), flanks.get(at, 0.0)):
+            force[act.link] = force[act.link] + act.force
+            moment[act.link] = moment[act.link] + (cross(act.arm, act.force) + act.moment)
+
+
 def _balance(
-    hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns]
+    hinge: JointPlace, at: int, force: list[Columns], moment: list[Columns], flanks: dict[int, Columns], by_gear: bool
 ) -> tuple[Columns, Columns]:
-    """Force and moment of tree joint number `at` on its child; all other loads of the child are known by now."""
+    """Force and moment of tree joint number `at` on its child; all other loads of the child are known by now.
+
+    `by_gear`: a gear of its own is still to load the other links.
+    """
     child = hinge.joint.child
-    if hinge.joint.gear is not None:
+    if by_gear and hinge.joint.gear is not None:
         load, couple = force[child], moment[child] - cross(hinge.arm_child, force[child])
         if hinge.teeth is not None and at not in flanks:
             size = abs(load) if not hinge.turns else abs(moment[child]) + abs(hinge.arm_child) * abs(load)
@@ -191,9 +222,19 @@ def _balance(
 
 def _held(closed: Closure, k: int, force: Sequence[Columns], moment: Sequence[Columns]) -> Columns:
     """Generalised force of the links' loads on free tree joint k."""
-    hinge = closed.tree[closed.group.free[k]]
+    return _along(closed, closed.tree[closed.group.free[k]], closed.group.carried[k], force, moment)
+
+
+def _along(
+    closed: Closure,
+    hinge: JointPlace,
+    carried: Sequence[tuple[int, tuple[int, ...]]],
+    force: Sequence[Columns],
+    moment: Sequence[Columns],
+) -> Columns:
+    """Generalised force of the links' loads on a tree joint that carries some of them."""
     total: Columns = ZERO
-    for link, chain in closed.group.carried[k]:
+    for link, chain in carried:
         if hinge.turns:
             total = total + (moment[link] - cross(reach_from(closed, chain), force[link]))
         else:

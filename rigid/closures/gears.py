@@ -61,14 +61,17 @@ def gear_input(place: JointPlace, moved: Moved, flank: Columns | None = None) ->
         # Racks run on the ground: the line does not move.
         return ratio * dot(driver.line, moved(driver, link)[0])
     push = teeth.push(flank)
+    carrier = joint.parent if teeth.wheel == joint.child else joint.child
     led, led_turn = moved(driver, teeth.body)
-    follower, follower_turn = moved(joint, joint.child)
-    if place.turns:  # its coordinate is still that of its parent
-        follower_turn = moved(joint, joint.parent)[1]
+    follower, follower_turn = moved(joint, teeth.wheel)
+    at_carrier, carrier_turn = moved(joint, carrier)
+    # Along the joint's coordinate the wheel goes with its carrier, so that the gear's motion comes on top.
+    if place.turns:
+        follower_turn = carrier_turn
     else:
-        follower = follower - dot(place.along, follower) * place.along
+        follower = follower + dot(place.along, at_carrier - follower) * place.along
     opened = dot(push, follower) - dot(push, led) - led_turn * cross(teeth.reach_body, push)
-    return -(opened + follower_turn * cross(teeth.reach, push))
+    return -teeth.sense * (opened + follower_turn * cross(teeth.reach, push))
 
 
 def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Columns = 0.0) -> Sequence[GearLoad]:
@@ -88,16 +91,18 @@ def gear_loads(place: JointPlace, force: Columns, moment: Columns, flank: Column
     effort, driver = place.effort(force, moment), joint.gear.driver
     if teeth is None:
         return _without_teeth(joint, driver, -joint.sense * joint.gear.ratio * effort)
+    effort = teeth.sense * effort
     tooth = effort * teeth.push(flank)
     hub = teeth.arm - teeth.reach_body
     led = GearLoad(teeth.body, driver, hub, -tooth, -cross(teeth.reach_body, tooth))
-    # The effort is between the teeth: the parent, which carries the joint, does not feel it.
+    # The effort is between the teeth: the carrier does not feel it.
+    ends = (joint.child, place.arm_child), (joint.parent, place.arm_parent)
+    (wheel, arm), (carrier, arm_carrier) = ends if teeth.wheel == joint.child else ends[::-1]
     if place.turns:
-        on_follower = GearLoad(joint.child, joint, place.arm_child, tooth, ZERO)
-        return on_follower, led, GearLoad(joint.parent, joint, place.arm_parent, ZERO, effort)
+        return GearLoad(wheel, joint, arm, tooth, ZERO), led, GearLoad(carrier, joint, arm_carrier, ZERO, effort)
     pull = effort * place.along
-    on_follower = GearLoad(joint.child, joint, place.arm_child, tooth - pull, cross(teeth.reach, tooth))
-    return on_follower, led, GearLoad(joint.parent, joint, place.arm_parent, pull, ZERO)
+    on_follower = GearLoad(wheel, joint, arm, tooth - pull, cross(teeth.reach, tooth))
+    return on_follower, led, GearLoad(carrier, joint, arm_carrier, pull, ZERO)
 
 
 def _without_teeth(joint: Joint, driver: Joint, effort: Columns) -> Sequence[GearLoad]:

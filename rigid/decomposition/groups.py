@@ -10,9 +10,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from rigid.arrays import Reals
 from rigid.joints import Body, Joint, WeldJoint
 
 RIGID = 3  # constraints that hold a link
+
+
+@dataclass(frozen=True, eq=False)
+class GearLoop:
+    """Gears of a group that drive one another: their drivers are between links that their followers carry.
+
+    Attributes
+    ----------
+    followers
+        Numbers of the tree joints that follow them.
+    carried
+        Per follower the links that it carries, as in `Group.carried`.
+    release
+        Motions of all followers, child from parent, per motion that each gear gives its own while no follower moves,
+        shape (followers, followers). Willis' equation is a row of it.
+    """
+
+    followers: tuple[int, ...]
+    carried: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+    release: Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +42,7 @@ class Group:
 
     `tree[k]` carries `links[k]`; `free` the numbers of the tree joints that no drive moves. `carried` lists per free
     joint the links that it carries, each with the numbers of the tree joints from its own back to that one. `cut`
-    closes the loops. `rings` are welds that close loops of nothing but welds.
+    closes the loops. `rings` are welds that close loops of nothing but welds. `loop`: gears that drive one another.
     """
 
     links: tuple[int, ...]
@@ -30,6 +51,7 @@ class Group:
     free: tuple[int, ...]
     carried: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
     rings: tuple[Joint, ...] = ()
+    loop: GearLoop | None = None
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -101,7 +123,7 @@ class Structure:
     @cached_property
     def measured_drivers(self) -> tuple[tuple[str, int, int], ...]:
         """Names and links of the joints that drive a gear and are not themselves moved."""
-        drivers = [joint.gear.driver for joint in self.joints if joint.gear is not None]
+        drivers = [driver for joint in self.joints if joint.gear for _, driver in joint.gear.sources]
         return tuple(sorted({(each.name, each.parent, each.child) for each in drivers if not each.moved}))
 
     def __repr__(self) -> str:

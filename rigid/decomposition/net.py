@@ -108,6 +108,12 @@ class Net:
         ends = links[parent].points[point], links[child].points[point]
         return PinJoint(point, parent, child, *ends, sense, drive, gear)
 
+    def turned(self, link: int) -> Joint:
+        """The pin of a link on the ground: a driven one, else one that is thought of, to count its angle by."""
+        ends = frozenset((0, link))
+        points = [point for point, pair in (*self.driven, *self.geared) if pair == ends and point in self.pins]
+        return self.pin(points[0], 0, link) if points else PinJoint("", 0, link, 0.0, 0.0)
+
     def slide(self, name: str, parent: int, child: int) -> Joint:
         """A slider between its two links."""
         slider, on, link = self.sliders[name]
@@ -159,7 +165,9 @@ class Net:
             joints = self.joints(links, known)
             drives = sum(joint.moved for joint in joints)
             drivers = {end for joint in joints if joint.gear for end in joint.gear.ends}
-            if 2 * len(joints) + drives != 3 * len(links) or not drivers <= known or _unsolvable(joints, links):
+            # Gears that drive one another are solved together where nothing but drives moves the links besides.
+            driven = drivers <= known or (drivers <= known | set(links) and len(joints) == len(links))
+            if 2 * len(joints) + drives != 3 * len(links) or not driven or _unsolvable(joints, links):
                 continue
             if not self.doubled(links, known):
                 yield links

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from rigid.decomposition.groups import Group, Structure
+import numpy as np
+
+from rigid.decomposition.groups import GearLoop, Group, Structure
 from rigid.decomposition.net import Net
 from rigid.joints import Joint, WeldJoint
 from rigid.mechanism import Mechanism
@@ -14,6 +17,7 @@ from rigid.names import counted
 from rigid.parts import MechanismError
 
 MOST_NAMED = 3  # points in a message
+SINGULAR = 1e-9  # of gears that drive one another: share of their motion that they leave open
 
 
 @lru_cache(maxsize=64)
@@ -38,7 +42,9 @@ def _structure(*parts: Any) -> Structure:
         links = next(net.determined(known, unknown), None) or next(net.surplus(known, unknown), None)
         if links is None:
             raise _undetermined(net, known, unknown)
-        groups.append(_group(net, links, known))
+        group = _group(net, links, known)
+        inside = {end for joint in group.tree if joint.gear for end in joint.gear.ends} & set(links)
+        groups.append(_with_loop(net, group) if inside else group)
         known |= set(links)
         unknown -= set(links)
     joints = tuple(joint for group in groups for joint in group.joints)
@@ -99,6 +105,81 @@ def _directed(
         tuple((link, placed[link][: placed[link].index(k) + 1]) for link in order if k in placed[link]) for k in free
     )
     return Group(order, tuple(tree_joints), tuple(cut), tuple(free), carried, tuple(rings))
+
+
+def _with_loop(net: Net, group: Group) -> Group:
+    """A group with gears that drive one another: laws of their followers by joints placed before, and their release.
+
+    With y the followers' motions, child from parent, y = r + M y, where r is what gears give while no follower moves.
+    """
+    tree, followers = group.tree, [k for k, joint in enumerate(group.tree) if joint.gear]
+    chains = _chains(group)
+    carried = tuple(
+        tuple((link, chain[: chain.index(k) + 1]) for link, chain in chains.items() if k in chain) for k in followers
+    )
+    open_ = np.eye(len(followers)) - np.array([[_driven_by(tree, chains, g, k) for k in followers] for g in followers])
+    if np.linalg.svd(open_, compute_uv=False)[-1] <= SINGULAR * np.abs(open_).max():
+        raise MechanismError(
+            f"the gears of {net.quoted(group.links)} lock one another or leave one another free: "
+            "change a ratio, or drive another of their wheels",
+            kind="freedoms",
+            links=net.names(group.links),
+        )
+    release = np.linalg.inv(open_)
+    sources = [_sources(net, tree, chains, k) for k in followers]
+    joints = list(tree)
+    for row, k in enumerate(followers):
+        terms: dict[tuple[str, int, int], tuple[float, Joint]] = {}
+        for share, given in zip(release[row], sources, strict=True):
+            for factor, joint in given:
+                key = joint.name, joint.parent, joint.child
+                terms[key] = terms.get(key, (0.0, joint))[0] + tree[k].sense * share * factor, joint
+        greatest = max((abs(factor) for factor, _ in terms.values()), default=0.0)
+        law = tuple(term for term in terms.values() if abs(term[0]) > SINGULAR * greatest)
+        gear = tree[k].gear
+        assert gear is not None
+        joints[k] = replace(tree[k], gear=replace(gear, law=law))
+    return replace(group, tree=tuple(joints), loop=GearLoop(tuple(followers), carried, release))
+
+
+def _chains(group: Group) -> dict[int, tuple[int, ...]]:
+    """Per link of a group the numbers of the tree joints from its own back to a link placed before."""
+    chains: dict[int, tuple[int, ...]] = {}
+    for k, joint in enumerate(group.tree):
+        chains[joint.child] = (k, *chains.get(joint.parent, ()))
+    return chains
+
+
+def _driven_by(tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int, k: int) -> float:
+    """Motion of a gear's follower, child from parent, per motion of tree joint k, as by its ratio."""
+    gear = tree[follower].gear
+    assert gear is not None
+    if gear.driver.turns != tree[k].turns:
+        return 0.0
+    ends = [k in chains.get(link, ()) for link in gear.ends]
+    return tree[follower].sense * gear.ratio * (ends[1] - (ends[0] if gear.driver.turns else 0.0))
+
+
+def _sources(
+    net: Net, tree: Sequence[Joint], chains: dict[int, tuple[int, ...]], follower: int
+) -> Iterator[tuple[float, Joint]]:
+    """Factors and joints that tell the motion of a gear's follower while no follower of its group moves.
+
+    Motions are child from parent; the joints are drives, and angles of links placed before.
+    """
+    gear = tree[follower].gear
+    assert gear is not None
+    ratio = tree[follower].sense * gear.ratio
+    if not set(gear.ends) & set(chains):
+        yield ratio, gear.driver
+        return
+    for link, sign in zip(gear.ends, (-ratio, ratio), strict=True):
+        chain = chains.get(link, ())
+        driven = [tree[k] for k in chain if tree[k].drive is not None and tree[k].turns == gear.driver.turns]
+        yield from ((sign, joint) for joint in driven)
+        root = tree[chain[-1]].parent if chain else link
+        if root and gear.driver.turns:
+            yield sign, net.turned(root)
 
 
 def _undetermined(net: Net, known: set[int], unknown: set[int]) -> MechanismError:

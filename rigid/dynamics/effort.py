@@ -181,7 +181,9 @@ def _multiplier_forces(motion: Motion, friction: Mapping[int, Reals]) -> JointFo
         if place.teeth is not None:
             effort = place.joint.sense * multiplier[..., row]
             flank[number] = np.where(np.abs(effort) > UNSTRESSED * np.abs(load).max(-1), np.sign(effort), 0.0)
-            matrix[..., row, :] = place.joint.sense * _tooth_row(motion, place, place.teeth.push(flank[number]))
+            matrix[..., row, :] = (
+                place.teeth.sense * place.joint.sense * _tooth_row(motion, place, place.teeth.push(flank[number]))
+            )
     if flank:
         multiplier = _multipliers(matrix, load, good)
     held = _joint_forces(motion, here, np.moveaxis(multiplier, -1, 0), ground, flank)
@@ -204,8 +206,7 @@ def _tooth_row(motion: Motion, place: JointPlace, push: Columns) -> Reals:
     teeth = place.teeth
     assert teeth is not None
     row = np.zeros((*motion.columns, 3 * len(motion.mechanism.links)))
-    child = place.joint.child
-    for link, arm, sign in ((child, place.arm_child + teeth.reach, 1.0), (teeth.body, teeth.arm, -1.0)):
+    for link, arm, sign in ((teeth.wheel, place.arm(teeth.wheel) + teeth.reach, 1.0), (teeth.body, teeth.arm, -1.0)):
         for axis, part in enumerate((np.real(push), np.imag(push), cross(arm, push))):
             row[..., 3 * link + axis] += sign * part
     return row[..., 3:]

@@ -66,14 +66,21 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """A gear as its follower sees it: the ratio, and the driving joint between two links placed before.
+    """A gear as its follower sees it: the ratio, and the driving joint.
 
-    `pressure_angle` of its teeth [rad]; None where it has none.
+    `pressure_angle` of its teeth [rad]; None where it has none. `law`: of a follower whose driver is between links of
+    its own group, factors and joints between links placed before, whose changes from the drawing add up to its own.
     """
 
     ratio: float
     driver: Joint
     pressure_angle: float | None = None
+    law: tuple[tuple[float, Joint], ...] = ()
+
+    @property
+    def sources(self) -> tuple[tuple[float, Joint], ...]:
+        """Factors and joints between links placed before: their changes from the drawing add up to the follower's."""
+        return self.law or ((self.ratio, self.driver),)
 
     @property
     def ends(self) -> tuple[int, int]:

@@ -70,10 +70,10 @@ class Branch:
     def measure(self, group: Group) -> None:
         """Angles of the joints that drive gears of a group, counted from the drawing on along the knots."""
         place = self.table["place"]
-        for joint in group.tree:
-            if joint.gear is None or joint.gear.driver.moved or not joint.gear.driver.turns:
+        sources = [driver for joint in group.tree if joint.gear for _, driver in joint.gear.sources]
+        for driver in sources:
+            if driver.moved or not driver.turns:
                 continue
-            driver = joint.gear.driver
             k = self.drivers.index((driver.name, driver.parent, driver.child))
             angle = np.angle(self.table["direction"][:, [driver.child, driver.parent]])
             change = np.diff(angle, axis=0)

@@ -161,4 +161,4 @@ def drawn_drives(mechanism: Mechanism) -> tuple[list[float], Flags, bool]:
     for joint in joints:
         if joint.drive is not None:
             drawn[joint.drive], slides[joint.drive] = drawing.coordinate(joint), not joint.turns
-    return drawn, slides, all(joint.gear is None or joint.gear.driver.moved for joint in joints)
+    return drawn, slides, not structure(mechanism).measured_drivers

@@ -130,10 +130,12 @@ class Certificate:
     def _led(self, hinge: Joint) -> Any:
         """How far a gear's follower may be from the straight line."""
         assert hinge.gear is not None
-        if hinge.gear.driver.moved:
-            return 0.0
-        sort = self.step.bend if hinge.gear.driver.turns else self.step.stray
-        return abs(hinge.gear.ratio) * sum(sort[link] for link in hinge.gear.ends)
+        total: Any = 0.0
+        for ratio, driver in hinge.gear.sources:
+            if not driver.moved:
+                sort = self.step.bend if driver.turns else self.step.stray
+                total = total + abs(ratio) * sum(sort[link] for link in (driver.parent, driver.child))
+        return total
 
     def _size(self, arm: Columns) -> Any:
         size = np.abs(arm)

@@ -38,14 +38,19 @@ class PartialPosture:
             return self.drive[joint.drive]
         if joint.gear is None:
             return 0.0
-        drawing, driver = Drawing(self.mechanism), joint.gear.driver
-        drawn = drawing.coordinate(driver)
-        now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
-        # What moves the driver may count its coordinate the other way than the gear does.
-        followed = drawing.coordinate(joint) + joint.gear.ratio * driver.sense * (now - drawn)
-        if self.near is None or driver.moved or not driver.turns or not joint.turns:
-            return followed
-        return self._nearest(joint, followed, 2 * np.pi * joint.gear.ratio)
+        drawing = Drawing(self.mechanism)
+        followed: Columns = drawing.coordinate(joint)
+        turns = []
+        for ratio, driver in joint.gear.sources:
+            drawn = drawing.coordinate(driver)
+            now = self.coordinate(driver) if driver.moved else self._measured(driver, drawn)
+            # What moves the driver may count its coordinate the other way than the gear does.
+            followed = followed + ratio * driver.sense * (now - drawn)
+            if joint.turns and driver.turns and not driver.moved:
+                turns.append(2 * np.pi * ratio)
+        for turn in turns if self.near is not None else ():
+            followed = self._nearest(joint, followed, turn)
+        return followed
 
     def _nearest(self, joint: Joint, coordinate: Reals, turn: float) -> Columns:
         """A follower's angle with that number of its driver's turns that puts it nearest to a posture."""

@@ -183,7 +183,7 @@ def _gears(results: Results) -> Iterator[list[dict[str, Any]]]:
         driver, teeth = place.joint.gear.driver, place.teeth
         ends = [(driver, driver.child, None), (place.joint, place.joint.child, None)]
         if teeth is not None:
-            ends = [(driver, teeth.body, teeth.reach_body), (place.joint, place.joint.child, teeth.reach)]
+            ends = [(driver, teeth.body, teeth.reach_body), (place.joint, teeth.wheel, teeth.reach)]
         yield [
             {"link": link, "point": joint.point(link), "radius": _radius(reach) if joint.turns else None}
             for joint, link, reach in ends
