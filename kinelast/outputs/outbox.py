@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from kinelast.outputs.sealed import SUMMARY, files_of, summary_in, with_files, write_json
+from kinelast.outputs.sealed import SUMMARY, changed, own_names, summary_in, with_files, write_json
 from kinelast.outputs.table import FORMATS
 from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError, written
@@ -31,7 +31,8 @@ LINE = 300  # letters of a message
 def complete(folder: Path) -> Iterator[Path]:
     """A folder to write to, which takes the place of `folder` when all has gone well and vanishes when not.
 
-    What somebody else has put into `folder` stays there, see `foreign`.
+    What somebody else has put into `folder` stays there, see `foreign`; so do files of earlier runs that the new
+    summary lists as `earlier`. A file that is written anew but was changed by hand is moved aside, as `NAME.edited.EXT`.
 
     Raises
     ------
@@ -45,8 +46,10 @@ def complete(folder: Path) -> Iterator[Path]:
         try:
             part.mkdir()
             yield part
-            _refuse_to_replace(folder, {entry.name for entry in part.iterdir()})
+            made = {entry.name for entry in part.iterdir()}
+            _refuse_to_replace(folder, made)
             if folder.exists():
+                _move_aside(folder, made)
                 folder.rename(old)
             part.rename(folder)
         finally:
@@ -133,7 +136,7 @@ def foreign(folder: Path, summary: Mapping[str, Any] | None = None) -> list[str]
     """Names of files that somebody else has put into a folder; its summary, where that is known already."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        return sorted(names - ({*files_of(summary), SUMMARY} if summary else _ours(folder))) if names else []
+        return sorted(names - (own_names(summary) if summary else _ours(folder))) if names else []
     return []
 
 
@@ -240,8 +243,10 @@ def _clean(folder: Path, hidden: str) -> None:
     for place in (old, *(path for path in old.rglob("*") if path.is_dir())):
         with suppress(OSError):
             place.chmod(0o700)  # so that what was written to be read alone goes away, too
-    for name in foreign(old):
-        (old / name).rename(folder / name)
+    staying = {*foreign(old), *own_names(summary_in(folder) or {})}
+    for name in (entry.name for entry in list(old.iterdir())):
+        if name in staying and not (folder / name).exists():
+            (old / name).rename(folder / name)
     shutil.rmtree(old, ignore_errors=True)
 
 
@@ -254,7 +259,16 @@ def _ours(folder: Path) -> set[str]:
     if known is None:
         found = _written() & {entry.name for entry in folder.iterdir()}
         return {*found, SUMMARY} if found else set()
-    return {*files_of(known), SUMMARY} if known else set()
+    return own_names(known) if known else set()
+
+
+def _move_aside(folder: Path, made: set[str]) -> None:
+    """Give files that are to be replaced, but were changed by hand, a name of their own."""
+    for name in made & set(changed(folder)):
+        path, number = folder / name, 1
+        while (aside := path.with_name(f"{path.stem}.edited{number if number > 1 else ''}{path.suffix}")).exists():
+            number += 1
+        path.rename(aside)
 
 
 def _written() -> set[str]:

@@ -21,6 +21,12 @@ def made_from(content: bytes, request: Request) -> dict[str, Any]:
     return {"sha256": hashlib.sha256(content).hexdigest(), "options": options}
 
 
+def same_scene(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two origins are of one scene: the same bytes with the same numbers changed."""
+    states = [(origin.get("sha256"), _dict(origin, "options").get("changes")) for origin in (one, other)]
+    return states[0] == states[1]
+
+
 def write_json(path: Path, data: Any) -> None:
     """Indented, strict JSON."""
     path.write_bytes(json_bytes(data, indent=1) + b"\n")
@@ -37,18 +43,56 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
     return msgspec.json.format(text, indent=indent) if indent else text
 
 
-def seal(folder: Path, summary: Mapping[str, Any]) -> None:
-    """Write the summary of a folder last: with the size and the digest of every file, and its own digest."""
+def seal(folder: Path, summary: Mapping[str, Any], place: Path | None = None) -> dict[str, Any]:
+    """Write the summary of a folder last: with the size and the digest of every file, and its own digest.
+
+    Parameters
+    ----------
+    place
+        Where the folder is going to stand, if files of earlier runs that are there and not among its own stay: they
+        are listed as `earlier`, each with its origin and digest.
+
+    Returns
+    -------
+    dict
+        The summary as written, its own size among the files.
+    """
     whole = {**summary, "files": sizes(folder)}
+    if place is not None:
+        whole["earlier"] = _earlier(place, {*whole["files"], SUMMARY})
     whole["sha256"] = {**_digests(folder), SUMMARY: _own_digest(whole)}
     write_json(folder / SUMMARY, whole)
+    return {**whole, "files": sizes(folder)}
+
+
+def _earlier(place: Path, made: set[str]) -> dict[str, Any]:
+    """Files of this program in a place that are not made anew, each with its origin and digest."""
+    known = summary_in(place) or {}
+    digests, origin = _dict(known, "sha256"), _dict(known, "made_from")
+    last = {name: {"made_from": origin, "sha256": digests.get(name)} for name in files_of(known)}
+    before = {name: told for name, told in _dict(known, "earlier").items() if _dict(told, "made_from")}
+    return {name: told for name, told in {**before, **last}.items() if name not in made and (place / name).exists()}
+
+
+def changed(place: Path) -> list[str]:
+    """Names of the files of this program in a place that are not as it has written them."""
+    known = summary_in(place) or {}
+    digests = {name: _dict(_dict(known, "earlier"), name).get("sha256") for name in _dict(known, "earlier")}
+    digests |= {name: digest for name, digest in _dict(known, "sha256").items() if name != SUMMARY}
+    there = {name: digest for name, digest in digests.items() if isinstance(digest, str) and (place / name).exists()}
+    return sorted(name for name, digest in there.items() if _digest(place / name) != digest)
+
+
+def _dict(data: Any, key: str) -> dict[str, Any]:
+    """An entry that is a table; empty where somebody has put something else there."""
+    entry = data.get(key) if isinstance(data, Mapping) else None
+    return entry if isinstance(entry, dict) else {}
 
 
 def with_files(summary: Mapping[str, Any], part: Path) -> dict[str, Any]:
     """The summary of a folder to which all files of another one are added."""
     whole = {**summary, "files": {**files_of(summary), **sizes(part)}}
-    before = summary.get("sha256")
-    digests = {**(before if isinstance(before, dict) else {}), **_digests(part)}
+    digests = {**_dict(summary, "sha256"), **_digests(part)}
     return {**whole, "sha256": {**digests, SUMMARY: _own_digest(whole)}}
 
 
@@ -99,6 +143,11 @@ def finished(folder: Path, made: Mapping[str, Any]) -> tuple[dict[str, Any] | No
     except OSError as error:
         return None, f"{Path(error.filename or '').name or 'a file'} is not there"
     return (None, f"{', '.join(wrong[:3])} is not as it was written") if wrong else (before, "")
+
+
+def own_names(summary: Mapping[str, Any]) -> set[str]:
+    """Names that belong to this program in a folder: those of its files, of earlier runs too, and of its summary."""
+    return {*files_of(summary), *_dict(summary, "earlier"), SUMMARY}
 
 
 def files_of(summary: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
-from kinelast.outputs.sealed import finished, made_from, seal, sizes, write_json
+from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
 from kinelast.process.progress import SILENT, Progress
 from kinelast.runs.compute import by_theory, checked, computed, further_checked, require_chunk
@@ -92,12 +92,12 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
         if request.tables:
             raise RequestError("--tables: of a run as long as this there is CSV alone, which is written on the way")
         with complete(folder) as part:
-            figures = _finish(part, document, _long(part, scene, request, progress), made, request, progress)
+            figures = _finish(part, folder, document, _long(part, scene, request, progress), made, request, progress)
     else:
         results = computed(scene, request, progress)
         with complete(folder) as part:
             write_tables(part, results, request)
-            figures = _finish(part, document, results, made, request, progress)
+            figures = _finish(part, folder, document, results, made, request, progress)
     return _told(task, figures)
 
 
@@ -145,9 +145,15 @@ def write_tables(part: Path, results: Results, request: Request) -> None:
 
 
 def _finish(
-    part: Path, document: Document, results: Results, made: dict[str, Any], request: Request, progress: Progress
+    part: Path,
+    place: Path,
+    document: Document,
+    results: Results,
+    made: dict[str, Any],
+    request: Request,
+    progress: Progress,
 ) -> dict[str, Any]:
-    """The figures of a scene with its tables written, and all other files."""
+    """The figures of a scene with its tables written, and all other files, in a folder that is to stand at a place."""
     from kinelast.figures.refinement import refined
     from kinelast.figures.summary import summary
 
@@ -167,8 +173,7 @@ def _finish(
     for name, draw in _drawings(part, results, figures, request, progress):
         with _kept_apart(name, failed):
             draw()
-    seal(part, figures)
-    return {**figures, "files": sizes(part)}
+    return seal(part, figures, place)
 
 
 def _speeds(
@@ -190,6 +195,9 @@ def _told(task: Task, figures: dict[str, Any]) -> Outcome:
     line = f"{task.name}: {headline(figures)} -> {task.folder}"
     if others := foreign(task.folder, figures):
         line += f"; kept there: {plain(', '.join(others[:3]), MESSAGE)}"
+    made = figures["made_from"]
+    if older := [name for name, told in figures["earlier"].items() if not same_scene(told["made_from"], made)]:
+        line += f"; of an earlier state of the scene: {plain(', '.join(older[:3]), MESSAGE)}"
     for study in ("speeds", "sensitivities", "tolerances", "optimum"):
         for words in figures.get(study, {}).get("words", ()):
             line += f"\n{task.name}: {words}"
