@@ -32,7 +32,7 @@ def complete(folder: Path) -> Iterator[Path]:
     """A folder to write to, which takes the place of `folder` when all has gone well and vanishes when not.
 
     What somebody else has put into `folder` stays there, see `foreign`; so do files of earlier runs that the new
-    summary lists as `earlier`. A file that was changed by hand is moved aside as `NAME.edited.EXT` before it is replaced.
+    summary lists as `earlier`. A file that was changed by hand is moved aside, as `NAME.edited.EXT`, and not replaced.
 
     Raises
     ------
