@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from kinelast.cli.command import main
-from kinelast.tasks.paths import shipped_scenes, shipped_structures
+from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 SECONDS = 20  # that a case may take of a processor, and ten times that of a clock on the wall
 MEMORY = 8 << 30  # bytes

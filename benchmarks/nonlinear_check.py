@@ -24,7 +24,7 @@ import measuring
 from random_scenes import scenes
 
 from kinelast.figures import checks
-from kinelast.figures.comparisons import NotMade
+from kinelast.figures.results import NotMade
 from kinelast.runs.compute import computed
 from kinelast.tasks.request import Request
 

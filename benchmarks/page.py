@@ -16,7 +16,7 @@ from pathlib import Path
 import measuring
 
 from kinelast.cli.command import main as command
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.task import shipped_scenes
 
 BATCH = 50
 ROUNDS = 5

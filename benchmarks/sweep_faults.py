@@ -22,8 +22,8 @@ from typing import Any
 import measuring
 from sweeping import CHUNK, four_bars, identity, tree
 
-from kinelast.process.progress import Progress
 from kinelast.sweep.running import run_plan
+from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import RequestError
 
 COUNT, KILLS, JOBS, FLIPS = 200_000, 10, 2, 17

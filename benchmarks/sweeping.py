@@ -10,7 +10,7 @@ import measuring  # noqa: F401  # before numpy: one thread, also in processes to
 import numpy as np
 
 from kinelast import shipped_scenes
-from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.evaluate import Evaluation
 from kinelast.scene.document import read_document
 
 POSITIONS = 72

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinelast.notebook.frames import to_pandas, to_xarray
+    from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
     from kinelast.notebook.inline import film, picture, report
-    from kinelast.notebook.named import deflection, load, motion
     from kinelast.scene.course import Run
-    from kinelast.scene.data import Scene
+    from kinelast.scene.data import Scene, scene_motion, scene_motion_at, scene_times
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
     from kinelast.scene.error import SceneError
-    from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
-    from kinelast.scene.structure_scene import StructureScene, read_structure, structure_from_text
-    from kinelast.tasks.paths import shipped_scenes, shipped_structures
+    from kinelast.structure.output import StructureScene, read_structure, structure_from_text
+    from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 __all__ = [
     "Document",
@@ -44,16 +42,14 @@ __all__ = [
 ]
 
 _HOME = {
-    "notebook.frames": ("to_pandas", "to_xarray"),
     "notebook.inline": ("film", "picture", "report"),
-    "notebook.named": ("deflection", "load", "motion"),
+    "notebook": ("deflection", "load", "motion", "to_pandas", "to_xarray"),
     "scene.course": ("Run",),
-    "scene.data": ("Scene",),
+    "scene.data": ("Scene", "scene_motion", "scene_motion_at", "scene_times"),
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),
     "scene.error": ("SceneError",),
-    "scene.motion": ("scene_motion", "scene_motion_at", "scene_times"),
-    "tasks.paths": ("shipped_scenes", "shipped_structures"),
-    "scene.structure_scene": ("StructureScene", "read_structure", "structure_from_text"),
+    "tasks.task": ("shipped_scenes", "shipped_structures"),
+    "structure.output": ("StructureScene", "read_structure", "structure_from_text"),
 }
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kinelast.scene.document import read_scene
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.task import shipped_scenes
 from rigid import drive_efforts, reactions
 from rigid.dynamics import multiplier_forces, virtual_work_efforts
 

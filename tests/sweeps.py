@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from kinelast import shipped_scenes
-from kinelast.process.progress import Progress
 from kinelast.scene.text import file_text
+from kinelast.tasks.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ class Printed(Progress):
 
 def main(folder, count, chunk, jobs, seconds, store):
     """A sweep in a process of its own, to be ended from outside; it goes on with what is there."""
-    from kinelast.process.stopping import stoppable
     from kinelast.sweep import store as stores
     from kinelast.sweep.running import run_plan
+    from kinelast.tasks.progress import stoppable
 
     stores.SMALL = 10**9 if store == "csv" else 0
     with stoppable():

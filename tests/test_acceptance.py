@@ -11,17 +11,17 @@ from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
+from kinelast.figures.parts import output_shares
 from kinelast.figures.results import Results
-from kinelast.figures.shares import output_shares
 from kinelast.figures.summary import angle_figures, output_figure, point_figures
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.runs.compute import computed
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion
-from kinelast.tasks.paths import shipped_scenes
 from kinelast.tasks.request import Request
+from kinelast.tasks.task import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 

@@ -17,13 +17,12 @@ from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
 from kinelast.figures.cycle import NOISE, Cycle
 from kinelast.figures.limits import judged, magnitudes
-from kinelast.figures.long_runs import long_results
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
-from kinelast.runs.compute import computed
+from kinelast.runs.compute import computed, long_results
 from kinelast.scene.error import SceneError
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.request import Request

@@ -16,8 +16,8 @@ from scene_texts import ARM, FOUR_BAR, PARALLELOGRAM, edited
 
 from kinelast.cli.command import main
 from kinelast.cli.parser import parsed
-from kinelast.tasks.paths import shipped_scenes, shipped_structures
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
+from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 UNITS = {"N": "N", "V": "N", "M": "N m", "u": "m", "w": "m", "phi": "rad", "chord": "m"}
 UNITS |= dict.fromkeys(("normal", "shear", "mises"), "Pa")

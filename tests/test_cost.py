@@ -10,11 +10,11 @@ from scene_texts import ARM, QUICK_RETURN, edited
 from elastic import Section
 from elastic.elastodynamics import elastodynamic, solution
 from kinelast.cli.command import main
-from kinelast.figures.many_beams import MOST_BEAMS
+from kinelast.figures.cycle import MOST_BEAMS
+from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_deflection, scene_motion
-from kinelast.structure.planar_report import structure_text
+from kinelast.structure import structure_text
 from rigid import Link, Lump, Mechanism, PinDrive, motion
 from rigid.dynamics import Effort, ForwardError, forward
 from rigid.topology import Contact

@@ -74,7 +74,7 @@ def test_a_page_that_fails_does_not_lose_the_sweep(scene, monkeypatch, capsys):
 
     folder = scene.parent / "out" / "my bars"
     with monkeypatch.context() as patch:
-        patch.setattr("kinelast.outputs.page.report.report_page", fails)
+        patch.setattr("kinelast.outputs.page.report_page", fails)
         assert swept(scene, "--pages", "1") == 3
     assert "the program failed on report.html" in capsys.readouterr().err
     assert (folder / "designs.csv").is_file()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browser import Page, accessibility_faults
 
-from kinelast.outputs.page.designs import SHOWN, designs_page, front, kept_designs
+from kinelast.outputs.page import SHOWN, designs_page, front, kept_designs
 
 NUMBERS, FIGURES = ("sections.bar.depth", "drives.crank.speed"), ("deflection", "mass", "safety")
 UNITS = {"sections.bar.depth": "m", "drives.crank.speed": "rad/s", "deflection": "m", "mass": "kg", "safety": "1"}

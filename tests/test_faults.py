@@ -17,14 +17,13 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 import kinelast.outputs.outbox as folders
-from kinelast.cli.command import main
-from kinelast.cli.workers import SceneWork, side_by_side
+from kinelast.cli.command import SceneWork, main, side_by_side
 from kinelast.outputs.outbox import complete, locked
 from kinelast.outputs.sealed import finished, made_from
-from kinelast.process import processes
-from kinelast.process.progress import SILENT
-from kinelast.tasks.outcome import BUG, FINE, Task
+from kinelast.tasks import processes
+from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Batch, Request, RequestError
+from kinelast.tasks.task import BUG, FINE, Task
 
 ARM = edited(FOUR_BAR, ("positions = 36", "positions = 8"))
 COMMAND = [sys.executable, "-m", "kinelast"]
@@ -199,7 +198,7 @@ def test_a_full_disk_leaves_the_older_folder_whole(function, tmp_path, monkeypat
 def test_no_process_at_work_ever_sees_an_interrupt():
     """Not the first one either, for which multiprocessing starts a tracker that would let interrupts through."""
     code = (
-        "import signal; from functools import partial; from kinelast.process.processes import map_surviving\n"
+        "import signal; from functools import partial; from kinelast.tasks.processes import map_surviving\n"
         "masks = map_surviving(partial(signal.pthread_sigmask, signal.SIG_BLOCK), [(), ()], 2)\n"
         "assert all(signal.SIGINT in mask for _, mask in masks)"
     )
@@ -433,11 +432,11 @@ def test_nine_drives_have_their_report(tmp_path):
 
 
 def test_what_cannot_be_drawn_takes_no_figures_with_it(tmp_path, monkeypatch, capsys):
-    import kinelast.outputs.page.report
+    import kinelast.outputs.page
 
     call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out"), "--resume"]
     with monkeypatch.context() as patch:
-        patch.setattr(kinelast.outputs.page.report, "report_page", lambda *_, **__: 1 / 0)
+        patch.setattr(kinelast.outputs.page, "report_page", lambda *_, **__: 1 / 0)
         assert main(call) == 3
     said = capsys.readouterr().err
     assert "s0: largest deflection" in said

@@ -14,9 +14,9 @@ from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import Section, deflection
 from fem_check import compare, solve
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion
 from rigid import (
     Beam,
     Friction,

@@ -14,7 +14,7 @@ from fuzz_scenes import fault_of
 
 @pytest.mark.parametrize("tens", range(20))
 def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
-    monkeypatch.setattr("kinelast.outputs.page.report.report_page", lambda *_, **__: b"<html></html>")
+    monkeypatch.setattr("kinelast.outputs.page.report_page", lambda *_, **__: b"<html></html>")
     statuses = []
     for number in range(10 * tens, 10 * tens + 10):
         status, fault = fault_of(2, number, tmp_path / str(number))

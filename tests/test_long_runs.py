@@ -17,8 +17,7 @@ import pytest
 from scene_texts import FALLING, FOUR_BAR, SWING, edited
 
 from kinelast.cli.command import main
-from kinelast.figures import long_runs
-from kinelast.runs import weight
+from kinelast.runs import compute
 from kinelast.scene.document import scene_from_text
 
 
@@ -28,7 +27,7 @@ def both(text, tmp_path, monkeypatch, *options, status=0):
     scene.write_text(text)
     folders = []
     for name, long in (("one", 1e18), ("many", 1)):
-        monkeypatch.setattr(long_runs, "LONG", long)
+        monkeypatch.setattr(compute, "LONG", long)
         call = [str(scene), "--quiet", "--theory", "quasi-static", "-o", str(tmp_path / name), *options]
         assert main(call) == status
         folders.append(tmp_path / name / "scene")
@@ -107,7 +106,7 @@ def test_an_integrated_motion_goes_in_chunks_too(tmp_path, monkeypatch):
 
 
 def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(long_runs, "SHOWN", 40)
+    monkeypatch.setattr(compute, "SHOWN", 40)
     text = edited(FOUR_BAR, ("positions = 36", "positions = 500"))
     _, many = both(text, tmp_path, monkeypatch, "--check", "2")
     summary = json.loads((many / "summary.json").read_text())
@@ -117,12 +116,12 @@ def test_the_check_and_films_are_of_the_positions_shown(tmp_path, monkeypatch):
 
 def test_memory_does_not_grow_with_the_positions(monkeypatch):
     scene = scene_from_text(FOUR_BAR)
-    monkeypatch.setattr(long_runs, "SHOWN", 32)
+    monkeypatch.setattr(compute, "SHOWN", 32)
     sizes = []
     for count in (800, 3200):
         time = np.linspace(0, scene.run.duration, count, endpoint=False)
         tracemalloc.start()
-        long_runs.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
+        compute.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
         sizes.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert sizes[1] < 1.5 * sizes[0]
@@ -142,19 +141,19 @@ def test_springs_that_turn_and_friction_are_those_of_one_piece(tmp_path, monkeyp
 def test_runs_of_many_links_without_beams_are_long_too():
     made = 'section = "bar"\nmaterial = "steel"'
     bare = edited(FOUR_BAR, *((made, f'rigid = true\nmass = 0.1\ncenter = "{point}"') for point in "ABD"))
-    assert [long_runs.is_long(scene_from_text(bare), count) for count in (40_000, 60_000)] == [False, True]
+    assert [compute.is_long(scene_from_text(bare), count) for count in (40_000, 60_000)] == [False, True]
 
 
 def test_a_heavy_request_is_told_before_it_starts_and_refused_where_there_is_no_room(tmp_path, monkeypatch, capsys):
     scene = tmp_path / "scene.toml"
     scene.write_text(FOUR_BAR)
-    monkeypatch.setattr(weight, "HEAVY", 1e3)
+    monkeypatch.setattr(compute, "HEAVY", 1e3)
     assert main([str(scene), "--fields", "-o", str(tmp_path / "out")]) == 0
     # 12 fields of 3 beams at 101 stations and 36 positions, twice while they are written: 2.09 MB, and a table.
     assert "scene: 36 positions take about 2.1" in capsys.readouterr().err
     for what, options in (("_free_disk", ["--fields"]), ("_free_memory", ["--check"])):
         with monkeypatch.context() as patch:
-            patch.setattr(weight, what, lambda *_: 1e3)
+            patch.setattr(compute, what, lambda *_: 1e3)
             assert main([str(scene), *options, "-o", str(tmp_path / "none")]) == 2
         assert "where 0.001 MB are free: ask for fewer --positions" in capsys.readouterr().err
     assert main([str(scene), "--mesh", "--positions", "20001", "-o", str(tmp_path / "none")]) == 2
@@ -177,7 +176,7 @@ def test_out_of_memory_is_told_as_such(tmp_path, monkeypatch, capsys):
 def test_results_of_a_long_run_know_their_whole():
     scene = scene_from_text(FOUR_BAR)
     time = np.linspace(0, scene.run.duration, 5000, endpoint=False)
-    results = long_runs.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
+    results = compute.long_results(scene, time, lambda results, first: None, lambda scene, bent: None)
     assert results.counts == (5000, 0, 0)
     assert results.figures.positions == 5000
     assert len(results.motion.time) == 3600
@@ -185,7 +184,7 @@ def test_results_of_a_long_run_know_their_whole():
 
 def test_what_takes_long_shows_progress(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 0.0)
-    monkeypatch.setattr(long_runs, "LONG", 1)
+    monkeypatch.setattr(compute, "LONG", 1)
     texts = {
         "scene": edited(FOUR_BAR, ("positions = 36", "positions = 300")),
         "fall": edited(FALLING, ("duration = 2", "duration = 0.5")),

@@ -11,7 +11,7 @@ from scene_texts import PARALLELOGRAM
 
 from kinelast.cli.command import main
 from kinelast.scene.numbers import number
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.task import shipped_scenes
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 SHOW = "document.getElementById('stage').scrollIntoView({behavior: 'instant', block: 'center'});"

@@ -22,13 +22,12 @@ from kinelast.figures.refinement import refined
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings
-from kinelast.outputs.stills.charts import GREY, Axis, Chart, Curve, field_maps, line_charts
-from kinelast.outputs.stills.cycle_charts import axis, cycle_charts, cycle_maps
-from kinelast.outputs.stills.drawing import mechanism_drawing
+from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
+from kinelast.outputs.pictures import mechanism_drawing
+from kinelast.scene.data import scene_motion, scene_motion_at
 from kinelast.scene.document import scene_from_dict
-from kinelast.scene.motion import scene_motion, scene_motion_at
 from kinelast.scene.numbers import number, quantity, round_down, round_up, ticks
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.task import shipped_scenes
 
 VOID = {"meta", "img", "br", "link"}
 HANGING = tomllib.loads(

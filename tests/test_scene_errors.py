@@ -13,13 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWING, WHEEL, YOKE, edited
 
+from kinelast.scene.course import IntegratedCourse
+from kinelast.scene.data import scene_motion, scene_motion_at, scene_times
 from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.integrated_course import IntegratedCourse
-from kinelast.scene.motion import scene_motion, scene_motion_at, scene_times
-from kinelast.scene.quantities import Force, ForcePerLength, Moment, Stiffness, TurnCompliance
-from kinelast.scene.shapes import BendingRigidity
-from kinelast.scene.structure_scene import structure_from_dict
+from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
+from kinelast.structure.output import structure_from_dict
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'

@@ -14,8 +14,8 @@ from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 from kinelast.designs import evaluate
 from kinelast.figures.summary import summary
 from kinelast.runs.compute import computed
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_dict, scene_from_text
-from kinelast.scene.motion import scene_motion
 from kinelast.scene.quantities import (
     Coordinate,
     Density,
@@ -26,8 +26,8 @@ from kinelast.scene.quantities import (
     MassPerLength,
     Moment,
     Speed,
+    Stress,
 )
-from kinelast.scene.shapes import Stress
 from kinelast.tasks.request import Request
 from rigid import position_of
 

@@ -9,15 +9,15 @@ import pytest
 from scene_texts import FOUR_BAR, SLIDER_CRANK, edited
 
 from elastic import deflection, sample
+from kinelast.scene.data import scene_motion, scene_times
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion, scene_times
 from kinelast.scene.quantities import (
     Coordinate,
 )
-from kinelast.scene.schema import schema_text
+from kinelast.scene.text import schema_text
 from kinelast.scene.units import USUAL, registry
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.task import shipped_scenes
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

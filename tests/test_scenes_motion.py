@@ -7,9 +7,9 @@ import pytest
 from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.cli.command import main
+from kinelast.scene.data import scene_motion, scene_motion_at
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion, scene_motion_at
 from rigid import drive_efforts, position_of, reactions
 from rigid.analysis import LinkAngle, Slide
 

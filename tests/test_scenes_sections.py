@@ -12,9 +12,9 @@ from animations.solid import cross_sections
 from elastic import SHAPES, deflection, displacement_of, extremes, sample, section_of, tapered
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.motion import scene_motion
-from kinelast.scene.shapes import Dimensioned, SectionTable
+from kinelast.scene.format import Dimensioned, SectionTable
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 

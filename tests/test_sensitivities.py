@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from figure_table import Table
 
-from kinelast.designs.richardson import limit
-from kinelast.designs.sensitivities import sensitivities
+from kinelast.designs.sensitivities import limit, sensitivities
 
 
 def arm(lib, depth, width, length, E, density, tip, acceleration):

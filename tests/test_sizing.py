@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 from elastic import deflection, extremes
 from kinelast import read_scene, scene_motion, shipped_scenes
 from kinelast.designs import evaluate, with_value
-from kinelast.designs.accuracy import accuracy_figures
 from kinelast.designs.search import local_searches
 from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
-from kinelast.outputs.optimum import words
+from kinelast.designs.tolerances import accuracy_figures
+from kinelast.outputs.studies import words
 from kinelast.scene.document import scene_from_dict
 from kinelast.scene.parsing import parse_toml
 

@@ -16,8 +16,8 @@ from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.designs.asked import optimization_task, tolerance_task
 from kinelast.designs.plan import plan_of
-from kinelast.designs.together import batched
-from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.designs.search import batched
+from kinelast.outputs.sensitivities import Bars, bars_svg
 from kinelast.scene import build, parsing
 from kinelast.scene.document import document_from_text, read_document
 from kinelast.scene.error import SceneError

@@ -12,9 +12,9 @@ from elastic import PRIMARY, Section, Taper, deflection, sample
 from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
 from kinelast.runs.compute import require_on_beams
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion
 from rigid import Beam, Friction, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
 
 LENGTH = 0.6

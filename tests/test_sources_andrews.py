@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene.motion import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion, scene_motion_at
 from rigid import position_of
 from rigid.dynamics import kinetic_energy, multiplier_forces, potential_energy
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sources import shipped, three_ways
 
-from kinelast.scene.motion import scene_motion, scene_motion_at
+from kinelast.scene.data import scene_motion, scene_motion_at
 from rigid import motion
 from rigid.analysis import PointCoordinate, dead_points, drive_values
 

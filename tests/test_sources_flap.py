@@ -7,9 +7,9 @@ import pytest
 from scene_texts import edited, linked
 from sources import number, shipped, three_ways
 
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion
 from rigid import acceleration_of, drive_efforts, motion, position_of, reactions
 from rigid.analysis import LinkAngle
 from rigid.dynamics import reduced_inertia

@@ -5,8 +5,8 @@ import pytest
 from kinelast.cli.command import main
 from kinelast.scene.document import read_scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.structure_scene import read_structure
-from kinelast.tasks.paths import shipped_structures
+from kinelast.structure.output import read_structure
+from kinelast.tasks.task import shipped_structures
 from rigid.topology import (
     Action,
     cyclomatic_number,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sources import number, shipped, three_ways
 
-from kinelast.scene.motion import scene_motion
+from kinelast.scene.data import scene_motion
 from rigid import Link, Mechanism, PinDrive, motion, position_of
 from rigid.analysis import LinkAngle, swing, time_ratio, transmission_angles
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from mechanisms import four_bar_linkage, linkage, slider_crank_linkage, three_cranks
 
+from kinelast.structure import spatial_text, structure_text
 from kinelast.structure.output import skeleton, skeleton_svg
-from kinelast.structure.planar_report import structure_text
-from kinelast.structure.spatial_report import spatial_text
 from rigid import Link, Mechanism, MechanismError, PinDrive, Slider, SliderDrive
 from rigid.topology import Contact, SpatialJoint
 

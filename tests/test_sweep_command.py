@@ -7,7 +7,7 @@ import pytest
 from sweeps import swept_scene, tree
 
 from kinelast.cli.command import main
-from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
 from kinelast.scene.document import document_from_dict
 from kinelast.scene.text import file_text, toml_tables

@@ -17,11 +17,11 @@ import pytest
 from sweeps import IDENTITY, Parabolas, tree
 
 from kinelast.outputs.outbox import locked
-from kinelast.process.progress import Progress
 from kinelast.sweep import cluster, running, store
 from kinelast.sweep.manifest import read_manifest
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import stored_chunks
+from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import RequestError
 
 COUNT, CHUNK = 1050, 100

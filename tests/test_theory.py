@@ -16,7 +16,8 @@ from elastic.elastodynamics import buckling_factor, transient
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures.checks import nonlinear_check, solid_check
-from kinelast.figures.comparisons import NonlinearCheck, nonlinear_figures
+from kinelast.figures.parts import nonlinear_figures
+from kinelast.figures.results import NonlinearCheck
 from kinelast.figures.speeds import speeds
 from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
@@ -481,7 +482,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
 
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     """A run that is gone through in chunks looks at the whole mechanism where its links are pressed most."""
-    monkeypatch.setattr("kinelast.figures.long_runs.LONG", 1)
+    monkeypatch.setattr("kinelast.runs.compute.LONG", 1)
     text = PRESSED.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
     (tmp_path / "rod.toml").write_text(text)
     main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])

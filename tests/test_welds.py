@@ -13,9 +13,9 @@ from fem_check import compare, solve
 from fem_check import natural_frequencies as natural_frequencies_by_fem
 from fem_check.nonlinear import nonlinear_equilibrium
 from kinelast.designs import evaluate
+from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import scene_motion
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
 from rigid.decomposition import assur_groups

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
-from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
+from kinelast.tasks.progress import SILENT, Progress
 
 SOON, SELDOM = 1.0, 10.0  # [s] until there is a bar, and between two lines where there is no terminal
 

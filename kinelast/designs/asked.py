@@ -13,10 +13,8 @@ from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_motion import PER_LENGTH
-from kinelast.scene.format_studies import Amount, BoundTable
-from kinelast.scene.limits import OUTPUT_ERROR, Limit
-from kinelast.scene.studies import bounds, tolerance
+from kinelast.scene.limits import OUTPUT_ERROR, Limit, bounds, tolerance
+from kinelast.scene.tables import PER_LENGTH, Amount, BoundTable
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals

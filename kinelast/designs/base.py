@@ -20,8 +20,7 @@ from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.joints import RUBBING
 from kinelast.scene.limits import OUTPUT_ERROR, Output
-from kinelast.scene.quantities import Direction, Size
-from kinelast.scene.shapes import Sizes
+from kinelast.scene.quantities import Direction, Size, Sizes
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, place_of, replaced, within_bounds
 from rigid import structure

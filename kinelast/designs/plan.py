@@ -17,8 +17,8 @@ import numpy as np
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_studies import RangeTable, SweepTable
-from kinelast.scene.studies import ends, varied
+from kinelast.scene.limits import ends, varied
+from kinelast.scene.tables import RangeTable, SweepTable
 from kinelast.scene.text import file_text
 from kinelast.scene.variables import Place, place_of, value_at
 from rigid import Reals

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.accuracy import SQUARES, accuracy_figures, path_figures, path_parts
 from kinelast.designs.asked import OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
@@ -18,22 +17,25 @@ from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import (
     DESIGNS,
     REPEATS,
+    SQUARES,
     ToleranceResult,
+    accuracy_figures,
     first_order,
+    path_figures,
+    path_parts,
     points_for,
     scatter,
     variance_shares,
 )
 from kinelast.figures.entry import Figure
 from kinelast.figures.output import output_of
-from kinelast.process.progress import SILENT, Progress
-from kinelast.scene.data import Scene
+from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
-from kinelast.scene.motion import scene_motion
 from kinelast.scene.variables import Variable, numbers
+from kinelast.tasks.progress import SILENT, Progress
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing

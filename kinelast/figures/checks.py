@@ -11,7 +11,7 @@ import numpy as np
 
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
-from kinelast.figures.comparisons import NonlinearCheck, NotMade, allowed_difference
+from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,9 +13,8 @@ import numpy as np
 from elastic import FIELDS, Deflection, Extreme, Kind, Largest, cycle_maxima, extremes, largest, marked
 from elastic.assessment import PathDeviation, euler_ratio, path_deviation
 from elastic.beams import designs_of
-from kinelast.process.threads import one_thread
-from kinelast.scene.data import Scene
-from kinelast.scene.motion import scene_deflection
+from kinelast.scene.data import Scene, scene_deflection
+from kinelast.tasks.progress import one_thread
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 from rigid.arrays import Flags, Numbers
 
@@ -202,3 +202,17 @@ def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:
     """Per joint: its name and that of the link that bears the load given; the parent bears the opposite."""
     return [(joint.name, mechanism.links[joint.child].name) for joint in structure(mechanism).joints]
+
+
+MOST_BEAMS = 64  # of some 18 coordinates each: matrices of these take 1.5 GB, and half a minute
+
+
+def too_many_beams(mechanism: Mechanism) -> str:
+    """Why vibration and buckling of a mechanism are not looked at, in words; empty where they are."""
+    beams = Counter(mechanism.links[link].name for link, _ in mechanism.beams)
+    if beams.total() <= MOST_BEAMS:
+        return ""
+    link, most = beams.most_common(1)[0]
+    count = f"{beams.total()} beams"
+    where = f'of which {most} are in the link "{link}": expected {MOST_BEAMS} at most'
+    return f"vibration and buckling are not looked at in {count}, {where}"

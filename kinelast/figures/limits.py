@@ -12,8 +12,7 @@ import numpy as np
 
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, LARGEST, SCENE, Figure, fixed
-from kinelast.figures.figure import figure
-from kinelast.figures.results import Results
+from kinelast.figures.results import Results, figure
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from rigid.arrays import Reals

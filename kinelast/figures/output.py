@@ -10,10 +10,9 @@ import numpy as np
 from elastic import Deflection, cycle_maxima, displacement_of, largest
 from elastic.assessment import angle_error
 from kinelast.figures.cycle import NOISE, points_of
-from kinelast.scene.data import Scene
+from kinelast.scene.data import Scene, require_tables, scene_deflection
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import OUTPUT_ERROR, Output
-from kinelast.scene.motion import require_tables, scene_deflection
 from rigid import GROUND
 
 INSTANTS = 72  # of the run, at which the output is guessed

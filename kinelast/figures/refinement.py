@@ -13,7 +13,7 @@ from kinelast.figures.cycle import EXTREME_FIELDS, WELL
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import NAMES, safety_factor
 from kinelast.figures.results import Results
-from kinelast.scene.motion import scene_deflection
+from kinelast.scene.data import scene_deflection
 from rigid import Reals
 from rigid.arrays import Flags
 

@@ -1,4 +1,4 @@
-"""One scene answered: its deflection, its figures, and the checks that were asked for."""
+"""One scene answered: its deflection, its figures, the checks that were asked for; and figures as plain data."""
 
 from __future__ import annotations
 
@@ -13,25 +13,89 @@ import numpy as np
 from elastic import Deflection, Extreme
 from elastic.assessment import Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
-from kinelast.figures.cycle import Cycle, drive_words, joint_words
-from kinelast.figures.divided_links import divided_links
-from kinelast.figures.many_beams import too_many_beams
+from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
 from kinelast.figures.output import output_of
-from kinelast.figures.peaks import Peak, RunFigures, run_figures
-from kinelast.process.threads import one_thread
+from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.tasks.progress import one_thread
 from rigid import Mechanism, Motion, Reals
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:
     from fem_check import Balance, Comparison
     from fem_check.solid import SolidComparison
-    from kinelast.figures.comparisons import NonlinearCheck, NotMade
     from kinelast.figures.theory import Answer
+
 
 FEW = 16  # positions that tell too little of a cycle
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figures that cautions are of
+WITHIN = 2.0  # times the answer's own estimate of its error that the check may find
+LEAST = 0.01  # share of the largest deflection that the check itself is good to
+
+
+@dataclass(frozen=True)
+class NotMade:
+    """A check that was asked for and cannot be made; `problem` says why."""
+
+    problem: str
+
+
+@dataclass(frozen=True)
+class NonlinearCheck:
+    """The deflection from the chord beside that of the whole mechanism, by finite elements of any displacement.
+
+    Attributes
+    ----------
+    elements, steps, positions
+        To a beam, of time, and how many positions are compared.
+    difference, without_vibration
+        By label of the beam: greatest difference of the answer, and of the quasi-static one, at any place and
+        instant, over the largest deflection of the beam.
+    peak
+        By label: largest deflection by the check [m].
+    estimate
+        What the answer said that it is off by, without what the check's beams share; nan where it did not.
+    mesh, step
+        Estimated errors of the check itself, as shares.
+    """
+
+    elements: int
+    steps: int
+    positions: int
+    difference: Mapping[str, float]
+    without_vibration: Mapping[str, float]
+    peak: Mapping[str, float]
+    estimate: float
+    mesh: float
+    step: float
+
+    @property
+    def largest(self) -> float:
+        """Of the worst beam."""
+        return max(self.difference.values(), default=0.0)
+
+    @property
+    def error(self) -> float:
+        """Of the check itself."""
+        return self.mesh + self.step
+
+    @property
+    def near(self) -> bool:
+        """Whether the difference is so near to its bound that the check's own error decides."""
+        return abs(self.largest - allowed_difference(self.estimate)) < self.error
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether the answer is as near as it said; None where it said nothing, or that is too near to call."""
+        if math.isnan(self.estimate) or self.near:
+            return None
+        return self.largest <= allowed_difference(self.estimate)
+
+
+def allowed_difference(estimate: float) -> float:
+    """Largest difference that a check may find of an answer with an estimated error; nan without an estimate."""
+    return math.nan if math.isnan(estimate) else max(WITHIN * estimate, LEAST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,3 +246,33 @@ class Results:
     def counted(self) -> Flags:
         """Whether a position counts in the largest values, shape (positions,)."""
         return self.cycle.counted
+
+
+def figure(value: Any, unit: str, **more: Any) -> dict[str, Any]:
+    """A value and its unit; null where there is no number."""
+    size = float(value)
+    return {"value": size if math.isfinite(size) else None, "unit": unit, **more}
+
+
+def coordinates(results: Results, values: Any) -> dict[str, Any]:
+    """Coordinates of the drives by name."""
+    return {name: figure(value, unit) for (name, _, unit, _), value in zip(results.drive_words, values, strict=True)}
+
+
+def at_position(results: Results, position: int) -> dict[str, Any]:
+    """Time and coordinates of the drives at a position."""
+    motion = results.motion
+    return {"time": figure(motion.time[position], "s"), "drive": coordinates(results, motion.drive[:, position])}
+
+
+def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
+    """Time and coordinates of the drives at a peak."""
+    return {"time": figure(peak.time, "s"), "drive": coordinates(results, peak.drive)}
+
+
+def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
+    """A peak with time and drive."""
+    if math.isnan(peak.value):
+        return figure(math.nan, unit, **more)
+    place = at_peak(results, peak) if not math.isnan(peak.time) else {}
+    return figure(results.figures.rounded(peak.value, unit), unit, **more, **place)

@@ -17,10 +17,10 @@ from kinelast.figures.limits import judged, kept, magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
-from kinelast.process.threads import one_thread
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import quantity
+from kinelast.tasks.progress import one_thread
 from rigid import ConstantSpeed, MechanismError
 from rigid.arrays import Reals
 

@@ -11,17 +11,21 @@ import numpy as np
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
 from kinelast.figures.checks import check_passed
-from kinelast.figures.comparisons import nonlinear_figures, solid_figures
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
-from kinelast.figures.figure import coordinates, figure, largest
-from kinelast.figures.inputs import input_figures
 from kinelast.figures.limits import acceptance, error_unknown
 from kinelast.figures.output import slid
+from kinelast.figures.parts import (
+    friction_figures,
+    input_figures,
+    nonlinear_figures,
+    output_shares,
+    solid_figures,
+    strength_figures,
+    vibration_figures,
+)
 from kinelast.figures.peaks import Peak, greatest
-from kinelast.figures.results import Results
-from kinelast.figures.shares import output_shares
-from kinelast.figures.strength import friction_figures, strength_figures, vibration_figures
+from kinelast.figures.results import Results, coordinates, figure, largest
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR

@@ -19,10 +19,10 @@ from elastic.elastodynamics import (
     theory_error,
     transient,
 )
-from kinelast.figures.many_beams import too_many_beams
-from kinelast.process.threads import one_thread
+from kinelast.figures.cycle import too_many_beams
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
+from kinelast.tasks.progress import one_thread
 from rigid import MechanismError, Motion
 
 ACCURACY = 0.05  # where none is asked for

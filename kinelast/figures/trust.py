@@ -16,9 +16,8 @@ from elastic.assessment import LIMITS, shear_share
 from elastic.beams import POISSON
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import NOISE, WELL
-from kinelast.figures.figure import at_peak
-from kinelast.figures.results import Results
-from kinelast.figures.strength import fastest_drive, friction_figures
+from kinelast.figures.parts import fastest_drive, friction_figures
+from kinelast.figures.results import Results, at_peak
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import number, percent, quantity
 from rigid import Friction, counted

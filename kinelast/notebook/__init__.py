@@ -1,1 +1,280 @@
-"""A scene at hand: questions of a notebook, by name, and inline pictures."""
+"""Motion and deflection of a scene that know its names, and as tables of pandas and data sets of xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastic import FIELDS, Deflection, sample
+from kinelast.figures.cycle import drive_words
+from kinelast.figures.results import Results
+from kinelast.outputs.positions import motion_columns, position_table
+from kinelast.runs.compute import computed
+from kinelast.scene.data import Scene, scene_motion
+from kinelast.scene.document import read_scene
+from kinelast.tasks.request import Request
+from kinelast.tasks.task import scene_paths
+from rigid import Motion, acceleration_of, position_of, velocity_of
+from rigid.arrays import Complexes, Reals
+
+STATIONS = 101
+
+
+def load(scene: str | Path) -> Scene:
+    """The scene in a file, or a shipped one by its name.
+
+    Raises
+    ------
+    SceneError
+        The file holds a mistake.
+    ValueError
+        There is no such file or scene, or more than one.
+
+    Examples
+    --------
+    >>> load("steel_four_bar")
+    Scene("steel_four_bar": 4 links, 3 beams, 1 drive, 360 positions)
+    """
+    paths, problems = scene_paths([str(scene)])
+    if problems:
+        raise ValueError(problems[0])
+    if len(paths) != 1:
+        raise ValueError(f'"{scene}" holds {len(paths)} scenes: name one of them')
+    return read_scene(paths[0])
+
+
+@dataclass(frozen=True)
+class PointMotion:
+    """A point over the cycle: place [m], velocity [m/s] and acceleration [m/s^2], complex, shape (positions,)."""
+
+    position: Complexes
+    velocity: Complexes
+    acceleration: Complexes
+
+    def __repr__(self) -> str:
+        return f"PointMotion({len(self.position)} positions: position, velocity, acceleration)"
+
+
+@dataclass(frozen=True)
+class LinkMotion:
+    """A link over the cycle: angle [rad], without jumps, angular velocity and acceleration, shape (positions,)."""
+
+    angle: Reals
+    angular_velocity: Reals
+    angular_acceleration: Reals
+
+    def __repr__(self) -> str:
+        return f"LinkMotion({len(self.angle)} positions: angle, angular_velocity, angular_acceleration)"
+
+
+class BeamFields:
+    """The fields along a beam by their keys, `w`, `M` and so on, at 101 stations: shape (positions, stations).
+
+    `x` is the way of the stations along the beam [m], shape (stations,).
+    """
+
+    def __init__(self, deflection: SceneDeflection, label: str, beam: int) -> None:
+        self._deflection, self._label, self._beam = deflection, label, beam
+        self.x = np.linspace(0.0, 1.0, STATIONS) * float(deflection.length[beam, 0])
+
+    def __getattr__(self, key: str) -> Any:
+        """A field at all positions and stations."""
+        if key not in FIELDS:
+            raise AttributeError(f'there is no field "{key}": choose from {", ".join(FIELDS)}')
+        return sample(self._deflection, key, STATIONS)[self._beam]
+
+    def __dir__(self) -> list[str]:
+        return ["x", *FIELDS]
+
+    def __repr__(self) -> str:
+        return f"BeamFields({self._label}, {self.x[-1]:.6g} m: {', '.join(FIELDS)})"
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SceneMotion(Motion):
+    """A motion that finds its points and links by name, as in `motion["B"].position`; points first."""
+
+    scene: Scene
+
+    def __getitem__(self, name: str) -> PointMotion | LinkMotion:
+        links = self.mechanism.links
+        for number, link in enumerate(links):
+            if name in link.points:
+                at = number, name
+                return PointMotion(*(of(self, *at) for of in (position_of, velocity_of, acceleration_of)))
+        if name in self.mechanism.index:
+            number = self.mechanism.index[name]
+            angle = np.unwrap(np.angle(self.direction[number]))
+            return LinkMotion(angle, self.angular_velocity[number], self.angular_acceleration[number])
+        raise _unknown(name, [*{point: None for link in links for point in link.points}, *self.mechanism.index])
+
+    def __repr__(self) -> str:
+        return f'Motion("{self.scene.name}": {_told(self)})'
+
+    def _repr_html_(self) -> str:
+        names = {point: None for link in self.mechanism.links for point in link.points}
+        links = list(self.mechanism.index)[1:]
+        return _html(self.scene, f"motion, {_told(self)}", {"points": names, "links": links})
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SceneDeflection(Deflection):
+    """A deflection that finds its beams by name, as in `deflection["coupler"].w`."""
+
+    scene: Scene
+
+    def __getitem__(self, label: str) -> BeamFields:
+        if label not in self.scene.labels:
+            raise _unknown(label, self.scene.labels)
+        return BeamFields(self, label, self.scene.labels.index(label))
+
+    def __repr__(self) -> str:
+        return f'Deflection("{self.scene.name}": {len(self.sections)} beams, {_told(self.motion)})'
+
+    def _repr_html_(self) -> str:
+        told = f"deflection, {len(self.sections)} beams, {_told(self.motion)}"
+        return _html(self.scene, told, {"beams": self.scene.labels, "fields": FIELDS})
+
+
+def motion(scene: Scene, positions: int | None = None) -> SceneMotion:
+    """The motion of a scene over its run; `positions` overrides how many.
+
+    Raises
+    ------
+    SceneError
+        The drives ask for positions that cannot be reached.
+    """
+    return _motion(scene, scene_motion(scene, positions))
+
+
+def deflection(scene: Scene, positions: int | None = None) -> SceneDeflection:
+    """The deflection of a scene over its run, by the theory that it asks for; `positions` overrides how many.
+
+    Raises
+    ------
+    SceneError
+        As `motion`; a block leaves its beam; vibration is asked for and cannot be answered.
+    """
+    return named_deflection(scene, computed(scene, Request(positions=positions)).deflection)
+
+
+def named_deflection(scene: Scene, bent: Deflection) -> SceneDeflection:
+    """The same deflection, with the names of its scene."""
+    parts = {each.name: getattr(bent, each.name) for each in fields(bent)}
+    return SceneDeflection(**{**parts, "motion": _motion(scene, bent.motion)}, scene=scene)
+
+
+def _motion(scene: Scene, course: Motion) -> SceneMotion:
+    return SceneMotion(**{each.name: getattr(course, each.name) for each in fields(course)}, scene=scene)
+
+
+def _told(course: Motion) -> str:
+    return f"{len(course.time)} positions in {course.time[-1] - course.time[0]:.4g} s"
+
+
+def _html(scene: Scene, told: str, names: dict[str, Iterable[str]]) -> str:
+    rows = "".join(f"<br>{kind}: <code>{escape(', '.join(each))}</code>" for kind, each in names.items())
+    return f"<p><b>{escape(scene.title)}</b>: {escape(told)}{rows}</p>"
+
+
+def _unknown(name: str, known: Iterable[str]) -> KeyError:
+    return KeyError(f'there is no "{name}": choose from {", ".join(known)}')
+
+
+ALONG = 21  # stations of a table, unless told
+POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}
+LINK = {"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"}
+
+
+def to_pandas(result: SceneMotion | SceneDeflection) -> Any:
+    """A table of a row a position, its index the time; every column's name ends in its unit.
+
+    Of a motion: drives, links, points and joints, as in motion.csv. Of a deflection: the columns of positions.csv.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        pandas is not installed.
+    """
+    pandas = _module("pandas")
+    if isinstance(result, SceneDeflection):
+        table = position_table(Results(result.scene, result))
+        columns = {column.heading: column.values for column in table.columns}
+    else:
+        wide = result.columns
+        columns = {
+            f"{name} [{unit}]": np.broadcast_to(values, wide) for name, (values, unit) in motion_columns(result).items()
+        }
+    time = columns.pop("time [s]")
+    return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
+
+
+def to_xarray(result: SceneMotion | SceneDeflection, stations: int = ALONG) -> Any:
+    """A data set with coordinates, and units in its variables' attributes.
+
+    Of a motion: of points over positions x, y and their derivatives, of links over positions angles and their
+    derivatives. Of a deflection: every main field over beams, positions and so many `stations`.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        xarray is not installed.
+    """
+    xarray = _module("xarray")
+    if isinstance(result, SceneMotion):
+        data, names = _kinematics(result)
+        coordinates = {"point": names[0], "link": names[1], **_shared(result)}
+    else:
+        data, coordinates = _fields(result, stations)
+    return xarray.Dataset(data, coordinates, attrs={"title": result.scene.title})
+
+
+def _fields(bent: SceneDeflection, stations: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    xi = np.linspace(0.0, 1.0, stations)
+    axes = ("beam", "position", "station")
+    data = {
+        key: (axes, sample(bent, key, xi), {"units": each.unit, "long_name": each.name})
+        for key, each in FIELDS.items()
+        if each.main
+    }
+    along = (("beam", "station"), bent.length.reshape(-1, 1) * xi, {"units": "m", "long_name": "way along the beam"})
+    share = ("station", xi, {"units": "1", "long_name": "share of the length"})
+    return data, {"beam": list(bent.scene.labels), "xi": share, "x": along, **_shared(bent.motion)}
+
+
+def _kinematics(course: Any) -> tuple[dict[str, Any], tuple[list[str], list[str]]]:
+    points = list({point: None for link in course.mechanism.links for point in link.points})
+    links = list(course.mechanism.index)
+    data: dict[str, Any] = {}
+    for prefix, (name, unit) in POINT.items():
+        values = np.array([np.broadcast_to(getattr(course[point], name), course.columns) for point in points])
+        for axis, part in (("x", values.real), ("y", values.imag)):
+            data[prefix + axis] = (("point", "position"), part, {"units": unit, "long_name": f"{name} along {axis}"})
+    angle = np.unwrap(np.angle(course.direction))
+    for (name, unit), values in zip(
+        LINK.items(), (angle, course.angular_velocity, course.angular_acceleration), strict=True
+    ):
+        data[name] = (("link", "position"), values, {"units": unit, "long_name": name.replace("_", " ")})
+    return data, (points, links)
+
+
+def _shared(course: Any) -> dict[str, Any]:
+    """Coordinates along the positions: time, and the coordinate of every drive."""
+    found: dict[str, Any] = {"time": ("position", course.time, {"units": "s"})}
+    for (name, kind, unit, _), values in zip(drive_words(course.mechanism), course.drive, strict=True):
+        found[f"{name}_{kind}"] = ("position", values, {"units": unit, "long_name": f"{kind} of the drive {name}"})
+    return found
+
+
+def _module(name: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{name} is not installed: pip install {name}", name=name) from error

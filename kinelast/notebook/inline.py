@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from kinelast.figures.summary import summary
-from kinelast.notebook.named import SceneDeflection
-from kinelast.outputs.page.report import report_page
+from kinelast.notebook import SceneDeflection
+from kinelast.outputs.page import report_page
 from kinelast.outputs.sealed import made_from
 from kinelast.runs.compute import computed
 from kinelast.runs.line import headline

@@ -9,10 +9,10 @@ from typing import Any
 
 from kinelast.figures.trust import verdict
 from kinelast.outputs.outbox import rewritten
-from kinelast.outputs.page.report import MARK, index_page
+from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.scene.error import plain
-from kinelast.tasks.outcome import Outcome
+from kinelast.tasks.task import Outcome
 
 HEAD = (("scene", ""), ("state", ""), ("status", ""), ("accepted", ""), ("largest_deflection", "m"), ("beam", ""),
         ("largest_chord", "m"), ("bent_beam", ""), ("largest_stress", "Pa"), ("stressed_beam", ""), ("safety", "1"),

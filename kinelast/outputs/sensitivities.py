@@ -1,17 +1,68 @@
-"""Sensitivities as plain data, as a table and as bars."""
+"""Sensitivities, and scatter from tolerances, as plain data, as tables and as bars."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
 
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.outputs.bars import Bars, bars_svg
+from kinelast.designs.tolerances import GEOMETRIC, WHOLE, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
 from kinelast.scene.numbers import number, quantity
 from kinelast.scene.variables import Variable
+
+WIDTH, LEFT, ROW, HEADING, GAP = 720, 250, 22, 30, 14  # [px]
+LONGEST = 36  # letters of a bar's name
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Bars under one heading: name, size and words of each, in their order; a size below zero goes to the left."""
+
+    title: str
+    rows: tuple[tuple[str, float, str], ...]
+
+
+def bars_svg(charts: Sequence[Bars]) -> str:
+    """Bars of several headings below each other, each scaled by its own largest."""
+    parts, y = [], 0
+    for chart in charts:
+        parts.append(f'<text x="0" y="{y + 18}" class="head">{escape(chart.title)}</text>')
+        y += HEADING
+        most = max((abs(size) for _, size, _ in chart.rows), default=0.0) or 1.0
+        two_ways = any(size < 0 for _, size, _ in chart.rows)
+        room = WIDTH - LEFT - 130
+        zero, unit = (LEFT + room / 2, room / 2) if two_ways else (LEFT, room)
+        for name, size, words in chart.rows:
+            length = unit * abs(size) / most
+            start = zero - length if size < 0 else zero
+            way = "less" if size < 0 else "more"
+            parts.append(f'<text x="{LEFT - 8}" y="{y + 15}" class="name">{escape(_short(name))}</text>')
+            parts.append(
+                f'<rect x="{start:.1f}" y="{y + 4}" width="{length:.1f}" height="{ROW - 8}" class="{way}"/>'
+                f'<text x="{WIDTH - 122}" y="{y + 15}">{escape(words)}</text>'
+            )
+            y += ROW
+        parts.append(f'<path d="M{zero:.1f} {y - ROW * len(chart.rows)}V{y}" class="zero"/>')
+        y += GAP
+    style = (
+        "text{font:13px system-ui,sans-serif;fill:var(--ink,#17202a)}.head{font-weight:600;font-size:14px}"
+        ".name{text-anchor:end}.more{fill:var(--accent,#0b5fa5)}.less{fill:var(--amber,#8a5200)}"
+        ".zero{stroke:var(--soft,#55606c)}"
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {y}" width="{WIDTH}" height="{y}" role="img">'
+        f"<style>{style}</style>{''.join(parts)}</svg>\n"
+    )
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST // 3]}…{name[-(2 * LONGEST // 3 - 1) :]}"
+
 
 HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "error", "per cent to one per cent", "kink",
         "slope below", "slope above", "stays by")  # fmt: skip
@@ -103,4 +154,84 @@ def sensitivity_bars(result: Sensitivities, variables: Sequence[Variable], units
             bars.append((variables[column].path, share, f"{'+' if share > 0 else ''}{number(share, 3)} %{mark}"))
         if bars:
             charts.append(Bars(f"{name}, {size}: what 1 % more makes of it", tuple(bars)))
+    return bars_svg(charts)
+
+
+SAMPLED = ("mean", "deviation", "low", "median", "high", "least", "largest", "known")
+
+
+def tolerance_figures(result: ToleranceResult) -> dict[str, Any]:
+    """Ranges of figures as plain data that JSON can hold, null where not known; `words` tell the first of them."""
+    numbers = [
+        {
+            "path": variable.path,
+            "value": variable.base,
+            "unit": variable.unit,
+            "plus_minus": tolerance.half,
+            "distribution": "normal" if tolerance.normal else "uniform",
+        }
+        for variable, tolerance in zip(result.variables, result.tolerances, strict=True)
+    ]
+    figures = [_figure(result, row, name) for row, name in enumerate(result.nominal.figures)]
+    names = [name for name in (GEOMETRIC, WHOLE) if name in result.sampled] or result.nominal.figures[:TOLD]
+    words = [_told(name, result.sampled[name], result.units[name]) for name in names]
+    return {"designs": result.designs, "words": words, "numbers": numbers, "figures": figures}
+
+
+def _told(name: str, sampled: Scatter, unit: str) -> str:
+    """The range of a figure in words."""
+    low, median, high = (quantity(value, unit) for value in (sampled.low, sampled.median, sampled.high))
+    return f"{name} of 95 % of the machines: {low} to {high}, of half of them below {median}"
+
+
+def _figure(result: ToleranceResult, row: int, name: str) -> dict[str, Any]:
+    sampled, (alone, together) = result.sampled[name], result.shares[name]
+    return {
+        "name": name,
+        "unit": result.units[name],
+        "value": float(result.nominal.figure[row]),
+        "first_order": {"deviation": float(result.first.deviation[row]), "worst": float(result.first.worst[row])},
+        "sampled": {key: float(getattr(sampled, key)) for key in SAMPLED},
+        "errors": dict(zip(SAMPLED[:5], map(float, sampled.error), strict=True)),
+        "shares": [
+            {
+                "path": variable.path,
+                "first_order": float(result.first.share[row, column]),
+                "alone": float(alone[column]),
+                "together": float(together[column]),
+            }
+            for column, variable in enumerate(result.variables)
+        ],
+    }
+
+
+def tolerance_table(result: ToleranceResult) -> Table:
+    """A row a figure: its value, its range to first order and by samples, and the share of each number in it."""
+    names = [one.path for one in result.variables]
+    head = ["figure", "unit", "value", "first order deviation", "first order worst", *SAMPLED,
+            *(f"share of {name}" for name in names), *(f"share of {name} with others" for name in names)]  # fmt: skip
+    rows = []
+    for row, name in enumerate(result.nominal.figures):
+        sampled, (alone, together) = result.sampled[name], result.shares[name]
+        first = result.nominal.figure[row], result.first.deviation[row], result.first.worst[row]
+        cells = (*first, *(getattr(sampled, key) for key in SAMPLED), *alone, *together)
+        rows.append((name, result.units[name], *map(float, cells)))
+    return Table.of_rows(head, rows)
+
+
+def tolerance_bars(result: ToleranceResult) -> str:
+    """Shares of the numbers in the variance of every figure, as bars in SVG."""
+    charts = []
+    for row, name in enumerate(result.nominal.figures):
+        sampled, unit = result.sampled[name], result.units[name]
+        shares = np.where(np.isfinite(result.shares[name][1]), result.shares[name][1], result.first.share[row])
+        order = [int(column) for column in np.argsort(-shares, kind="stable") if shares[column] > 0.005]
+        bars = tuple(
+            (result.variables[column].path, shares[column], f"{number(100 * shares[column], 3)} %") for column in order
+        )
+        if bars and sampled.known:
+            value, low, high = (
+                quantity(each, unit) for each in (result.nominal.figure[row], sampled.low, sampled.high)
+            )
+            charts.append(Bars(f"{name}, {value}: 95 % of all from {low} to {high}; why", bars))
     return bars_svg(charts)

@@ -1,24 +1,151 @@
-"""One scene computed: its motion, its deflection, and the checks that were asked for."""
+"""One scene computed: weighed before it starts, moved and deflected, as a whole or chunk by chunk, and checked.
+
+The figures of the chunks are joined: a short run is one chunk. Curves, maps, films, frequencies and the check are of
+`SHOWN` even positions.
+"""
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastic import Deflection
-from kinelast.figures.long_runs import SHOWN
+from elastic import FIELDS, PRIMARY, Deflection
+from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
+from kinelast.figures.output import output_of
+from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.results import Results
-from kinelast.process.progress import SILENT, Progress
-from kinelast.scene.data import Scene
+from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
-from kinelast.scene.motion import require_reached, require_tables, scene_deflection, scene_motion
+from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import Request, RequestError
-from rigid import Motion, reachable
+from rigid import Motion, Posture, Reals, reachable, structure
 
 if TYPE_CHECKING:
     from fem_check import Comparison
+
+
+HEAVY = 2e8  # [bytes] from which it is told
+NUMBER = 8  # bytes of a number, and about
+DIGITS = 20  # of one in a table
+MOST_MESHES = 20_000
+SHARE = 0.8  # of what is free that may be taken
+COPIES = 5  # of its arrays that the check has at once
+
+
+def require_room(scene: Scene, request: Request, positions: int, checked: int, out: Path) -> str:
+    """The message on a heavy request; empty of others.
+
+    Parameters
+    ----------
+    positions, checked
+        Of the run, and of those that the check looks at.
+
+    Raises
+    ------
+    RequestError
+        There is not enough room for it on the disk or in memory, or it asks for too many files.
+    """
+    beams = len(scene.mechanism.beams)
+    if request.mesh and positions > MOST_MESHES:
+        raise RequestError(f"--mesh writes a file for every position: ask for {MOST_MESHES} --positions at most")
+    disk = positions * DIGITS * _columns(scene)
+    if request.fields:
+        disk += 2 * positions * request.stations * sum(field.main for field in FIELDS.values()) * beams * NUMBER
+    elements = request.elements or 0
+    memory = checked * elements * len(PRIMARY) * max(beams, 1) * NUMBER * COPIES
+    for need, free, where, less in (
+        (disk, _free_disk(out), "on the disk", "--positions or --stations"),
+        (memory, _free_memory(), "of memory", "--positions or elements to --check"),
+    ):
+        if need > SHARE * free:
+            told = f"takes about {_words(need)} {where}, where {_words(free)} are free"
+            raise RequestError(f"what is asked for {told}: ask for fewer {less}")
+    sentences = [many] if (many := too_many_beams(scene.mechanism)) else []
+    if max(disk, memory) >= HEAVY:
+        of_memory = f" and {_words(memory)} of memory" if memory else ""
+        sentences.append(f"{positions} positions take about {_words(disk)} on the disk{of_memory}")
+    return f"{scene.name}: {'; '.join(sentences)}" if sentences else ""
+
+
+def _columns(scene: Scene) -> int:
+    """About how many columns positions.csv has."""
+    mechanism = scene.mechanism
+    points = sum(len(link.points) for link in mechanism.links[1:])
+    of_beams = (len(EXTREME_FIELDS) + 1) * len(mechanism.beams)
+    return 6 + 2 * len(mechanism.drives) + of_beams + 3 * points + 3 * len(structure(mechanism).joints)
+
+
+def _free_disk(out: Path) -> float:
+    there = next((place for place in (out, *out.absolute().parents) if place.exists()), Path("/"))
+    return float(shutil.disk_usage(there).free)
+
+
+def _free_memory() -> float:
+    """Memory that is free, where the system tells it."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+    except (OSError, ValueError, StopIteration):
+        return float("inf")
+
+
+def _words(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
+
+
+LONG = 100_000  # positions times beams, one more, and a share of the links: some 200 MB
+PER_LINK = 0.25  # of a beam's memory
+SHOWN = 3600
+
+
+def is_long(scene: Scene, positions: int) -> bool:
+    """Whether a run is to go in chunks: it is long."""
+    mechanism = scene.mechanism
+    return positions * (len(mechanism.beams) + 1 + PER_LINK * len(mechanism.links)) > LONG
+
+
+def long_results(
+    scene: Scene, time: Reals, on_chunk: Callable[[Results, int], None], require: Callable[[Scene, Deflection], None]
+) -> Results:
+    """The figures of a long run, and its deflection at `SHOWN` even positions.
+
+    Parameters
+    ----------
+    time
+        Instants of the run [s], shape (positions,).
+    on_chunk
+        Called with the results of every chunk, and the number of its first position.
+    require
+        Raises where a chunk cannot be.
+    """
+    shown = np.linspace(0.0, scene.run.duration, SHOWN, endpoint=not scene.run.turn)
+    if len(time) < SHOWN or not np.isclose(time[-1] - time[0], shown[-1], rtol=2 / SHOWN):  # some were left out
+        shown = time[:: -(-len(time) // SHOWN)]
+    beside = np.clip(np.searchsorted(time, shown), 0, len(time) - 1)
+    output, run = output_of(scene), None
+    near: list[Any] = []
+    for first, results in _chunks(scene, time, require):
+        on_chunk(results, first)
+        run = joined(run, run_figures(results.cycle, output))
+        own = beside[(beside >= first) & (beside < first + len(results.motion.time))] - first
+        near.append((results.motion.origin[:, own], results.motion.direction[:, own]))
+    even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
+    return Results(scene, scene_deflection(scene, scene.course.near(shown, even)), run=run)
+
+
+def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:
+    first = 0
+    for moved in scene.course.chunks(time):
+        require_tables(scene, moved)
+        bent = scene_deflection(scene, moved)
+        require(scene, bent)
+        yield first, Results(scene, bent)
+        first += len(moved.time)
 
 
 def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Results:

@@ -13,22 +13,31 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.long_runs import SHOWN, is_long, long_results
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
-from kinelast.process.progress import SILENT, Progress
-from kinelast.runs.compute import by_theory, checked, computed, further_checked, require_chunk
+from kinelast.runs.compute import (
+    SHOWN,
+    by_theory,
+    checked,
+    computed,
+    further_checked,
+    is_long,
+    long_results,
+    require_chunk,
+    require_room,
+)
 from kinelast.runs.line import headline, questions
-from kinelast.runs.weight import require_room
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.error import plain
 from kinelast.scene.text import file_bytes
-from kinelast.tasks.outcome import (
+from kinelast.tasks.progress import SILENT, Progress
+from kinelast.tasks.request import Request, RequestError
+from kinelast.tasks.task import (
     BUG,
     CHECK_FAILED,
     DONE,
@@ -40,7 +49,6 @@ from kinelast.tasks.outcome import (
     guarded,
     missing_package,
 )
-from kinelast.tasks.request import Request, RequestError
 from kinelast.version import VERSION
 
 
@@ -233,12 +241,12 @@ def _drawings(
     name = results.scene.name
 
     def report() -> None:
-        from kinelast.outputs.page.report import report_page
+        from kinelast.outputs.page import report_page
 
         (part / "report.html").write_bytes(report_page(results, figures, headline(figures)))
 
     def stills() -> None:
-        from kinelast.outputs.stills import write_stills
+        from kinelast.outputs.pictures import write_stills
 
         progress(f"{name}: stills", 0, 1)
         write_stills(part / "stills", results)
@@ -250,7 +258,7 @@ def _drawings(
         write_vtu_series(results.deflection, part / "mesh")
 
     def film(diagram: str) -> None:
-        from kinelast.outputs.films import draw_film
+        from kinelast.outputs.pictures import draw_film
 
         try:
             draw_film(part, results, diagram, request, partial(progress, f"{name}: {diagram}"))

@@ -10,19 +10,18 @@ from typing import Any
 import numpy as np
 
 from kinelast.scene.course import Course, CourseByLaws, Run
-from kinelast.scene.data import Material, Scene, SectionSource, Theory
+from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.laws import TableLaw
 from kinelast.scene.limits import build_limits, build_output
-from kinelast.scene.links import LinkModel, build_links, guiding, undivided
+from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
-from kinelast.scene.many import real, require, vector
-from kinelast.scene.points import drawn_places
+from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
-from kinelast.scene.sections import making, poisson_of
+from kinelast.scene.sections import Material, SectionSource, making, poisson_of
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 
@@ -65,7 +64,7 @@ SHORTEST, LONGEST = 1e-12, 1e12  # runs [s]: what is quicker or slower is a slip
 def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] = ()) -> Scene:
     """The scene that tables describe, their numbers being read: its parts, its run, its loads, and its limits.
 
-    Where numbers stand for many designs, so does the scene, see `kinelast.scene.many`.
+    Where numbers stand for many designs, so does the scene, see `kinelast.scene.numbers`.
 
     Parameters
     ----------
@@ -130,7 +129,7 @@ def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run:
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
-    from kinelast.scene.integrated_course import IntegratedCourse
+    from kinelast.scene.course import IntegratedCourse
 
     return IntegratedCourse(mechanism, laws, run, path)
 

@@ -1,4 +1,4 @@
-"""A scene once it is read: a mechanism, its drives and its run."""
+"""A scene once it is read: a mechanism, its drives and its run; its motion, its deflection, and their requirements."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
-from elastic import JointCompliance, Section
-from kinelast.scene.course import Course, Run
+import numpy as np
+
+from elastic import Deflection, JointCompliance, Section, deflection
+from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
+from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, Output
-from rigid import Mechanism
+from kinelast.scene.sections import Material, SectionSource
+from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
 
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
@@ -46,29 +50,6 @@ class Theory:
     def demanded(self) -> bool:
         """Whether vibration is asked for, by name or by an accuracy."""
         return self.name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT) or self.accuracy is not None
-
-
-@dataclass(frozen=True)
-class Material:
-    """Material of links, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
-
-    The last two are None where they are not known.
-    """
-
-    E: float
-    density: float
-    yield_stress: float | None
-    poisson: float | None = None
-
-
-@dataclass(frozen=True)
-class SectionSource:
-    """Source of a beam's section, by the names in the file: section, its shape and sizes [m], material or nothing."""
-
-    section: str
-    shape: str
-    sizes: Mapping[str, tuple[float, ...]]
-    material: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,3 +133,100 @@ class Scene:
     def path(self) -> str:
         """Of the file, or the name in place of one."""
         return self.course.path
+
+
+def scene_times(scene: Scene, positions: int | None = None) -> Reals:
+    """Instants of a scene's run [s], as `Course.times`."""
+    return scene.course.times(positions)
+
+
+def scene_motion_at(scene: Scene, time: Any) -> Motion:
+    """The motion of a scene's mechanism at any instants [s], shape (positions,), as `Course.at`."""
+    return scene.course.at(time)
+
+
+def scene_motion(scene: Scene, positions: int | None = None, partial: bool = False) -> Motion:
+    """The motion of a scene's mechanism over its run.
+
+    Parameters
+    ----------
+    positions
+        Overrides how many positions are looked at.
+    partial
+        Let positions that cannot be reached be nan, instead of raising.
+
+    Raises
+    ------
+    SceneError
+        The drives ask for positions that cannot be reached: names where and at which joint it stops. A motion that
+        cannot go on. A table that ends too soon.
+    """
+    moved = scene.course.at(scene.course.times(positions))
+    if not partial:
+        require_reached(scene, moved)
+    require_tables(scene, moved)
+    return moved
+
+
+def scene_deflection(scene: Scene, moved: Motion) -> Deflection:
+    """The quasi-static deflection of a scene's links in a motion of its mechanism.
+
+    Raises
+    ------
+    SceneError
+        A slider's block comes to a beam whose section it cannot slide on.
+    """
+    try:
+        return deflection(moved, scene.sections, joints=scene.joints)
+    except MechanismError as error:
+        if error.kind != "section":
+            raise
+        raise SceneError(scene.path, f"links.{error.links[0]}", "section", str(error)) from None
+
+
+def require_reached(scene: Scene, moved: Motion) -> None:
+    """Raise where drives ask for positions that cannot be reached: names where and at which joint it stops."""
+    try:
+        require_reach(moved)
+    except ReachError as error:
+        table = "links" if error.kind == "unreachable" else "drives[1]"
+        raise SceneError(scene.path, table, "", str(error)) from None
+
+
+def require_tables(scene: Scene, moved: Motion) -> None:
+    """Raise where the coordinate of a load's table runs past its end."""
+    for number, load in enumerate(scene.mechanism.loads, 1):
+        law = getattr(load, "law", None)
+        if law is not None:
+            try:
+                law(moved)
+            except TableError as error:
+                raise SceneError(scene.path, f"loads[{number}]", "table", str(error)) from None
+
+
+def require_determined(scene: Scene) -> None:
+    """Raise where the drives do not tell the motion, or bars in one line make the mechanism singular for ever."""
+    mechanism = scene.mechanism
+    start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
+    try:
+        first = motion(mechanism, np.array(start)[:, None])
+        if not first.may_be_singular or (first.condition <= SINGULAR).all():
+            return
+        _require_no_flat_triangle(scene)
+    except MechanismError as error:
+        _require_no_flat_triangle(scene)
+        raise SceneError(scene.path, table_of(mechanism, error), "", str(error)) from None
+
+
+def _require_no_flat_triangle(scene: Scene) -> None:
+    """Raise where three links pinned to one another lie in one line: no drawing and no drive can help that."""
+    from rigid.topology import assembled, flat_triangles
+
+    try:
+        flat = flat_triangles(assembled(scene.mechanism))
+    except MechanismError:  # what does not close is told elsewhere
+        return
+    if flat:
+        names = ", ".join(f'"{name}"' for name in flat[0])
+        problem = f"{names} are pinned to one another in one line, which is singular in every position: "
+        raise SceneError(scene.path, f"links.{flat[0][0]}", "", problem + "make them one link with three points")

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from kinelast.scene.build import built
-from kinelast.scene.data import Scene
+from kinelast.scene.data import Scene, require_determined
 from kinelast.scene.error import fault
 from kinelast.scene.format import SceneTable
-from kinelast.scene.motion import require_determined
+from kinelast.scene.limits import require_studies
 from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.studies import require_studies
 from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
@@ -81,7 +80,7 @@ class Document:
         """
         if not self.source or not (self.values or head):
             return self.source
-        from kinelast.scene.writing import written
+        from kinelast.scene.text import written
 
         return written(self.source, self.table, self.values, head)
 

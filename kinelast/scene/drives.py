@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_motion import DriveTable, JointNameTable
 from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
-from kinelast.scene.many import phase, real
-from kinelast.scene.points import Points, drawn_direction
+from kinelast.scene.links import Points, drawn_direction
+from kinelast.scene.numbers import phase, real
 from kinelast.scene.quantities import Coordinate
+from kinelast.scene.tables import DriveTable, JointNameTable
 from rigid import (
     GROUND,
     ConstantSpeed,

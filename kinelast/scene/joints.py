@@ -11,11 +11,10 @@ from elastic import JointCompliance
 from kinelast.scene.drives import moved_joint
 from kinelast.scene.error import fault, known_name, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_motion import GearTable, JointTable, SliderTable, SlotTable, WeldTable
-from kinelast.scene.links import LinkModel
-from kinelast.scene.many import direction_of, real, vector
-from kinelast.scene.points import Points, drawn_direction, known_point
+from kinelast.scene.links import LinkModel, Points, drawn_direction, known_point
+from kinelast.scene.numbers import direction_of, real, vector
 from kinelast.scene.quantities import Damping
+from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
 from rigid import GROUND, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.format_motion import DriveTable, LoadTable
+from kinelast.scene.tables import DriveTable, LoadTable
 from rigid import Law, Reals, TableError
 
 if TYPE_CHECKING:

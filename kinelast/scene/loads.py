@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.format_motion import LoadTable, SpringTable
 from kinelast.scene.laws import factor_law
-from kinelast.scene.many import any_nonzero, real, vector
-from kinelast.scene.points import known_point
+from kinelast.scene.links import known_point
+from kinelast.scene.numbers import any_nonzero, real, vector
 from kinelast.scene.quantities import Damping, Effort, Stiffness
+from kinelast.scene.tables import LoadTable, SpringTable
 from rigid import GROUND, Law, LineLoad, Link, PointLoad, Resistance, Spring, TorsionSpring
 from rigid.arrays import Real
 

@@ -12,7 +12,7 @@ import msgspec
 
 from kinelast.scene.error import fault, likely
 from kinelast.scene.format import ChainTable, RunTable, SceneTable, read_quantity
-from kinelast.scene.format_motion import PER_LENGTH, LengthUnit, StrictTable
+from kinelast.scene.tables import PER_LENGTH, LengthUnit, StrictTable
 from kinelast.scene.units import shown
 
 Hook = Callable[[type, Any], Any]

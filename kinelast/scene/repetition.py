@@ -14,7 +14,7 @@ from kinelast.scene.course import Course
 from kinelast.scene.drives import Drive, DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.laws import RepeatedLaw, TableLaw
-from kinelast.scene.many import any_nonzero
+from kinelast.scene.numbers import any_nonzero
 from rigid import ConstantSpeed, MechanismError, Reals, SegmentedLaw
 
 MOST = 32  # turns or rounds of any drive in a cycle: at 360 positions eleven are left to each

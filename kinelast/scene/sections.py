@@ -9,14 +9,44 @@ from typing import Any, TypeVar
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON
-from kinelast.scene.data import SectionSource
 from kinelast.scene.error import fault, likely
-from kinelast.scene.format import BeamTable, LinkTable, MaterialTable, SceneTable
-from kinelast.scene.many import any_nonzero, real, require
-from kinelast.scene.shapes import Dimensioned, Properties, Rigidities, SectionTable
+from kinelast.scene.format import (
+    BeamTable,
+    Dimensioned,
+    LinkTable,
+    MaterialTable,
+    Properties,
+    Rigidities,
+    SceneTable,
+    SectionTable,
+)
+from kinelast.scene.numbers import any_nonzero, real, require
 from rigid.arrays import Real
 
 Entry = TypeVar("Entry")
+
+
+@dataclass(frozen=True)
+class Material:
+    """Material of links, as given: Young's modulus [Pa], density [kg/m^3], yield stress [Pa], Poisson's ratio.
+
+    The last two are None where they are not known.
+    """
+
+    E: float
+    density: float
+    yield_stress: float | None
+    poisson: float | None = None
+
+
+@dataclass(frozen=True)
+class SectionSource:
+    """Source of a beam's section, by the names in the file: section, its shape and sizes [m], material or nothing."""
+
+    section: str
+    shape: str
+    sizes: Mapping[str, tuple[float, ...]]
+    material: str
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,15 +1,22 @@
-"""The text of a scene's file, and the file's name in messages about it."""
+"""The text of a scene's file: read, written with other values, and the published JSON Schema of such files."""
 
 from __future__ import annotations
 
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import msgspec
+import tomlkit
+
 from kinelast.scene.error import SceneError
+from kinelast.scene.format import ChainTable, SceneTable
 from kinelast.scene.parsing import parse_toml
+from kinelast.scene.quantities import Direction, Sizes
+from kinelast.scene.units import FORM, TYPESET, Quantity
+from kinelast.scene.variables import Place, in_file, place_of, value_at
 
 LARGEST_FILE = 4_000_000  # bytes: a table of 100,000 entries
 
@@ -65,3 +72,117 @@ def of_file(path: str) -> Iterator[None]:
         raise SceneError(path, error.table, error.key, error.problem) from None
     except RecursionError:
         raise SceneError(path, "", "", "lists or tables in one another go too deep for a scene") from None
+
+
+DIGITS = range(12, 18)  # of which the fewest are taken that tell a number to its last bit
+SCHEMA = "#:schema"  # whose place is told from the file's own
+
+
+def written(text: str, table: SceneTable, values: Mapping[str, float], head: str = "") -> str:
+    """A scene's text with other values, in SI units, for numbers named by their paths.
+
+    A number keeps the unit that it has in the file, and is read from the new text to the last bit.
+
+    Parameters
+    ----------
+    table
+        The parsed tables with these values, and with the title that is to be told.
+    head
+        A comment for the first line.
+    """
+    document = tomlkit.parse(text)
+    for path, value in values.items():
+        _put(document, table, place_of(table, path), value)
+    if document.get("title", "") != table.title:
+        document["title"] = table.title
+    lines = tomlkit.dumps(document).splitlines(keepends=True)
+    kept = lines[1:] if lines and lines[0].startswith(SCHEMA) else lines
+    return "".join([f"# {head}\n" if head else "", *kept])
+
+
+def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
+    """Put a value into a document."""
+    node: Any = document
+    for name, following in zip(place.names[:-1], place.names[1:], strict=True):
+        if isinstance(node, dict) and name not in node:
+            node[name] = tomlkit.table()
+        if isinstance(following, int) and not isinstance(node[name], list):
+            node[name] = [node[name], node[name]]  # one size for both ends of a beam
+        node = node[name]
+    last = place.names[-1]
+    there = node[last] if not isinstance(node, dict) or last in node else None
+    *forms, plainest = _forms(place, there, value)
+    node[last] = next((form for form in forms if _value(table, place, form) == value), plainest)
+
+
+def _value(table: SceneTable, place: Place, written: Any) -> float | None:
+    with suppress(SceneError):
+        return value_at(table, place, written)
+    return None
+
+
+def _forms(place: Place, there: Any, value: float) -> Iterator[Any]:
+    """A value as it may stand in a file: in the unit that stands there; at last in the SI unit."""
+    unit = place.variable.unit
+    for digits in () if isinstance(place.leaf, int) else DIGITS:
+        if isinstance(there, str) and (form := FORM.fullmatch(there.translate(TYPESET))):
+            own = Quantity.of_unit(unit, f"1 {form[2]}")
+            yield f"{value / own:.{digits}g} {form[2].strip()}"
+        elif isinstance(there, int | float) and not isinstance(place.leaf, Direction):
+            yield float(f"{value / place.per_bare:.{digits}g}")
+        else:
+            yield f"{value:.{digits}g} {unit}" if unit != "1" else float(f"{value:.{digits}g}")
+    yield in_file(place, value)
+
+
+def scene_schema() -> dict[str, Any]:
+    """JSON Schema of a scene: of a planar mechanism, or of a chain of joints in space."""
+    choices, tables = msgspec.json.schema_components(
+        (SceneTable, ChainTable), schema_hook=_quantity_schema, ref_template="#/$defs/{name}"
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "kinelast scene",
+        "anyOf": list(choices),
+        "$defs": _without_null(tables),
+    }
+
+
+def schema_text() -> str:
+    """The schema as it is published in scene.schema.json."""
+    import json
+
+    return json.dumps(scene_schema(), indent=2) + "\n"
+
+
+def _quantity_schema(kind: Any) -> dict[str, Any]:
+    number: dict[str, Any] = {"type": "number"}
+    if issubclass(kind, Direction):
+        pair = {"type": "array", "items": number, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [pair, {"type": "string"}], "description": kind.expected}
+    if issubclass(kind, Sizes):
+        one = [{**number, "exclusiveMinimum": 0}, {"type": "string"}]
+        pair = {"type": "array", "items": {"anyOf": one}, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [*one, pair], "description": f"{kind.expected}; a bare number is in m"}
+    if issubclass(kind, Quantity):
+        if kind.above == 0:
+            number["exclusiveMinimum"] = 0
+        if kind.least == 0:
+            number["minimum"] = 0
+        text = kind.expected + (f"; a bare number is in {' or '.join(kind.units)}" if any(kind.units) else "")
+        return {"anyOf": [number, {"type": "string"}], "description": text}
+    raise NotImplementedError(kind)
+
+
+def _without_null(schema: Any) -> Any:
+    """A schema without null, which TOML has not: keys that may be null may be left out."""
+    if isinstance(schema, list):
+        return [_without_null(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    kept = {key: _without_null(value) for key, value in schema.items() if not (key == "default" and value is None)}
+    choices = [choice for choice in kept.get("anyOf", ()) if choice != {"type": "null"}]
+    if "anyOf" in kept and len(choices) == 1:
+        del kept["anyOf"]
+        return {**choices[0], **kept}
+    return {**kept, "anyOf": choices} if choices else kept

@@ -91,7 +91,7 @@ class Quantity(float):
         Of an instance: metres in the unit that the file has bare lengths in, where `unit` is empty; else 1.
     each
         Of an instance that stands for many designs: their numbers, shape (designs, 1), the instance itself being nan;
-        else None. See `kinelast.scene.many`.
+        else None. See `kinelast.scene.numbers`.
     """
 
     expected: ClassVar[str] = "a number"

@@ -18,10 +18,9 @@ import numpy as np
 
 from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import SceneTable
-from kinelast.scene.format_motion import PER_LENGTH
 from kinelast.scene.joints import UNITS
-from kinelast.scene.quantities import Abscissa, Angle, Direction, Size
-from kinelast.scene.shapes import Sizes
+from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
+from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.units import Quantity
 
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")

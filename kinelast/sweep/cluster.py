@@ -14,10 +14,10 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any, TypeVar
 
-from kinelast.process.processes import Lost
-from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import versions
+from kinelast.tasks.processes import Lost
+from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import RequestError
 
 AHEAD = 3  # chunks a thread has, done or to do

@@ -12,23 +12,22 @@ from typing import Any
 import numpy as np
 
 from kinelast.designs.base import base_of
-from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
 from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import json_bytes
-from kinelast.process.processes import cores
-from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.numbers import quantity, round_down
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
-from kinelast.sweep.pages import design_text, write_pages
+from kinelast.sweep.pages import Aim, Tally, design_text, tallied, write_pages
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import NUMBER, stored_chunks
-from kinelast.sweep.tally import Aim, Tally, tallied
-from kinelast.tasks.outcome import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
+from kinelast.tasks.processes import cores
+from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import Batch, Request, RequestError
+from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
 from kinelast.version import VERSION
 
 LONG = 10.0  # [s] from which on it is told before the start how long a sweep takes

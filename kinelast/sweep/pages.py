@@ -1,29 +1,89 @@
-"""The page of a sweep, and pages of single designs that it leads to: the best and those on the front."""
+"""The summary of a sweep, its page, and pages of single designs that it leads to: the best and those on the front."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from kinelast.designs.evaluation import Evaluation
+from kinelast.designs.evaluate import Evaluation
 from kinelast.outputs.outbox import complete, put
-from kinelast.outputs.page.designs import designs_page, first_axes, front, is_greater
+from kinelast.outputs.page import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
-from kinelast.process.progress import Progress
 from kinelast.runs.run import try_scene
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.error import plain
 from kinelast.sweep.store import NUMBER
-from kinelast.sweep.tally import Tally
-from kinelast.tasks.outcome import BAD_INPUT, BUG, FINE, MESSAGE, Task
-from kinelast.tasks.paths import shipped_scenes
+from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
+from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
 from kinelast.version import VERSION
+
+NUMBERS = re.compile(r"(?<![\w\"\[])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w\"\]])")  # which differ by design in a reason
+
+
+@dataclass(frozen=True)
+class Aim:
+    """Which figure is to be small, or large."""
+
+    figure: str
+    largest: bool
+
+
+@dataclass
+class Tally:
+    """Summary of a sweep's designs: how many have no figures and why, ranges of figures, the best; or all."""
+
+    aim: Aim
+    designs: int = 0
+    reasons: Counter[str] = field(default_factory=Counter)
+    acceptable: int | None = None
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    best: dict[str, float] | None = None
+    kept: list[tuple[Mapping[str, Any], Sequence[str]]] = field(default_factory=list)
+
+    def add(self, columns: Mapping[str, Any], reasons: Sequence[str]) -> None:
+        """Count some more designs."""
+        self.designs += len(reasons)
+        self.reasons.update(NUMBERS.sub("...", reason) for reason in reasons if reason)
+        for name, values in columns.items():
+            known = values[np.isfinite(values)]
+            if len(known):
+                low, high = self.ranges.get(name, (np.inf, -np.inf))
+                self.ranges[name] = min(low, float(known.min())), max(high, float(known.max()))
+        good = np.isfinite(columns[self.aim.figure])
+        if "acceptable" in columns:
+            good &= columns["acceptable"] == 1.0
+            self.acceptable = (self.acceptable or 0) + int(np.count_nonzero(columns["acceptable"] == 1.0))
+        if good.any():
+            size = np.where(good, columns[self.aim.figure], np.nan)
+            at = int(np.nanargmax(size) if self.aim.largest else np.nanargmin(size))
+            found = {name: float(values[at]) for name, values in columns.items()}
+            if self.best is None or self._better(found[self.aim.figure]):
+                self.best = found
+
+    def _better(self, value: float) -> bool:
+        assert self.best is not None
+        before = self.best[self.aim.figure]
+        return value > before if self.aim.largest else value < before
+
+
+def tallied(chunks: Iterable[tuple[Mapping[str, Any], Sequence[str]]], aim: Aim, keep: bool) -> Tally:
+    """The tally of all designs; `keep` them too."""
+    tally = Tally(aim)
+    for columns, reasons in chunks:
+        tally.add(columns, reasons)
+        if keep:
+            tally.kept.append((columns, reasons))
+    return tally
+
 
 FOLDER = "designs"  # in that of the scene
 """Each of its folders bears the number of its design."""

@@ -12,11 +12,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinelast.outputs.outbox import locked
-from kinelast.process.processes import Lost, map_surviving
-from kinelast.process.progress import SILENT, Progress
 from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.sweep.store import CSV, Store, encoded, store_name
+from kinelast.tasks.processes import Lost, map_surviving
+from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import RequestError
 
 TRIES = 3  # of a chunk whose process dies

@@ -13,7 +13,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
-from kinelast.process.stopping import ignored_interrupts, without_interrupts
+from kinelast.tasks.progress import ignored_interrupts, without_interrupts
 
 GRACE = 2.0  # [s] that a worker has to end by itself
 T = TypeVar("T")

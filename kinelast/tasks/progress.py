@@ -1,12 +1,47 @@
-"""Signals that end a run: each becomes an exception, so that unfinished work is cleaned up and told."""
+"""Progress of a run: its listener, the signals that end it, and the threads of its linear algebra."""
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+
+class Progress:
+    """A listener who keeps it to himself; the command's shows a bar, or prints a line now and then."""
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        """Hear the stage of a run, how much of it is done, and how much is to be done."""
+
+    def tell(self, sentence: str) -> None:
+        """Hear a sentence for the user, on how long something takes or on kept results."""
+
+    def within(self, name: str) -> Progress:
+        """A listener to a part of the work, that hears its stages under a name."""
+        return _Part(self, name)
+
+
+class _Part(Progress):
+    def __init__(self, whole: Progress, name: str) -> None:
+        self._whole, self._name = whole, name
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        self._whole(f"{self._name}: {stage}", done, total)
+
+    def tell(self, sentence: str) -> None:
+        self._whole.tell(f"{self._name}: {sentence}")
+
+
+SILENT = Progress()
+
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -66,3 +101,24 @@ def without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """The linear algebra of numpy and scipy keeps to one thread meanwhile; a decorator too.
+
+    The command has set that before numpy was loaded; who asks from Python has numpy loaded already.
+    """
+    if os.environ.get("OMP_NUM_THREADS") == "1":
+        yield
+        return
+    with _controller("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas"):
+        yield
+
+
+@lru_cache(maxsize=2)
+def _controller(_: bool) -> ThreadpoolController:
+    """Made once, and once more where scipy has brought a library of its own."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

@@ -1,8 +1,13 @@
-"""The mechanism drawn where it deflects most, with its deformed shape, over its course."""
+"""Pictures of a scene: the mechanism where it deflects most, all stills for papers, and films."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import errno
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,14 +15,19 @@ import numpy as np
 from elastic import sample
 from kinelast.figures.cycle import points_of
 from kinelast.figures.results import Results
+from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
 from kinelast.outputs.sheet import MechanismAxes
-from kinelast.outputs.stills.charts import INK, SOFT, STYLE, svg_of
+from kinelast.scene.data import Scene
 from kinelast.scene.numbers import quantity, round_down
+from kinelast.tasks.request import Request, RequestError
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from animations import Style
+
 
 WIDEST, TALLEST = 8.4, 5.2  # inches
 GHOSTS = 12
@@ -175,3 +185,74 @@ def _draw_scale(axes: Axes, corner: complex, width: float) -> None:
     x, y = corner.real, corner.imag
     axes.plot([x, x, x + length, x + length], [y + tick, y, y, y + tick], color=INK, linewidth=0.9)
     axes.text(x + length + tick, y, quantity(length, "m"), color=SOFT)
+
+
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
+
+
+def write_stills(folder: Path, results: Results) -> None:
+    """Write the mechanism where it deflects most, every chart over the cycle and the maps, an SVG each."""
+    folder.mkdir()
+    largest = results.cycle.along("w")
+    known = len(results.scene.labels) and np.isfinite(largest.value).any()
+    position = int(largest.position[np.nanargmax(np.abs(largest.value))]) if known else 0
+    pictures = {"mechanism": mechanism_drawing(results, position)[0]}
+    over, charts = axis(results), cycle_charts(results)
+    for chart, svg in zip(charts, line_charts(over, charts), strict=True):
+        pictures[re.sub(r"[^a-z0-9]+", "_", chart.heading.lower()).strip("_")] = svg
+    if results.scene.labels:
+        pictures |= {f"maps_{number}": svg for number, svg in enumerate(cycle_maps(results, over), 1)}
+    for name, svg in pictures.items():
+        (folder / f"{name}.svg").write_text(HEAD + svg + "\n", encoding="utf-8")
+
+
+LITTLE = 1_000_000  # bytes that are free on a disk that is full to an encoder, which writes by blocks
+
+
+def require_rendering() -> None:
+    """Raise `RequestError` where nothing can be drawn on this machine."""
+    from animations import RenderingUnavailable, probe
+
+    try:
+        probe()
+    except RenderingUnavailable as error:
+        raise RequestError(f"--animate: {error}") from None
+
+
+def draw_film(
+    part: Path, results: Results, diagram: str, request: Request, on_frame: Callable[[int, int], None]
+) -> None:
+    """A film, or numbered stills, of a diagram.
+
+    Raises
+    ------
+    ValueError
+        More frames than positions; a field that is not known.
+    OSError
+        It cannot be written, as where the disk is full.
+    """
+    from animations import RATE, movie
+
+    target, rate = part / f"{diagram}.{request.picture}", request.fps or RATE
+    try:
+        movie(results.deflection, diagram, target, request.frames, style_of(results.scene, request), on_frame, rate)
+    except OSError as error:
+        raise _without_encoder(error, target) from None
+
+
+def _without_encoder(error: OSError, target: Path) -> OSError:
+    """A fault of writing in the system's words: where the encoder has died of it, its own are a command line."""
+    if error.errno not in (None, errno.EPIPE):
+        return error
+    if shutil.disk_usage(target.parent).free < LITTLE:
+        return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
+    return OSError(errno.EPIPE, "the encoder of films (ffmpeg) ended before its time", str(target))
+
+
+def style_of(scene: Scene, request: Request) -> Style:
+    """How a scene is to be drawn."""
+    from animations import Style
+
+    asked = {name: getattr(request, name) for name in ("size", "exaggeration", "background", "show")}
+    given = {name: value for name, value in asked.items() if value is not None}
+    return Style(title=scene.title, outlines=scene.outlines, look=request.style, **given)

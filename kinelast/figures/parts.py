@@ -1,0 +1,292 @@
+"""Parts of the summary: inputs, strength and vibration of the links, and their shares in the output's error."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from elastic import Deflection, deflection, displacement_of
+from elastic.assessment import angle_error, harmonics
+from elastic.links import AddedLoads, map_loads
+from kinelast.figures.peaks import STATIONS
+from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
+from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
+from rigid.arrays import Reals
+from rigid.kinetostatics import rubbing_joints, sliding_directions
+
+if TYPE_CHECKING:
+    from fem_check.solid import SolidComparison
+
+STEADY = 1e-9  # share of the speed by which a steady drive may seem to change
+
+
+def input_figures(results: Results) -> dict[str, Any]:
+    """Inputs of a scene that the reader of a report needs beside its links."""
+    mechanism, sections = results.mechanism, results.deflection.sections
+    gravity = complex(mechanism.gravity)
+    return {
+        "theory": "Timoshenko" if any(np.isfinite(section.kGA) for section in sections) else "Euler-Bernoulli",
+        "materials": {
+            name: {
+                "E": figure(stuff.E, "Pa"),
+                "density": figure(stuff.density, "kg/m^3"),
+                "yield": figure(np.nan if stuff.yield_stress is None else stuff.yield_stress, "Pa"),
+            }
+            for name, stuff in results.scene.materials.items()
+        },
+        "gravity": {"x": figure(gravity.real, "m/s^2"), "y": figure(gravity.imag, "m/s^2")},
+        "drives": {
+            name: _speed(least, most, unit)
+            for (name, _, unit, _), least, most in zip(results.drive_words, *results.figures.rates, strict=True)
+        },
+        "point_masses": [
+            {"link": link.name, "point": lump.point, "mass": figure(lump.mass, "kg")}
+            for link in mechanism.links[1:]
+            for lump in link.lumps
+        ],
+        "loads": [dict(_load(load)) for load in mechanism.loads],
+    }
+
+
+def _speed(least: float, most: float, unit: str) -> dict[str, Any]:
+    """Greatest speed of a drive with its sign, and whether it is the same throughout."""
+    fastest = least if abs(least) > abs(most) else most
+    return {"speed": figure(fastest, f"{unit}/s"), "steady": bool(most - least <= STEADY * abs(fastest))}
+
+
+def _load(load: Any) -> Iterator[tuple[str, Any]]:
+    """Kind of a load, the link and place it acts on, how large it is before any law in time, and where it points."""
+    resists = isinstance(load, Resistance)
+    yield "resists", ("one way" if load.one_way else "both ways") if resists else None
+    load = load.load if resists else load
+    yield "kind", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(load).__name__).lower()
+    yield "link", getattr(load, "link", "")
+    yield "place", getattr(load, "point", getattr(load, "at", ""))
+    yield "varies", getattr(load, "law", None) is not None  # with time, an angle or a slide
+    force: Any = 0.0
+    sizes: list[tuple[Any, str]]
+    if isinstance(load, PointLoad):
+        force = load.force
+        sizes = [(abs(force), "N"), (load.moment, "N m")]
+    elif isinstance(load, LineLoad):
+        force = load.start or load.end
+        sizes = [(abs(load.start), "N/m"), (abs(load.end), "N/m")]
+    else:
+        turned = isinstance(load, TorsionSpring)
+        per = ("N m/rad", "N m s/rad", "N m") if turned else ("N/m", "N s/m", "N")
+        sizes = list(zip((load.stiffness, load.damping, load.preload), per, strict=True))
+    given = [figure(size, unit) for size, unit in sizes if size or isinstance(load, LineLoad)]
+    yield "sizes", given
+    yield "towards", figure(np.angle(force), "rad") if force else None
+
+
+def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
+    """Per beam: swing of the normal stress, safety, compression over Euler's load, slenderness."""
+    run = results.figures
+    return {
+        label: {
+            "stress_range": _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
+            "yield_stress": figure(float(results.deflection.sections[beam].yield_stress), "Pa"),
+            "safety_factor": figure(run.peaks["safety"][beam].value, "1"),
+            "euler_ratio": largest(results, run.peaks["buckling"][beam], "1"),
+            "slenderness": figure(results.slenderness[beam], "1"),
+        }
+        for beam, label in enumerate(results.scene.labels)
+    }
+
+
+def _swing(swings: Any, length: float) -> dict[str, Any]:
+    """The larger swing of both fibres, shape (2, stations), and where it is."""
+    if np.isnan(swings).all():
+        return figure(math.nan, "Pa")
+    side, at = np.unravel_index(np.nanargmax(swings), swings.shape)
+    return figure(
+        swings[side, at], "Pa", along=figure(STATIONS[at] * length, "m"), fibre="left" if side == 0 else "right"
+    )
+
+
+def vibration_figures(results: Results) -> dict[str, Any] | None:
+    """Natural frequencies over the cycle, and their excitation; None where no link has beams."""
+    frequencies = results.frequencies
+    if frequencies is None:
+        return None
+    speed, lowest = fastest_drive(results), frequencies.lowest
+    return {
+        "positions": len(frequencies.position),
+        "natural": [_over_cycle(results, omega) for omega in frequencies.omega if np.isfinite(omega).any()],
+        "drive_speed": figure(speed, "rad/s"),
+        "drive_to_lowest": figure(speed / lowest, "1"),
+        "load": _exciting_load(results, lowest),
+    }
+
+
+def _over_cycle(results: Results, omega: Any) -> dict[str, Any]:
+    assert results.frequencies is not None
+    position = results.frequencies.position
+    low, high = int(np.nanargmin(omega)), int(np.nanargmax(np.where(np.isfinite(omega), omega, -1.0)))
+    return {
+        "lowest": figure(omega[low], "rad/s", **at_position(results, int(position[low]))),
+        "highest": figure(omega[high], "rad/s", **at_position(results, int(position[high]))),
+    }
+
+
+def _exciting_load(results: Results, lowest: float) -> dict[str, Any] | None:
+    """The fastest strong harmonic of the load; None of no cycle."""
+    if math.isnan(results.period) or not math.isfinite(lowest) or not results.counted.all():
+        return None
+    spectrum = harmonics(results.deflection, results.period)
+    strong = spectrum.strong()
+    number = int(strong[-1]) if len(strong) else 0
+    return {
+        "harmonic": number,
+        "frequency": figure(spectrum.omega[number], "rad/s"),
+        "to_lowest": figure(spectrum.omega[number] / lowest, "1"),
+    }
+
+
+def fastest_drive(results: Results) -> float:
+    """Greatest speed of any drive that turns [rad/s]; 0 where none does."""
+    rates = np.abs(results.figures.rates).max(axis=0)
+    turning = (rate for drive, rate in zip(results.mechanism.drives, rates.tolist(), strict=True) if drive.turns)
+    return float(max((rate for rate in turning if math.isfinite(rate)), default=0.0))
+
+
+def friction_figures(results: Results) -> dict[str, Any] | None:
+    """Efforts and heat of friction in the joints; None where no joint has any."""
+    rubbing = rubbing_joints(results.mechanism)
+    if not rubbing:
+        return None
+    peaks, words = results.figures.peaks, results.joint_words
+    places = results.motion.places
+    units = ["N m" if places[number].turns else "N" for number, _ in rubbing]
+    return {
+        "joints": [
+            {"joint": words[number][0], "on": words[number][1], "effort": largest(results, peak, unit)}
+            for (number, _), peak, unit in zip(rubbing, peaks["friction_effort"], units, strict=True)
+        ],
+        "power": largest(results, peaks["friction_power"][0], "W"),
+        "feedback": figure(peaks["friction_feedback"][0].value, "1"),
+        "locked": results.figures.locked,
+        "resting": int(np.count_nonzero(resting(results))),
+    }
+
+
+def resting(results: Results) -> Any:
+    """Whether nothing slides in any joint with friction, though drives may hold it there, shape (positions,)."""
+    signs = sliding_directions(results.motion)
+    found = np.all([sign == 0.0 for sign in signs.values()], axis=0)
+    return found & ~results.singular
+
+
+NOTHING = 1e-9  # share of the error below which a rest is round-off
+
+
+def output_shares(results: Results, output: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """Share of every link in the error of the output where that is largest.
+
+    Displacements are linear in the compliances of the links as long as statics alone tells the forces between these: a
+    link that is twice as stiff takes half of its share away. So twice the difference is the share, exactly. Of a point
+    it is the part along the whole displacement. What is left over goes to "others": strains, soft joints, and forces
+    that the stiffness of the links divides.
+
+    Parameters
+    ----------
+    output
+        The error, see `kinelast.figures.output_error.output_figure`.
+    """
+    if output is None or not output["value"] or not results.mechanism.beams:
+        return []
+    pairs = zip(results.mechanism.beams, results.scene.sections, strict=True)
+    links = list(dict.fromkeys(at for (at, _), section in pairs if np.isfinite(section.EI)))
+    if not links:
+        return []
+    bent = _stiffened(results, links, output["time"]["value"])
+    total, parts = _error(results, bent, output)
+    shares = 2.0 * (total - parts)
+    rows = [(results.mechanism.links[at].name, share) for at, share in zip(links, shares, strict=True)]
+    rest = total - shares.sum()
+    if abs(rest) > NOTHING * abs(total):
+        rows.append(("others", rest))
+    return [{"link": name, **figure(share, output["unit"])} for name, share in rows]
+
+
+def _stiffened(results: Results, links: list[int], time: float) -> Deflection:
+    """The deflection at an instant as it is (the first design), and with one link after another twice as stiff."""
+    scene = results.scene
+    sections = []
+    for (at, _), section in zip(results.mechanism.beams, scene.sections, strict=True):
+        factor = np.array([1.0, *(2.0 if at == other else 1.0 for other in links)])[:, None]
+        sections.append(replace(section, EA=section.EA * factor, EI=section.EI * factor, kGA=section.kGA * factor))
+    at, instant = int(np.argmin(np.abs(results.motion.time - time))), np.array([time])
+    at_hand = results.motion.time[at] == time  # and so the branch is known
+    moved = scene.course.near(instant, posture(results.motion, [at])) if at_hand else scene.course.at(instant)
+    more = results.deflection.added
+    return deflection(moved, sections, scene.joints, None if more is None else _of_position(more, at, len(links) + 1))
+
+
+def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
+    """Loads at one of the positions, the same for all designs."""
+    count = loads.q.shape[-1]
+
+    def there(part: Any) -> Any:
+        wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
+        return np.repeat(wide[..., at, None, None], designs, axis=-2)
+
+    return map_loads(there, loads)
+
+
+def _error(results: Results, bent: Deflection, output: dict[str, Any]) -> tuple[float, Reals]:
+    """The error as it is, and with each of the links stiffened."""
+    if output["kind"] == "angle":
+        turned = angle_error(bent, output["name"], output["point"])[:, 0]
+        return float(turned[0]), turned[1:]
+    owner = next(link.name for link in results.mechanism.links[1:] if output["name"] in link.points)
+    moved = displacement_of(bent, owner, output["name"])[:, 0]
+    along = (np.conj(moved[0] / abs(moved[0])) * moved).real
+    return float(along[0]), along[1:]
+
+
+def nonlinear_figures(check: NonlinearCheck | NotMade | None) -> dict[str, Any] | None:
+    """The nonlinear check as plain data, shares of the largest deflection from the chord."""
+    if check is None:
+        return None
+    if isinstance(check, NotMade):
+        return {"passed": None, "largest": None, "problem": check.problem}
+    return {
+        "passed": check.passed,
+        "largest": check.largest,
+        "too_near_to_call": check.near,
+        "elements": check.elements,
+        "steps": check.steps,
+        "positions": check.positions,
+        "estimate": None if math.isnan(check.estimate) else check.estimate,
+        "own_errors": {"mesh": check.mesh, "step": check.step},
+        "links": {
+            label: {
+                "difference": check.difference[label],
+                "without_vibration": check.without_vibration[label],
+                "peak": {"value": check.peak[label], "unit": "m"},
+            }
+            for label in check.difference
+        },
+    }
+
+
+def solid_figures(check: SolidComparison | NotMade | None) -> dict[str, Any] | None:
+    """The solid check as plain data, shares of the largest deflection from the chord."""
+    if check is None:
+        return None
+    if isinstance(check, NotMade):
+        return {"largest": None, "problem": check.problem}
+    return {
+        "largest": None if math.isnan(check.relative) else check.relative,
+        "links": dict(check.by_link),
+        "left_out": dict(check.left_out),
+        "refinement": check.refinement,
+        "positions": check.compared,
+    }

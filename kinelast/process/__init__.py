@@ -1,1 +1,0 @@
-"""Processes, threads, signals and progress: how work is shared out, stopped and told of."""
