@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.course import Course, CourseByLaws, Run
+from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
 from kinelast.scene.error import fault
@@ -129,8 +129,6 @@ def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run:
     known = tuple(law for law in laws if not isinstance(law, DriveEffort))
     if len(known) == len(laws):
         return CourseByLaws(mechanism, known, run, path)
-    from kinelast.scene.course import IntegratedCourse
-
     return IntegratedCourse(mechanism, laws, run, path)
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, nan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
 from rigid.chunks import columns_of
-from rigid.dynamics import INTERRUPTED, ForwardError, IntegratedMotion, forward, motion_during
+
+if TYPE_CHECKING:
+    from rigid.dynamics import ForwardError, IntegratedMotion
 
 OnStep = Callable[[float], None]
 
@@ -217,6 +219,8 @@ class IntegratedCourse(Course):
         SceneError
             It cannot begin.
         """
+        from rigid.dynamics import ForwardError, forward
+
         drives = [law.effort if isinstance(law, DriveEffort) else law for law in self.laws]
         begin = [(law.start, law.speed) if isinstance(law, DriveEffort) else (0.0, 0.0) for law in self.laws]
         start, rate = zip(*begin, strict=True)
@@ -238,17 +242,23 @@ class IntegratedCourse(Course):
     @property
     def interrupted(self) -> float | None:
         """Up to which time a user let the motion be integrated [s]."""
+        from rigid.dynamics import INTERRUPTED
+
         stop = self.integrated[1]
         return float(stop.time) if stop is not None and stop.kind == INTERRUPTED else None
 
     def at(self, times: Any) -> Motion:
         """The motion at any instants."""
+        from rigid.dynamics import motion_during
+
         times = np.asarray(times, float)
         with of_scene(self.path, self.mechanism):
             return motion_during(self._until(times), times)
 
     def chunks(self, times: Reals) -> Iterator[Motion]:
         """The motion, chunk by chunk."""
+        from rigid.dynamics import motion_during
+
         with of_scene(self.path, self.mechanism):
             step, whole = columns_of(self.mechanism, len(times)), self._until(times)
             yield from (motion_during(whole, times[k : k + step]) for k in range(0, len(times), step))

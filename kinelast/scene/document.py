@@ -15,7 +15,7 @@ from kinelast.scene.error import fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import require_studies
 from kinelast.scene.parsing import parse_parts, parse_scene
-from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables
+from kinelast.scene.text import decoded, file_bytes, of_file, scene_name, toml_tables, written
 from kinelast.scene.variables import Variable, in_file, place_of, put, value_at
 
 Tables = Mapping[str, Any]
@@ -80,8 +80,6 @@ class Document:
         """
         if not self.source or not (self.values or head):
             return self.source
-        from kinelast.scene.text import written
-
         return written(self.source, self.table, self.values, head)
 
     def variable(self, path: str) -> Variable:

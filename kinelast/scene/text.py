@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import tomlkit
 
 from kinelast.scene.error import SceneError
 from kinelast.scene.format import ChainTable, SceneTable
@@ -90,6 +89,8 @@ def written(text: str, table: SceneTable, values: Mapping[str, float], head: str
     head
         A comment for the first line.
     """
+    import tomlkit
+
     document = tomlkit.parse(text)
     for path, value in values.items():
         _put(document, table, place_of(table, path), value)
@@ -105,7 +106,7 @@ def _put(document: Any, table: SceneTable, place: Place, value: float) -> None:
     node: Any = document
     for name, following in zip(place.names[:-1], place.names[1:], strict=True):
         if isinstance(node, dict) and name not in node:
-            node[name] = tomlkit.table()
+            node[name] = {}
         if isinstance(following, int) and not isinstance(node[name], list):
             node[name] = [node[name], node[name]]  # one size for both ends of a beam
         node = node[name]
