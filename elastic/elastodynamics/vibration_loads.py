@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 
 from elastic.elastodynamics.displacements import UNDER, Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
-from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses
+from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses, rotary_moments
 from elastic.elastodynamics.point_effects import lumps_of
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.time_grid import Grid
@@ -122,7 +122,7 @@ def vibration_loads(
         slope = slope + residual.moved.slope[1:, ..., 0]
     inertia = (-(found.speed**2) * masses(structure)) * acceleration
     gathered = GatheredLoads(structure, len(x))
-    flux = _of_beams(gathered, found, directions, slope, inertia)
+    flux = _of_beams(gathered, found, motion, slope, inertia)
     viscous = strain_rates(found, x, x1)
     if residual is not None:
         viscous = viscous + residual.viscous(found)
@@ -133,11 +133,9 @@ def vibration_loads(
     return AddedLoads(gathered.positions_last(gathered.q), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
 
 
-def _of_beams(
-    gathered: GatheredLoads, found: Problem, directions: Complexes, slope: Reals, inertia: Complexes
-) -> Reals:
+def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Reals, inertia: Complexes) -> Reals:
     """Add the inertia along the beams; returns the force that works on slopes [N], shape (positions, beams, points)."""
-    structure, felt = gathered.structure, found.felt
+    structure, felt, directions = gathered.structure, found.felt, beam_directions(motion).T[1:]
     shape = (len(inertia), *structure.weights.shape)
     size = structure.weights.size
     force: Complexes = inertia[:, :size].reshape(shape)
@@ -146,7 +144,8 @@ def _of_beams(
     gathered.along_beams(np.conj(directions)[..., None] * force / structure.weights)
     flux = -felt.pull[1:] * slope
     if structure.rotary.any():
-        flux = flux + inertia[:, size : 2 * size].real.reshape(shape)
+        turned = inertia[:, size : 2 * size].real - rotary_moments(structure, motion)
+        flux = flux + turned.reshape(shape)
     return flux / structure.weights
 
 
