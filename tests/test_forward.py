@@ -41,6 +41,7 @@ from rigid.dynamics import (
     law_of_rate,
     motion_during,
     potential_energy,
+    tracking,
 )
 
 GRAVITY = 9.81
@@ -131,6 +132,71 @@ class TestOneFreedom:
         found = motion_during(forward(pendulum(), [FREE], 1.0, 2.0, 3.0, 1e-12), np.linspace(0, 3, 50))
         energy = kinetic_energy(found) + potential_energy(found)
         np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+
+
+class TestSliderCrank:
+    """Many turns of a crank of 0.05 m: T = J(a) a'^2 / 2 of its angle a, by scipy."""
+
+    R, L, C, MOMENT = 0.05, 0.2, 0.08, 5.0
+
+    def mechanism(self, drive, angle):
+        links = (
+            Link("ground", {"O": 0.0}),
+            Link("crank", {"O": 0.0, "A": self.R}, (), (Lump("O", 0.3, 2e-3),)),
+            Link("rod", {"A": 0.0, "B": self.L}, (), (Lump("A", 0.4, 1.5e-3, self.C),)),
+            Link("piston", {"B": 0.0}, (), (Lump("B", 0.5),)),
+        )
+        guide = Slider("guide", "piston", "ground", "B", 0.0, 1.0)
+        crank = self.R * np.exp(1j * angle)
+        drawing = {"O": 0, "A": crank, "B": crank.real + np.sqrt(self.L**2 - crank.imag**2)}
+        return Mechanism(links, (drive,), drawing, (guide,), gravity=-1j * GRAVITY)
+
+    def closed_form(self, angle, effort):
+        """Inertia, half its derivative and the moment on the crank by weight and by a force on the piston."""
+        sine, cosine = np.sin(angle), np.cos(angle)
+        tilt = -self.R * sine / self.L
+        upright = np.sqrt(1 - tilt**2)
+        turned = -self.R * cosine / (self.L * upright)
+        turned2 = (self.R * sine / self.L + tilt * turned**2) / upright
+        piston = -self.R * sine - self.L * tilt * turned
+        piston2 = -self.R * cosine - self.L * (upright * turned**2 + tilt * turned2)
+        rod, crank = self.C * (upright + 1j * tilt), self.R * np.exp(1j * angle)
+        center, center2 = 1j * crank + 1j * turned * rod, -crank + (1j * turned2 - turned**2) * rod
+        inertia = 2e-3 + 0.4 * abs(center) ** 2 + 1.5e-3 * turned**2 + 0.5 * piston**2
+        slope = 0.4 * (np.conj(center) * center2).real + 1.5e-3 * turned * turned2 + 0.5 * piston * piston2
+        return inertia, slope, effort * piston - 0.4 * GRAVITY * center.imag
+
+    def exact(self, moment, force, rate, duration):
+        def rates(time, state):
+            inertia, slope, by_piston = self.closed_form(state[0], force(time))
+            return state[1], (moment + by_piston - slope * state[1] ** 2) / inertia
+
+        return solve_ivp(rates, (0, duration), (0.3, rate), method="DOP853", rtol=2.3e-14, atol=1e-15).y[:, -1]
+
+    def test_a_crank_runs_up(self, monkeypatch):
+        """And its loops are solved a few times a step at most: postures return with every turn."""
+        solved = []
+        once = tracking.constraint_matrix
+        monkeypatch.setattr(tracking, "constraint_matrix", lambda *args: solved.append(1) or once(*args))
+        course = forward(self.mechanism(PinDrive("crank", "O"), 0.3), [Effort(self.MOMENT)], 0.3, 0.0, 0.3, 1e-11)
+        end = motion_during(course, 0.3)
+        expected = self.exact(self.MOMENT, lambda time: 0.0, 0.0, 0.3)
+        np.testing.assert_allclose([end.drive[0, -1], end.drive_rate[0, -1]], expected, rtol=1e-9)
+        loops_are_closed(end)
+        assert len(solved) < 0.3 * course.evaluations
+
+    def test_a_piston_drives_through_the_dead_points(self):
+        """The crank leads then, and the effort is the piston's."""
+        begin = motion(self.mechanism(PinDrive("crank", "O"), 0.3), [0.3], 30.0)
+        piston = begin.origin[3, 0].real, begin.velocity[3, 0].real
+        push = Effort(lambda motion: 200 * np.sin(200 * motion.time))
+        course = forward(self.mechanism(SliderDrive("guide"), 0.3), [push], *piston, 0.3, 1e-11)
+        end = motion_during(course, 0.3)
+        expected = self.exact(0.0, lambda time: 200 * np.sin(200 * time), 30.0, 0.3)
+        assert expected[0] > 1.5 * np.pi
+        turned = np.angle(end.direction[1, -1] * np.exp(-1j * expected[0]))
+        assert abs(turned) < 1e-8
+        assert end.angular_velocity[1, -1] == pytest.approx(expected[1], rel=1e-8)
 
 
 class TestSeveralDrives:

@@ -28,11 +28,13 @@ from rigid.parts import MechanismError
 from rigid.postures import Posture
 
 EVALUATIONS = 200_000  # of the equation of motion, at which an integration is given up
+CHARTED = 1e-11  # tolerance from which postures are taken from polynomials
 LEAST_TOLERANCE = 3e-14  # below it the integrator's error estimate is round-off
 INTERRUPTED = "interrupted"  # kind of the error where a user ended the integration
 FADING = 50.0  # of that rate, from which another joint is looked for that leads them better
 STEEP = 1e4  # of a link's rate per rate of a drive, which then no longer leads it
 JUDGED = 20  # steps from which their sizes tell how many more it takes
+TINY = np.finfo(float).tiny
 HOPELESS = 1000.0  # times as many steps as are allowed, from which an integration is not gone on with
 
 
@@ -96,7 +98,8 @@ def forward(
         if not isinstance(drive, Effort):
             start[number], rate[number], _ = (float(np.ravel(value)[0]) for value in drive(np.zeros(1)))
     own = {number: float(start[number]) for number in free}
-    system = RightHandSide(Lead(mechanism, mechanism), Tracker(mechanism, start), drives, free, evaluations, own)
+    lead, tracker, charted = Lead(mechanism, mechanism), Tracker(mechanism, start), tolerance >= CHARTED
+    system = RightHandSide(lead, tracker, drives, free, evaluations, own, charted=charted)
     begin = np.concatenate([start[free], rate[free]])
     if not np.isfinite(system(0.0, begin)).all():
         raise _stuck(mechanism, 0.0, start, "a drive given as effort moves no mass there")
@@ -173,10 +176,14 @@ def _stepped(
         if not reached or str(solver.status) == "failed" or tracker.steepness > STEEP:
             other = _with_better_lead(system, steps, solver)
             return other or _stuck(system.lead.mechanism, solver.t, system.own_drive, _aligned(tracker))
-        if run.steps >= run.most_steps or _hopeless(run, steps):
-            more = f"{run.duration:g} s would take about {run.duration / run.time:.3g} times as many"
+        astray = system.chart is not None and not system.chart.passed(float(tracker.drive[0]))
+        if astray or run.steps >= run.most_steps or _hopeless(run, steps):
+            more = f"{run.duration:g} s would take about {run.duration / max(run.time, TINY):.3g} times as many"
             why = f"it has taken {run.steps} steps, {more}"
-            return _stuck(system.lead.mechanism, run.time, system.own_drive, why, "steps")
+            if astray:
+                why = "the links come to different places by long steps and by short ones: give a smaller tolerance"
+            kind = "singular" if astray else "steps"
+            return _stuck(system.lead.mechanism, run.time, system.own_drive, why, kind)
         tracker.mark()
         here = tracker.origin, tracker.direction, tracker.angle  # the interpolation takes the tracker elsewhere
         steps.append((solver.t, solver.dense_output(), *here))
@@ -224,7 +231,8 @@ def _with_better_lead(system: RightHandSide, steps: list[_Step], solver: Any) ->
     if next_one.steepness > FADING:
         return None
     own = system.own_coordinates(angle)
-    found = RightHandSide(other, next_one, system.drives, system.free, system.most, own, system.evaluations)
+    charted = system.chart is not None
+    found = RightHandSide(other, next_one, system.drives, system.free, system.most, own, system.evaluations, charted)
     return found, np.concatenate([drive[system.free], rate[system.free]])
 
 

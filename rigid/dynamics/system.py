@@ -6,13 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rigid.arrays import Reals
+from rigid.arrays import Complexes, Reals
 from rigid.decomposition.order import structure
+from rigid.dynamics.chart import Chart
 from rigid.dynamics.integrated_motion import Effort, MotionLaw, effort_of
 from rigid.dynamics.leading import Lead, unwound
 from rigid.dynamics.tracking import Tracker
-from rigid.joints import Joint
+from rigid.joints import Joint, Placed
 from rigid.kinematics import Motion
+from rigid.kinetostatics.loads import given_loads
+from rigid.plane import dot
 
 
 class BudgetExceededError(Exception):
@@ -31,12 +34,14 @@ class RightHandSide:
         most: float,
         coordinates: Mapping[int, float],
         done: int = 0,
+        charted: bool = True,
     ) -> None:
         self.lead, self.tracker, self.drives, self.free = lead, tracker, drives, free
         self.evaluations, self.most = done, most
         self.unit = np.array([1.0 if tracker.turns(number) else tracker.size for number in free])
         turned = self.own_coordinates(tracker.angle, offset=False)
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
+        self.chart = Chart(tracker) if charted and len(drives) == 1 else None
         tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
 
     def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
@@ -60,10 +65,12 @@ class RightHandSide:
             drive[number] = unwound(self.tracker, joint, near[number])[0]
         return drive
 
-    def effort(self, seen: Motion) -> Reals:
-        """Efforts reduced to the joints that lead; 0 where a drive follows a law."""
+    def effort(
+        self, seen: Motion, placed: Placed | None = None, twists: tuple[Complexes, Reals] | None = None
+    ) -> Reals:
+        """Efforts reduced to the joints that lead, of links where the tracker has them unless said; 0 of laws."""
         reduced = np.zeros(len(self.drives))
-        rates = self.lead.rates(self.tracker, *self.tracker.unit_twists) if self.lead.own else {}
+        rates = self.lead.rates(placed or self.tracker, *(twists or self.tracker.unit_twists)) if self.lead.own else {}
         for number in self.free:
             effort = float(np.ravel(effort_of(self.drives[number], seen))[0])
             if number in rates:
@@ -79,6 +86,9 @@ class RightHandSide:
         self.evaluations += 1
         if self.evaluations > self.most:
             raise BudgetExceededError
+        charted = self._by_chart(time, drive, rate)
+        if charted is not None:
+            return np.array([rate[0], charted])
         reached = self.tracker.step_to(drive)
         if reached and not self.tracker.narrow:
             inertia, balance, coasting = self.tracker.equation(time, rate)
@@ -98,6 +108,23 @@ class RightHandSide:
         except np.linalg.LinAlgError:
             acceleration = np.full(half, np.nan)
         return np.concatenate([rate[self.free], acceleration])
+
+    def _by_chart(self, time: float, drive: Reals, rate: Reals) -> float | None:
+        """Acceleration of the only drive, of links that stand where they are charted; None where they do not."""
+        here = None if self.chart is None else self.chart.at(float(drive[0]))
+        if here is None:
+            return None
+        coasting = here.coasting(self.tracker, time, drive, rate)
+        seen = coasting
+        if self.lead.own:
+            ahead = self.tracker.angle + here.omega * (drive[0] - self.tracker.drive[0])
+            angle = here.angle + 2 * np.pi * np.round((ahead - here.angle) / (2 * np.pi))
+            seen = self.lead.seen(coasting, self.own_coordinates(angle))
+        balance = here.weight - here.bias * rate[0] ** 2
+        for at, pull, couple in given_loads(seen):
+            balance += float((dot(here.velocity[at], pull) + here.omega[at] * couple)[0])
+        balance += float(self.effort(seen, coasting, (here.velocity, here.omega))[0])
+        return float(balance / here.inertia) if here.inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
         """Coordinates and rates of all drives, and the accelerations of those that follow a law."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,12 @@ class Tracker:
         return self._twists(self._influence)
 
     @property
+    def unit_coasting(self) -> tuple[Complexes, Reals]:
+        """Accelerations of all links, complex and angular, at a steady unit rate of the only drive, (links, 1)."""
+        velocity, omega = self._twists(self._influence)
+        return self._twists(self._solve(-centripetal(self._here, velocity, omega)[0, self._rows]))
+
+    @property
     def narrow(self) -> bool:
         """Whether the mechanism is so near to singular that its rates lose digits."""
         return self._narrow < self._firm
@@ -138,6 +145,15 @@ class Tracker:
         """Let this be the place to fall back to, if it is firm ground."""
         if not self.narrow:
             self._mark = self._state
+
+    @contextmanager
+    def returning(self) -> Iterator[None]:
+        """Be where it is now again afterwards."""
+        state, mark = self._state, self._mark
+        try:
+            yield
+        finally:
+            self._state, self._mark = state, mark
 
     @property
     def _state(self) -> tuple[Any, ...]:
