@@ -17,7 +17,6 @@ from animations.style import Style
 from animations.symbols import moved_place
 from elastic import Deflection
 from rigid import Reals
-from rigid.joints import SliderJoint
 
 PARTS = 6  # of a beam, each taken as its hull
 
@@ -51,8 +50,10 @@ def _links(deflection: Deflection, scales: Scales, style: Style, positions: Any)
             add(at, hull(np.array(list(link.points.values()), complex)), 0.5 * pin)
         if link.name in style.outlines:
             add(at, style.outlines[link.name], 0.0)
-    for slider in motion.mechanism.sliders:
-        at, on = motion.mechanism.index[slider.link], motion.mechanism.index[slider.on]
+    for joint in motion.structure.joints:
+        if joint.turns:
+            continue
+        slider, at, on = motion.mechanism.slider(joint.name), joint.block, joint.owner
         box = block(deflection, slider, scales)[positions]
         bodies[at].append(reach(box, 0.0))
         if on:
@@ -68,11 +69,11 @@ def _pins(deflection: Deflection, scales: Scales, positions: Any) -> list[tuple[
     joined: dict[str, set[int]] = {}
     axles: dict[str, Reals] = {}
     for joint in motion.structure.joints:
-        if not isinstance(joint, SliderJoint):
+        if joint.turns:
             place = moved_place(deflection, joint.child, joint.name, scales.exaggeration)[positions, None]
             axles[joint.name] = reach(place, AXLE * scales.pin)
         elif joint.parent:
-            axles[joint.name] = reach(block(deflection, joint.slider, scales)[positions], 0.0)
+            axles[joint.name] = reach(block(deflection, motion.mechanism.slider(joint.name), scales)[positions], 0.0)
         else:
             continue  # its block stands on the rail
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))

@@ -16,7 +16,6 @@ from animations.style import Style
 from animations.symbols import BLOCK, PEDESTAL, moved_place, slide, under
 from elastic import Deflection, sample
 from rigid import Reals, Slider
-from rigid.joints import SliderJoint
 
 CIRCLE = np.exp(2j * np.pi * np.arange(ROUND) / ROUND)
 THIN = 0.55  # of a pin's diameter, where a section's dimensions are not known
@@ -102,8 +101,8 @@ def _joints(deflection: Deflection, scales: Scales, stack: Stack) -> list[SolidS
     joined: dict[str, set[int]] = {}
     bodies: list[SolidShape] = []
     for joint in motion.structure.joints:
-        if isinstance(joint, SliderJoint):
-            bodies += _slider(deflection, joint.slider, scales, stack)
+        if not joint.turns:
+            bodies += _slider(deflection, motion.mechanism.slider(joint.name), scales, stack)
             continue
         joined.setdefault(joint.name, set()).update((joint.parent, joint.child))
     for name, links in joined.items():

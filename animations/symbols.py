@@ -10,7 +10,6 @@ from animations.shapes import INK, PAPER, QUIET, Complexes, FlatShape
 from elastic import Deflection, displacement_of
 from rigid import Slider, position_of
 from rigid.arrays import Integers
-from rigid.joints import SliderJoint
 
 PEDESTAL = np.array([0.0, -0.95 - 1.6j, 0.95 - 1.6j])  # under a pin, in its diameters
 BLOCK = np.array([-1.25 - 0.8j, 1.25 - 0.8j, 1.25 + 0.8j, -1.25 + 0.8j])  # about a slider's point
@@ -29,8 +28,8 @@ def symbol_shapes(deflection: Deflection, size: float, exaggeration: float = 0.0
     shapes: list[FlatShape] = []
     seen: dict[str, bool] = {}
     for joint in deflection.motion.structure.joints:
-        if isinstance(joint, SliderJoint):
-            shapes += _slider(deflection, joint.slider, size, exaggeration)
+        if not joint.turns:
+            shapes += _slider(deflection, deflection.motion.mechanism.slider(joint.name), size, exaggeration)
             continue
         grounded = 0 in (joint.parent, joint.child)
         if joint.name not in seen:

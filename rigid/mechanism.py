@@ -88,6 +88,15 @@ class Mechanism:
         """Sliders and welds: the parts that hold the angle of one link on another."""
         return *self.sliders, *self.welds
 
+    def slider(self, name: str) -> Slider:
+        """The slider of a name."""
+        return next(slider for slider in self.sliders if slider.name == name)
+
+    def ends(self, drive: PinDrive | SliderDrive) -> tuple[int, int]:
+        """Numbers of the links that a drive's coordinate is counted from and of; of a gear's end too."""
+        link, on = drive.links or (self.slider(drive.joint).link, self.slider(drive.joint).on)
+        return self.index[on], self.index[link]
+
     @cached_property
     def slider_points(self) -> Mapping[str, str]:
         """Point of the block by the slider's name."""

@@ -44,7 +44,7 @@ def test_every_file_says_what_it_is_for():
 
 
 KINDS = {"PinDrive", "SliderDrive", "Slider", "Weld", "PinJoint", "SliderJoint", "WeldJoint"}
-PARTS = {"sliders", "welds", "welded"}
+PARTS = {"sliders", "welds"}
 JOINTS = "<!-- files that decide on the kind of a joint -->\n"
 
 

@@ -25,7 +25,8 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
 
     None where they have no pitch point: no teeth, no link that carries both, ratio 1, one axis, or no wheel.
     """
-    carriers = set(_links(frame, gear.follower)) & set(_links(frame, gear.driver))
+    mechanism = frame.motion.mechanism
+    carriers = {*mechanism.ends(gear.follower)} & {*mechanism.ends(gear.driver)}
     if gear.pressure_angle is None or not carriers:
         return None
     (carrier,) = carriers
@@ -39,7 +40,7 @@ def tooth_forces(frame: Frame, gear: Gear, flank: Columns) -> MeshParts | None:
     pitch, tangent, away = geometry
     line = np.cos(gear.pressure_angle) * tangent + follows * flank * np.sin(gear.pressure_angle) * away
     arm = pitch - hubs[1]
-    lever = (np.conj(arm) * line).imag if isinstance(gear.follower, PinDrive) else np.cos(gear.pressure_angle)
+    lever = (np.conj(arm) * line).imag if gear.follower.turns else np.cos(gear.pressure_angle)
     force = follows * line / lever
     return (
         (_place(frame, gear.follower, follower), force, (np.conj(arm) * force).imag),
@@ -51,15 +52,14 @@ def _pitch_point(
     frame: Frame, gear: Gear, rate: float, follower: Complexes, driver: Complexes
 ) -> tuple[Complexes, Complexes, Complexes] | None:
     """Pitch point [m], unit tangent of a positive effort on the follower, and where the flanks push it."""
-    if isinstance(gear.driver, PinDrive) and isinstance(gear.follower, PinDrive):
+    racks = [end for end in (gear.driver, gear.follower) if not end.turns]
+    if not racks:
         return _of_wheels(rate, follower, driver)
-    for end in (gear.driver, gear.follower):
-        if isinstance(end, SliderDrive):
-            line = frame.along(next(slider for slider in frame.motion.mechanism.sliders if slider.name == end.slider))
-    if isinstance(gear.driver, PinDrive):  # the wheel's rim goes with the rack
+    line = frame.along(frame.motion.mechanism.slider(racks[0].joint))
+    if gear.driver.turns:  # the wheel's rim goes with the rack
         radius = -1j * rate * line
         return follower + radius, line, radius / np.abs(radius)
-    if isinstance(gear.follower, PinDrive):
+    if gear.follower.turns:
         radius = -1j / rate * line
         return driver + radius, np.sign(rate) * line, -radius / np.abs(radius)
     return None
@@ -78,33 +78,24 @@ def _of_wheels(rate: float, follower: Complexes, driver: Complexes) -> tuple[Com
     return driver + radius * towards, 1j * towards, -towards
 
 
-def _links(frame: Frame, end: End) -> tuple[int, int]:
-    """Numbers of the links that the coordinate of a gear's end is counted from and of."""
-    mechanism = frame.motion.mechanism
-    if isinstance(end, PinDrive):
-        return mechanism.index[end.on], mechanism.index[end.link]
-    slider = next(slider for slider in mechanism.sliders if slider.name == end.slider)
-    return mechanism.index[slider.on], mechanism.index[slider.link]
-
-
 def _body(frame: Frame, end: End, carrier: int) -> tuple[int, int]:
     """The link with the teeth, and the sign with which its motion on the carrier is the coordinate of the end."""
-    on, link = _links(frame, end)
+    on, link = frame.motion.mechanism.ends(end)
     return (link, 1) if on == carrier else (on, -1)
 
 
 def _point(frame: Frame, end: End, body: int) -> Complexes:
     """Where a body has its joint [m], complex."""
     mechanism = frame.motion.mechanism
-    if isinstance(end, PinDrive):
-        return position_of(frame.motion, body, end.at)
-    slider = next(slider for slider in mechanism.sliders if slider.name == end.slider)
+    if end.turns:
+        return position_of(frame.motion, body, end.joint)
+    slider = mechanism.slider(end.joint)
     return position_of(frame.motion, mechanism.index[slider.link], slider.point)
 
 
 def _place(frame: Frame, end: End, body: int) -> FramePlace | None:
-    if isinstance(end, PinDrive):
-        return frame.place(body, end.at)
-    side = frame.sides[end.slider][_links(frame, end).index(body)]
+    if end.turns:
+        return frame.place(body, end.joint)
+    side = frame.sides[end.joint][frame.motion.mechanism.ends(end).index(body)]
     assert not isinstance(side, tuple)  # racks run on the ground
     return side

@@ -11,7 +11,7 @@ import numpy as np
 from elastic import JointCompliance
 from fem_check.linear.frame import Frame, FramePlace, Side, parts_on
 from fem_check.linear.meshes import Flanks, tooth_forces
-from rigid import Mechanism, PinDrive, Slider, SliderDrive, structure
+from rigid import Mechanism, PinDrive, SliderDrive, structure
 from rigid.arrays import Columns
 from rigid.joints import Joint
 
@@ -108,15 +108,10 @@ def _not_turned(sides: Sides) -> Row:
 def _coordinate(frame: Frame, drive: PinDrive | SliderDrive) -> tuple[str, tuple[int, int], Row]:
     """Name, links and row of a coordinate that a drive or a gear holds."""
     mechanism = frame.motion.mechanism
-    if isinstance(drive, PinDrive):
-        parent, child = (mechanism.index[name] for name in (drive.on, drive.link))
-        return drive.at, (parent, child), _not_turned((frame.place(parent, drive.at), frame.place(child, drive.at)))
-    slider = next(slider for slider in mechanism.sliders if slider.name == drive.slider)
-    return slider.name, _links(mechanism, slider), _moved(frame.sides[slider.name], frame.along(slider))
-
-
-def _links(mechanism: Mechanism, slider: Slider) -> tuple[int, int]:
-    return mechanism.index[slider.on], mechanism.index[slider.link]
+    name, (parent, child) = drive.joint, mechanism.ends(drive)
+    if drive.turns:
+        return name, (parent, child), _not_turned((frame.place(parent, name), frame.place(child, name)))
+    return name, (parent, child), _moved(frame.sides[name], frame.along(mechanism.slider(name)))
 
 
 def _pins(mechanism: Mechanism) -> Iterator[tuple[str, int, int, bool]]:

@@ -213,12 +213,10 @@ class _Builder:
 
     def _coordinate(self, drive: PinDrive | SliderDrive) -> NodeCoupling:
         """The coupling that is a drive's coordinate."""
-        index = self.mechanism.index
-        if isinstance(drive, PinDrive):
-            parent, child = (self.place(index[name], drive.at)[0] for name in (drive.on, drive.link))
+        if drive.turns:
+            parent, child = (self.place(link, drive.joint)[0] for link in self.mechanism.ends(drive))
             return NodeCoupling(CouplingKind.TURN, parent, child)
-        slider = next(slider for slider in self.mechanism.sliders if slider.name == drive.slider)
-        return self._rail(slider, CouplingKind.ALONG)
+        return self._rail(self.mechanism.slider(drive.joint), CouplingKind.ALONG)
 
     def _winding(self, drive: PinDrive | SliderDrive, first: float) -> float:
         if not drive.turns:

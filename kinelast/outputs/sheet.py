@@ -182,7 +182,7 @@ class MechanismAxes:
             self._line(list(arc[:-2]), color=INK, linewidth=1.3, zorder=7)
             start, end, style["arrowstyle"] = arc[-3], arc[-1], "-|>"
         else:
-            slider = next(slider for slider in self.mechanism.sliders if slider.name == drive.slider)
+            slider = self.mechanism.slider(drive.joint)
             along = self._along(slider)
             start = self.places[slider.link, slider.point] + (1.9 + 0j) * self.unit * along
             end = start + 3.2 * self.unit * along
@@ -194,7 +194,7 @@ class MechanismAxes:
         if shared[0] != link:
             return
         place = self.places[link, point]
-        if len(shared) == 1 and not any(slider.point == point for slider in self.mechanism.sliders):
+        if len(shared) == 1 and point not in self.mechanism.slider_points.values():
             self._circle(place, 0.28 * self.unit, facecolor=INK, edgecolor=INK, zorder=6)
         block = self._block_line(point)
         if block is None:

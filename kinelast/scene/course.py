@@ -187,9 +187,9 @@ def table_of(mechanism: Mechanism, error: MechanismError) -> str:
     """The table of a scene that an error of the mechanism is about."""
     if error.kind in ("drawing", "drives"):
         return "points" if error.kind == "drawing" else "drives"
-    for slider in mechanism.sliders:
-        if error.joints == (slider.name,):
-            return f"{'slots' if slider.link == f'{slider.name} block' else 'sliders'}.{slider.name}"
+    if len(error.joints) == 1 and error.joints[0] in mechanism.slider_points:
+        (name,) = error.joints
+        return f"{'slots' if mechanism.slider(name).link == f'{name} block' else 'sliders'}.{name}"
     links = [name for name in error.links if " " not in name]
     return f"links.{links[0]}" if len(links) == 1 else "links"
 

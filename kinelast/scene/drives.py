@@ -77,20 +77,20 @@ def build_drives(
 def moved_joint(
     where: str,
     inside: str,
-    table: DriveTable | JointNameTable,
+    table: JointNameTable,
     links: Mapping[str, Link],
     sliders: Mapping[str, Slider],
 ) -> Drive:
     """The joint that a drive moves or a gear ties; `inside` is the key that its own keys are under."""
-    if (table.link is None) == (table.slider is None):
+    if not table.told:
         raise fault(where, f"{inside}link", "expected either link or slider, what is moved")
-    if table.slider is None:
+    if table.turns:
         return _pin(where, inside, table, links)
     for key in ("at", "on"):
         if getattr(table, key) not in (None, GROUND):
             raise fault(where, inside + key, "belongs to a link: a slider tells itself what it slides on")
-    known_name(where, f"{inside}slider", table.slider, sliders, "slider")
-    return SliderDrive(table.slider)
+    known_name(where, f"{inside}slider", table.name, sliders, "slider")
+    return SliderDrive(table.name)
 
 
 def _require_one_way(where: str, table: DriveTable) -> None:
@@ -105,18 +105,18 @@ def _require_one_way(where: str, table: DriveTable) -> None:
         raise fault(where, "repeat", "belongs to a law or a motion")
 
 
-def _pin(where: str, inside: str, table: DriveTable | JointNameTable, links: Mapping[str, Link]) -> PinDrive:
+def _pin(where: str, inside: str, table: JointNameTable, links: Mapping[str, Link]) -> PinDrive:
     """The pin a link turns about: as said, or the only one that both links share."""
-    assert table.link is not None
-    known_name(where, f"{inside}link", table.link, links)
+    link = table.name
+    known_name(where, f"{inside}link", link, links)
     known_name(where, f"{inside}on", table.on, links)
-    if table.link == GROUND:
+    if link == GROUND:
         problem = "the ground cannot be moved: name the moving link here, and ground under on"
         raise fault(where, f"{inside}link", problem)
-    if table.link == table.on:
-        raise fault(where, f"{inside}on", f'the link "{table.link}" cannot turn on itself')
-    shared = [point for point in links[table.link].points if point in links[table.on].points]
-    both = f'the links "{table.link}" and "{table.on}" share'
+    if link == table.on:
+        raise fault(where, f"{inside}on", f'the link "{link}" cannot turn on itself')
+    shared = [point for point in links[link].points if point in links[table.on].points]
+    both = f'the links "{link}" and "{table.on}" share'
     if not shared:
         raise fault(where, f"{inside}on", f"{both} no point: no pin to turn about")
     if table.at is None and len(shared) > 1:
@@ -124,7 +124,7 @@ def _pin(where: str, inside: str, table: DriveTable | JointNameTable, links: Map
         raise fault(where, f"{inside}at", f"{both} {pins}: say which one is meant")
     if table.at is not None and table.at not in shared:
         raise fault(where, f"{inside}at", f'{both} no point "{table.at}"{likely(table.at, shared)}')
-    return PinDrive(table.link, table.at or shared[0], table.on)
+    return PinDrive(link, table.at or shared[0], table.on)
 
 
 def _start(where: str, table: DriveTable, unit: str, links: Mapping[str, Link], places: Points) -> Any:

@@ -193,12 +193,11 @@ def _against(
     against = table.against
     if against is None:
         return "s", None
-    if (against.link is None) == (against.slider is None):
+    if not against.told:
         raise fault(where, "against", 'expected either link or slider, as in {link = "crank"}')
-    if against.slider is not None:
-        known_name(where, "against.slider", against.slider, sliders, "slider")
-        return "m", Slide(against.slider)
-    assert against.link is not None
-    for key, link in (("link", against.link), ("on", against.on)):
+    if not against.turns:
+        known_name(where, "against.slider", against.name, sliders, "slider")
+        return "m", Slide(against.name)
+    for key, link in (("link", against.name), ("on", against.on)):
         known_name(where, f"against.{key}", link, links)
-    return "rad", LinkAngle(against.link, against.on)
+    return "rad", LinkAngle(against.name, against.on)

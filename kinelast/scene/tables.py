@@ -93,14 +93,31 @@ class AgainstTable(StrictTable, frozen=True, kw_only=True):
     on: str = "ground"
     slider: str | None = None
 
+    @property
+    def turns(self) -> bool:
+        """Whether the coordinate is an angle."""
+        return self.slider is None
 
-class DriveTable(StrictTable, frozen=True, kw_only=True):
+    @property
+    def told(self) -> bool:
+        """Whether it is told in one way: by a link or by a slider."""
+        return (self.link is None) == (self.slider is not None)
+
+    @property
+    def name(self) -> str:
+        """The link or the slider."""
+        return self.link or self.slider or ""
+
+
+class JointNameTable(AgainstTable, frozen=True, kw_only=True):
+    """A joint with a coordinate that a gear ties, named as a drive names its own."""
+
+    at: str | None = None
+
+
+class DriveTable(JointNameTable, frozen=True, kw_only=True):
     """A drive: a pin or a slider, at constant speed, by a law or table, or by an effort."""
 
-    link: str | None = None
-    on: str = "ground"
-    at: str | None = None
-    slider: str | None = None
     start: Coordinate | None = None
     speed: Speed | None = None
     law: Annotated[list[SegmentTable], Meta(min_length=1)] | None = None
@@ -111,25 +128,6 @@ class DriveTable(StrictTable, frozen=True, kw_only=True):
     against: AgainstTable | None = None
     interpolation: Interpolation = "linear"
     extend: Literal["hold"] | None = None
-
-    @property
-    def turns(self) -> bool:
-        """Whether the coordinate is an angle."""
-        return self.slider is None
-
-
-class JointNameTable(StrictTable, frozen=True, kw_only=True):
-    """A joint with a coordinate that a gear ties, named as a drive names its own."""
-
-    link: str | None = None
-    on: str = "ground"
-    at: str | None = None
-    slider: str | None = None
-
-    @property
-    def turns(self) -> bool:
-        """Whether the coordinate is an angle."""
-        return self.slider is None
 
 
 class GearTable(StrictTable, frozen=True, kw_only=True):

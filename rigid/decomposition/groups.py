@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from rigid.arrays import Reals
-from rigid.joints import Body, Joint, WeldJoint
+from rigid.joints import Body, Joint
 
 RIGID = 3  # constraints that hold a link
 
@@ -64,9 +64,9 @@ class Group:
         return 2 * len(self.cut) + RIGID * len(self.rings) - len(self.free)
 
     @cached_property
-    def fixed(self) -> tuple[WeldJoint, ...]:
-        """The welds among the tree joints: their children are placed with their parents."""
-        return tuple(joint for joint in self.tree if isinstance(joint, WeldJoint))
+    def fixed(self) -> tuple[Joint, ...]:
+        """The tree joints without a coordinate, welds: their children are placed with their parents."""
+        return tuple(joint for joint in self.tree if not joint.freedoms)
 
     @cached_property
     def dyad(self) -> tuple[Joint, Joint, Joint] | None:
@@ -81,8 +81,7 @@ class Group:
             bodies: dict[int, Body] = {}
             for joint in self.tree:
                 bodies.setdefault(joint.parent, Body(joint.parent))
-                carrier = bodies[joint.parent]
-                bodies[joint.child] = joint.carry(carrier) if isinstance(joint, WeldJoint) else Body(joint.child)
+                bodies[joint.child] = joint.carry(bodies[joint.parent])
             bodies.setdefault(inner.parent, Body(inner.parent))
             outer, inner = [joint.on_bodies(bodies) for joint in outer], inner.on_bodies(bodies)
         return outer[0], outer[1], inner

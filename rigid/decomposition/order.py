@@ -62,8 +62,8 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
             link = root[link]
         return link
 
-    def rank(joint: Joint) -> tuple[bool, bool, bool]:
-        return not joint.welded, not joint.moved, joint.parent not in known
+    def rank(joint: Joint) -> tuple[int, bool, bool]:
+        return joint.freedoms, not joint.moved, joint.parent not in known
 
     tree, cut = [], []
     for joint in sorted(net.joints(links, known), key=rank):
@@ -73,8 +73,8 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
             continue
         tree.append(joint)
         root[high] = low
-    rings = [joint for joint in cut if joint.welded]
-    cut = [joint for joint in cut if not joint.welded]
+    rings = [joint for joint in cut if not joint.freedoms]
+    cut = [joint for joint in cut if joint.freedoms]
     if any(joint.moved for joint in cut):
         raise MechanismError(
             f"the drives of {net.quoted(links)} fight one another: too many drives in one loop",

@@ -87,7 +87,7 @@ def constraint_table(mechanism: Mechanism, ndim: int) -> ConstraintTable:
         per_row([foot for (_, foot), _ in ends], ndim, complex),
         per_row([tip for _, (_, tip) in ends], ndim, complex),
         per_row([joint.line for joint in everyone], ndim, complex),
-        per_row([np.angle(joint.turn if joint.welded else joint.turned) for joint in everyone], ndim, float),
+        per_row([np.angle(joint.turned if joint.freedoms else joint.turn) for joint in everyone], ndim, float),
         np.array([not joint.turns for joint in everyone]).reshape(-1, *[1] * ndim),
         moved,
         shares,
@@ -98,11 +98,11 @@ def _shares(joints: Sequence[Joint], drives: int, gears: int) -> tuple[Integers,
     """`ConstraintTable.moved` and `shares`; drivers are numbered after the joints, in the order of their followers."""
     followers = [number for number, joint in enumerate(joints) if joint.gear is not None]
     driven = {joint.drive: number for number, joint in enumerate(joints) if joint.drive is not None}
-    welds = [number for number, joint in enumerate(joints) if joint.welded]
+    welds = [number for number, joint in enumerate(joints) if not joint.freedoms]
     moved = [*(driven[drive] for drive in range(drives)), *followers, *welds]
     shares = np.zeros((len(moved), len(moved) + gears))
     for row, number in enumerate(moved):
-        shares[row, row] = joints[number].sense if joints[number].turns and not joints[number].welded else 1.0
+        shares[row, row] = joints[number].sense if joints[number].turns and joints[number].freedoms else 1.0
     for row, number in enumerate(followers, drives):
         gear = joints[number].gear
         assert gear is not None
@@ -215,7 +215,7 @@ def unwound_angles(table: ConstraintTable, angle: Reals, drive: Reals) -> Reals:
     sense = np.diagonal(table.shares)[: len(drive)]
     wanted[driven] = np.where(table.slides[driven, 0], wanted[driven], drive * sense)
     fixed = set(np.flatnonzero(table.slides[:, 0])) | set(driven.tolist())
-    fixed |= {number for number, joint in enumerate(table.joints) if joint.welded}
+    fixed |= {number for number, joint in enumerate(table.joints) if not joint.freedoms}
     placed = {0}
     for number, joint in enumerate(table.joints):
         if joint.child in placed:

@@ -122,8 +122,8 @@ class Joint(ABC):
     letter: ClassVar[str]
     """Of the pair in the names of groups: R revolute, P prismatic."""
 
-    welded: ClassVar[bool] = False
-    """Whether it has no coordinate: the links are one body as long as they are rigid."""
+    freedoms: ClassVar[int] = 1
+    """Coordinates that it leaves its links: without any they are one body as long as they are rigid."""
 
     def at(self, link: int) -> Complex:
         """Its point in the axes of one of its links."""
@@ -226,6 +226,14 @@ class Joint(ABC):
     def drawn_along(self, drawing: Drawn) -> Any:
         """Unit vector of the line that it slides along as drawn, of all designs of the drawing; 1 without a line."""
         return 1.0
+
+    def rotation_gap(self, placed: Placed) -> Columns:
+        """Rotation by which it is open beyond its `gap`, child from parent [rad]; 0 where it does not hold that."""
+        return 0.0
+
+    def carry(self, parent: Body) -> Body:
+        """The child's body: its own, or where the child is on the body that carries the parent."""
+        return Body(self.child)
 
     @abstractmethod
     def child_place(self, placed: Placed, coordinate: Columns) -> tuple[Columns, Columns]:

@@ -61,7 +61,7 @@ class SliderJoint(Joint):
     def drawn_along(self, drawing: Drawn) -> Any:
         """See `Joint`; the joint may be of some of the designs, or of the body that its owner is welded to."""
         mechanism = drawing.mechanism
-        slider = next(slider for slider in mechanism.sliders if slider.name == self.name)
+        slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction
 
     def exchanged(self) -> Self:

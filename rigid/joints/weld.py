@@ -29,7 +29,7 @@ class WeldJoint(PinJoint):
 
     weld: Weld = field(kw_only=True)
 
-    welded: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 0
     moved: ClassVar[bool] = True  # its coordinate is prescribed, by itself
     holds_rotation: ClassVar[bool] = True
 
@@ -58,7 +58,7 @@ class WeldJoint(PinJoint):
         return point_of(placed, self.parent, self.at_parent) - carried(direction, self.at_child), direction
 
     def rotation_gap(self, placed: Placed) -> Columns:
-        """Rotation by which the weld is open, child from parent [rad]."""
+        """See `Joint`."""
         return np.angle(placed.direction[self.child] * np.conj(placed.direction[self.parent] * self.turn))
 
     def closes(self, placed: Placed, angle: float, length: Columns) -> Any:
@@ -66,6 +66,6 @@ class WeldJoint(PinJoint):
         return super().closes(placed, angle, length) & (np.abs(self.rotation_gap(placed)) <= angle)
 
     def carry(self, parent: Body) -> Body:
-        """Where the child is on the body that carries the parent."""
+        """See `Joint`."""
         turn = parent.turn * self.turn
         return Body(parent.link, parent.at(self.at_parent) - turn * self.at_child, turn)

@@ -9,7 +9,7 @@ import numpy as np
 from rigid.arrays import Complex, Reals
 from rigid.drawing import Drawing
 from rigid.joint_places import joint_place
-from rigid.joints import Joint, WeldJoint
+from rigid.joints import Joint
 from rigid.mechanism import Mechanism
 from rigid.parts import MechanismError
 from rigid.plane import cross
@@ -50,7 +50,7 @@ def assembled(mechanism: Mechanism) -> Posture:
             here, gap, damping = there, gap_there, damping / 4
         else:
             damping *= 8
-    welds = [row for row, joint in enumerate(joints) if joint.welded]
+    welds = [row for row, joint in enumerate(joints) if not joint.freedoms]
     worst = np.abs(gap[: 2 * len(joints)]).reshape(-1, 2).max(axis=1)
     worst[welds] = np.maximum(worst[welds], np.abs(gap[2 * len(joints) :]))
     if worst.size and worst.max() > CLOSED:
@@ -130,7 +130,7 @@ def _gaps(here: Posture, joints: list[Joint], size: float) -> Reals:
     rows = np.array([joint.gap(here) for joint in joints], complex)
     slides = np.array([not joint.turns for joint in joints], bool)
     gaps = np.stack([np.where(slides, rows.real, rows.real / size), rows.imag / size], axis=-1).ravel()
-    return np.append(gaps, [joint.rotation_gap(here) for joint in joints if isinstance(joint, WeldJoint)])
+    return np.append(gaps, [joint.rotation_gap(here) for joint in joints if not joint.freedoms])
 
 
 def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
@@ -145,8 +145,9 @@ def _gap_matrix(here: Posture, joints: list[Joint], size: float) -> Reals:
             matrix[2 * row : 2 * row + 2, 3 * number : 3 * number + 3] += np.array(
                 [[effect.real for effect in effects], [effect.imag for effect in effects]]
             )
-    turned = np.zeros((sum(joint.welded for joint in joints), 3 * len(here.origin)))
-    for row, joint in enumerate(joint for joint in joints if joint.welded):
+    welds = [joint for joint in joints if not joint.freedoms]
+    turned = np.zeros((len(welds), 3 * len(here.origin)))
+    for row, joint in enumerate(welds):
         turned[row, [3 * joint.child + 2, 3 * joint.parent + 2]] = 1.0, -1.0
     return np.concatenate([matrix, turned])[:, 3:]
 
