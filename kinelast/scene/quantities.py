@@ -13,56 +13,40 @@ STEEPEST = 1e3  # times that a size may change along a beam
 FARTHEST = 1e9  # [rad or m] that a drive is at: beyond, the angle within a turn has no digits left
 
 
-class Length(Quantity):
+class Length(Quantity, expected='a length, as in "100 mm" or 0.1', units=("m",)):
     """Length, or a coordinate of a place [m]."""
 
-    expected = 'a length, as in "100 mm" or 0.1'
-    units = ("m",)
 
-
-class Size(Length):
+class Size(Length, above=0.0):
     """Length greater than zero [m]."""
 
-    above = 0.0
 
-
-class Coordinate(Quantity):
+class Coordinate(
+    Quantity, expected='an angle, as in "30 deg", or a length, as in "20 mm"', units=("rad", "m"), most=FARTHEST
+):
     """Angle [rad] or slide [m] of a drive."""
 
-    expected = 'an angle, as in "30 deg", or a length, as in "20 mm"'
-    units = ("rad", "m")
-    most = FARTHEST
 
-
-class Angle(Quantity):
+class Angle(Quantity, expected='an angle, as in "30 deg" or 0.5', units=("rad",), most=FARTHEST):
     """Angle [rad]."""
 
-    expected = 'an angle, as in "30 deg" or 0.5'
-    units = ("rad",)
-    most = FARTHEST
 
-
-class Allowance(Quantity):
+class Allowance(
+    Quantity, expected='a length, as in "0.1 mm", or an angle, as in "0.1 deg"', units=("m", "rad"), above=0.0
+):
     """How far an output may be off [m or rad]."""
 
-    expected = 'a length, as in "0.1 mm", or an angle, as in "0.1 deg"'
-    units = ("m", "rad")
-    above = 0.0
 
-
-class Abscissa(Quantity):
+class Abscissa(
+    Quantity,
+    expected='a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"',
+    units=("s", "rad", "m"),
+):
     """Abscissa of a table: time [s], angle [rad] or slide [m]."""
 
-    expected = 'a time, as in "50 ms", an angle, as in "30 deg", or a length, as in "20 mm"'
-    units = ("s", "rad", "m")
 
-
-class Share(Quantity):
+class Share(Quantity, expected='a share, as in "2 %" or 0.02', above=0.0, most=1.0):
     """Part of a whole, above 0 and below 1."""
-
-    expected = 'a share, as in "2 %" or 0.02'
-    above = 0.0
-    most = 1.0
 
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
@@ -75,193 +59,125 @@ class Share(Quantity):
         return super().read(value)
 
 
-class Speed(Quantity):
+class Speed(
+    Quantity,
+    expected='a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"',
+    units=("rad/s", "m/s"),
+    most=1e12,
+):
     """Rate of a drive [rad/s or m/s]."""
 
-    expected = 'a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"'
-    units = ("rad/s", "m/s")
-    most = 1e12
 
-
-class Time(Quantity):
+class Time(Quantity, expected='a time, as in "50 ms" or 0.05', units=("s",)):
     """Instant [s]."""
 
-    expected = 'a time, as in "50 ms" or 0.05'
-    units = ("s",)
 
-
-class Duration(Time):
+class Duration(Time, above=0.0):
     """Time that something lasts [s]."""
 
-    above = 0.0
 
-
-class Expansion(Quantity):
+class Expansion(Quantity, expected='an expansion, as in "12e-6 1/K" or 12e-6', units=("1/K",)):
     """Thermal expansion [1/K]."""
 
-    expected = 'an expansion, as in "12e-6 1/K" or 12e-6'
-    units = ("1/K",)
 
-
-class Warming(Quantity):
+class Warming(Quantity, expected='a change of temperature, as in "40 K" or 40', units=("K",)):
     """Change of temperature [K]."""
 
-    expected = 'a change of temperature, as in "40 K" or 40'
-    units = ("K",)
 
-
-class Ratio(Quantity):
+class Ratio(
+    Quantity,
+    expected="a number, negative for wheels that mesh from outside, "
+    'or for a rack a length per angle, as in "20 mm/rad"',
+    units=("rad/rad", "m/rad", "rad/m"),
+):
     """Change of a coordinate over that of another [1, m/rad, rad/m]."""
 
-    expected = (
-        'a number, negative for wheels that mesh from outside, or for a rack a length per angle, as in "20 mm/rad"'
-    )
-    units = ("rad/rad", "m/rad", "rad/m")
 
-
-class Mass(Quantity):
+class Mass(Quantity, expected='a mass, as in "200 g" or 0.2', units=("kg",), least=0.0):
     """Mass [kg]."""
 
-    expected = 'a mass, as in "200 g" or 0.2'
-    units = ("kg",)
-    least = 0.0
 
-
-class Inertia(Quantity):
+class Inertia(Quantity, expected='a moment of inertia, as in "3e-4 kg m^2" or 3e-4', units=("kg m^2",), least=0.0):
     """Moment of inertia [kg m^2]."""
 
-    expected = 'a moment of inertia, as in "3e-4 kg m^2" or 3e-4'
-    units = ("kg m^2",)
-    least = 0.0
 
-
-class MassPerLength(Quantity):
+class MassPerLength(Quantity, expected='a mass per length, as in "0.5 kg/m" or 0.5', units=("kg/m",), least=0.0):
     """Mass per length [kg/m]."""
 
-    expected = 'a mass per length, as in "0.5 kg/m" or 0.5'
-    units = ("kg/m",)
-    least = 0.0
 
-
-class Density(Quantity):
+class Density(Quantity, expected='a density, as in "7850 kg/m^3" or 7850', units=("kg/m^3",), least=0.0):
     """Density [kg/m^3]."""
 
-    expected = 'a density, as in "7850 kg/m^3" or 7850'
-    units = ("kg/m^3",)
-    least = 0.0
 
-
-class Force(Quantity):
+class Force(Quantity, expected='a force, as in "2 kN" or 2000', units=("N",)):
     """Component of a force [N]."""
 
-    expected = 'a force, as in "2 kN" or 2000'
-    units = ("N",)
 
-
-class Moment(Quantity):
+class Moment(Quantity, expected='a moment, as in "3 N m" or 3', units=("N m",)):
     """Moment, counter-clockwise [N m]."""
 
-    expected = 'a moment, as in "3 N m" or 3'
-    units = ("N m",)
 
-
-class ForcePerLength(Quantity):
+class ForcePerLength(Quantity, expected='a force per length, as in "40 N/m" or 40', units=("N/m",)):
     """Component of a force per length [N/m]."""
 
-    expected = 'a force per length, as in "40 N/m" or 40'
-    units = ("N/m",)
 
-
-class Effort(Quantity):
+class Effort(Quantity, expected='a moment, as in "3 N m", or a force, as in "2 kN"', units=("N m", "N")):
     """Moment [N m] or force [N] of a drive or a spring."""
 
-    expected = 'a moment, as in "3 N m", or a force, as in "2 kN"'
-    units = ("N m", "N")
 
-
-class Stiffness(Quantity):
+class Stiffness(
+    Quantity, expected='a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"', units=("N/m", "N m/rad"), least=0.0
+):
     """Stiffness of a spring [N/m], or of one that turns [N m/rad]."""
 
-    expected = 'a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"'
-    units = ("N/m", "N m/rad")
-    least = 0.0
 
-
-class Damping(Quantity):
+class Damping(
+    Quantity,
+    expected='a damping, as in "5 N s/m", or for a pin "0.1 N m s/rad"',
+    units=("N s/m", "N m s/rad"),
+    least=0.0,
+):
     """Force per speed [N s/m], or moment per speed of rotation [N m s/rad]."""
 
-    expected = 'a damping, as in "5 N s/m", or for a pin "0.1 N m s/rad"'
-    units = ("N s/m", "N m s/rad")
-    least = 0.0
 
-
-class Compliance(Quantity):
+class Compliance(Quantity, expected='a compliance, as in "2e-8 m/N" or 2e-8', units=("m/N",), least=0.0):
     """Displacement per force [m/N]."""
 
-    expected = 'a compliance, as in "2e-8 m/N" or 2e-8'
-    units = ("m/N",)
-    least = 0.0
 
-
-class TurnCompliance(Quantity):
+class TurnCompliance(
+    Quantity, expected='a compliance in rotation, as in "1e-4 rad/(N m)" or 1e-4', units=("rad/(N m)",), least=0.0
+):
     """Rotation per moment [rad/(N m)]."""
 
-    expected = 'a compliance in rotation, as in "1e-4 rad/(N m)" or 1e-4'
-    units = ("rad/(N m)",)
-    least = 0.0
 
-
-class Acceleration(Quantity):
+class Acceleration(Quantity, expected='an acceleration, as in "-9.81 m/s^2" or -9.81', units=("m/s^2",)):
     """Component of an acceleration [m/s^2]."""
 
-    expected = 'an acceleration, as in "-9.81 m/s^2" or -9.81'
-    units = ("m/s^2",)
 
-
-class Stress(Quantity):
+class Stress(Quantity, expected='a stress, as in "210 GPa" or 210e9', units=("Pa",), above=0.0):
     """Stress or modulus [Pa]."""
 
-    expected = 'a stress, as in "210 GPa" or 210e9'
-    units = ("Pa",)
-    above = 0.0
 
-
-class Area(Quantity):
+class Area(Quantity, expected='an area, as in "60 mm^2" or 6e-5', units=("m^2",), above=0.0):
     """Area [m^2]."""
 
-    expected = 'an area, as in "60 mm^2" or 6e-5'
-    units = ("m^2",)
-    above = 0.0
 
-
-class SecondMoment(Quantity):
+class SecondMoment(
+    Quantity, expected='a second moment of area, as in "180 mm^4" or 1.8e-10', units=("m^4",), above=0.0
+):
     """Second moment of area [m^4]."""
 
-    expected = 'a second moment of area, as in "180 mm^4" or 1.8e-10'
-    units = ("m^4",)
-    above = 0.0
 
-
-class AxialRigidity(Quantity):
+class AxialRigidity(Quantity, expected='a rigidity E A, as in "12.6 MN" or 12.6e6', units=("N",), above=0.0):
     """E A [N]."""
 
-    expected = 'a rigidity E A, as in "12.6 MN" or 12.6e6'
-    units = ("N",)
-    above = 0.0
 
-
-class BendingRigidity(Quantity):
+class BendingRigidity(Quantity, expected='a rigidity E I, as in "37.8 N m^2" or 37.8', units=("N m^2",), above=0.0):
     """E I [N m^2]."""
 
-    expected = 'a rigidity E I, as in "37.8 N m^2" or 37.8'
-    units = ("N m^2",)
-    above = 0.0
 
-
-class ShearRigidity(AxialRigidity):
+class ShearRigidity(AxialRigidity, expected='a shear rigidity, as in "3 MN" or 3e6'):
     """kappa G A [N]."""
-
-    expected = 'a shear rigidity, as in "3 MN" or 3e6'
 
 
 class Sizes(tuple[float, float]):

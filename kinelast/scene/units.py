@@ -103,6 +103,10 @@ class Quantity(float):
     per_length: float
     each: Any = None
 
+    def __init_subclass__(cls, **told: Any) -> None:
+        for name, value in told.items():
+            setattr(cls, name, value)
+
     @classmethod
     def read(cls, value: object, per_length: float = 1.0) -> Self:
         """From a number or a string.

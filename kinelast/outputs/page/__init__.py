@@ -41,23 +41,21 @@ def report_page(results: Results, figures: dict[str, Any], gist: str = "") -> by
     model = {**model_of(results, kept, store), "packed": packed}
     scene = {"summary": figures, "model": model, "text": results.scene.text}
     words = figures["scene"]
-    return filled(
-        "report.html",
-        {
-            "title": text_of(words["title"]),
-            "source": text_of(words["source"].strip()),
-            "gist": text_of(gist),
-            "scene": as_data(scene),
-            "numbers": b64encode(numbers),
-            "uplot": _chart_library(),
-            **shared_parts(SCRIPTS),
-        },
-    )
+    parts = {
+        "title": text_of(words["title"]),
+        "source": text_of(words["source"].strip()),
+        "gist": text_of(gist),
+        "scene": as_data(scene),
+        "numbers": b64encode(numbers),
+        "uplot": _chart_library(),
+    }
+    return filled("report.html", SCRIPTS, parts)
 
 
-def filled(shell: str, parts: dict[str, bytes]) -> bytes:
-    """A page from its shell: names in double braces are replaced, once, by parts that are markup already."""
-    return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_shell(shell)))
+def filled(body: str, scripts: tuple[str, ...], parts: Mapping[str, bytes]) -> bytes:
+    """A page from its body and scripts: names in double braces are replaced, once, by parts that are markup already."""
+    parts = {**parts, "style": _style("charts" in scripts), "script": _script(scripts)}
+    return b"".join(parts[piece.decode()] if number % 2 else piece for number, piece in enumerate(_pieces(body)))
 
 
 def as_data(value: Any) -> bytes:
@@ -71,8 +69,10 @@ def text_of(words: str) -> bytes:
 
 
 @cache
-def _shell(name: str) -> list[bytes]:
-    return re.split(rb"\{\{(\w+)\}\}", (WEB / name).read_bytes())
+def _pieces(body: str) -> list[bytes]:
+    """The shell of all pages with a body, cut at the names of its parts."""
+    shell, _, end = (WEB / "shell.html").read_bytes().partition(b"{{body}}")
+    return re.split(rb"\{\{(\w+)\}\}", shell + (WEB / body).read_bytes() + end)
 
 
 @cache
@@ -80,11 +80,6 @@ def _script(names: tuple[str, ...]) -> bytes:
     """The files one behind the other, without their comments and indents: a tenth of them."""
     whole = b"\n".join((WEB / f"{name}.js").read_bytes() for name in names)
     return re.sub(rb"(?m)^[ \t]*(//.*\n)?", b"", whole)
-
-
-def shared_parts(scripts: tuple[str, ...]) -> dict[str, bytes]:
-    """Style and script of a page made of these files."""
-    return {"style": _style("charts" in scripts), "script": _script(scripts)}
 
 
 @cache
@@ -129,16 +124,8 @@ def index_page(
     """
     taken = {name: round(time, 4) for name, time in (seconds or {}).items()}
     reports = [row[0] for row in rows if (out / row[0] / "report.html").is_file()]
-    return filled(
-        "index.html",
-        {
-            "title": INDEX_TITLE,
-            "rows": as_data(
-                {"head": list(head), "rows": [list(row) for row in rows], "reports": reports, "seconds": taken}
-            ),
-            **shared_parts(INDEX_SCRIPTS),
-        },
-    )
+    data = {"head": list(head), "rows": [list(row) for row in rows], "reports": reports, "seconds": taken}
+    return filled("index.html", INDEX_SCRIPTS, {"title": INDEX_TITLE, "rows": as_data(data)})
 
 
 DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
@@ -221,13 +208,9 @@ def designs_page(
         "scene": scene,
         "options": options,
     }
-    parts = {
-        "title": text_of(title),
-        "designs": as_data(data),
-        "numbers": b64encode(packed),
-        **shared_parts(DESIGN_SCRIPTS),
-    }
-    return filled("designs.html", parts)
+    heading = text_of(title)
+    parts = {"title": b"Designs: " + heading, "heading": heading, "designs": as_data(data)}
+    return filled("designs.html", DESIGN_SCRIPTS, {**parts, "numbers": b64encode(packed)})
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:
