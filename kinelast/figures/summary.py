@@ -274,7 +274,11 @@ def check_summary(results: Results) -> dict[str, Any] | None:
         "compared": comparison.compared,
         "largest": _share(worst.relative) if worst else None,
         "momentum": {
-            theory: {**asdict(balance), "passed": balance.passed if balance.compared else None}
+            theory: {
+                **asdict(balance),
+                "largest": balance.largest,
+                "passed": balance.passed if balance.compared else None,
+            }
             for theory, balance in results.balances.items()
         },
         "differences": {label: dict(zip(PRIMARY, row, strict=True)) for label, row in zip(labels, shares, strict=True)},

@@ -94,8 +94,7 @@ def _check(check: Mapping[str, Any]) -> str:
     for theory, balance in check["momentum"].items():
         if balance["compared"]:
             of = "" if theory == QUASI_STATIC else f" of {theory} links"
-            worst = max(balance[part] for part in ("opening", "velocity", "force", "moment"))
-            sizes.append(f"momentum{of} {'' if balance['passed'] else 'OFF BY '}{number(worst, 2)}")
+            sizes.append(f"momentum{of} {'' if balance['passed'] else 'OFF BY '}{number(balance['largest'], 2)}")
     return f"check {'agrees' if check['passed'] else 'FAILED'} ({', '.join(sizes)})"
 
 

@@ -161,7 +161,7 @@ class Chart:
         return None
 
     def _sampled(self, low: float, width: float) -> Reals | None:
-        """Values of a cell at its nodes, from a coordinate on, shape (nodes, values); None where a place is singular."""
+        """Values of a cell at its nodes, shape (nodes, values), from a coordinate on; None where one is singular."""
         tracker = self._tracker
         values = np.empty((NODES, 9 * self._links + 3))
         places = low + width * 0.5 * (1 + np.cos(ANGLES))
@@ -173,7 +173,7 @@ class Chart:
         return values
 
     def _values(self) -> Reals:
-        """Values of a cell for the links where they are now: places, rates, and their sums in the equation of motion."""
+        """Values of a cell for the links as they are placed: places, rates, their sums in the equation of motion."""
         tracker = self._tracker
         (v, w), (a, e) = tracker.unit_twists, tracker.unit_coasting
         mass, first, second = mass_constants(tracker.mechanism, 1)

@@ -4,7 +4,7 @@ const TRUST_WORDS = { good: "These figures can be relied on.", caution: "These f
 const CHORD = "the straight line through the link's own displaced ends: what is left is bending alone";
 
 function agreement({ largest, momentum }) {
-  const kept = Object.values(momentum).filter((balance) => balance.compared).map((balance) => Math.max(balance.opening, balance.velocity, balance.force, balance.moment));
+  const kept = Object.values(momentum).filter((balance) => balance.compared).map((balance) => balance.largest);
   const words = kept.length ? [`momentum of all masses to ${number(Math.max(...kept), 2)}`] : [];
   return (largest === null ? words : [`largest difference ${number(largest, 2)} of the maximum`, ...words]).join("; ");
 }
