@@ -4,7 +4,7 @@ Needs numpy and `rigid` only. What the fields mean for a design is in `elastic.a
 `elastic.vibration`, and vibrating links in `elastic.elastodynamics`.
 """
 
-from elastic.beams.cross_sections import SHAPES, Shape, circle, rectangle, section_of, tapered, tube
+from elastic.beams.cross_sections import SHAPES, Shape, box, circle, i_section, rectangle, section_of, tapered, tube
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 from elastic.chunks import deflection_in_chunks
 from elastic.cycle_maxima import cycle_maxima
@@ -29,6 +29,7 @@ __all__ = [
     "Section",
     "Shape",
     "Taper",
+    "box",
     "circle",
     "coefficients",
     "cycle_maxima",
@@ -36,6 +37,7 @@ __all__ = [
     "deflection_in_chunks",
     "displacement_of",
     "extremes",
+    "i_section",
     "largest",
     "largest_row",
     "marked",

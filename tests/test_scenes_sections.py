@@ -1,5 +1,6 @@
 """What a scene says of beams and joints that give way: tapers, shear, free strain, rings, guides, soft joints."""
 
+import re
 import tomllib
 from inspect import signature
 from typing import get_args
@@ -14,7 +15,9 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
+from kinelast.scene.error import SceneError
 from kinelast.scene.format import Dimensioned, SectionTable
+from kinelast.scene.sections import library_entries, named_material, named_section
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 
@@ -210,8 +213,77 @@ def test_a_shape_is_a_function_and_a_table_of_its_dimensions():
     assert set(tables) == set(SHAPES)
     for function in SHAPES.values():
         keys = len(signature(function).parameters)
-        start, end = (tuple(factor / number for number in range(1, keys + 1)) for factor in (0.02, 0.01))
+        start, end = (tuple(factor / number**3 for number in range(1, keys + 1)) for factor in (0.02, 0.01))
         taper, _ = tapered(function, start, end)
         drawn = cross_sections(section_of(function(*start), 210e9, taper=taper), 1.0)
         assert drawn.depth[[0, -1]] == pytest.approx([0.02, 0.01])
         assert drawn.width[-1] == pytest.approx(drawn.width[0] / 2)
+
+
+PUBLISHED = {  # A [cm^2] and I [cm^4]: EN 10365 in the makers' tables of IPE, HEA, HEB; EN 10219-2 of hollow sections
+    "IPE 80": (7.64, 80.1), "IPE 100": (10.3, 171), "IPE 120": (13.2, 318), "IPE 140": (16.4, 541),
+    "IPE 160": (20.1, 869), "IPE 180": (23.9, 1317), "IPE 200": (28.5, 1943), "IPE 220": (33.4, 2772),
+    "IPE 240": (39.1, 3892), "IPE 270": (45.9, 5790), "IPE 300": (53.8, 8356),
+    "HEA 100": (21.2, 349), "HEA 120": (25.3, 606), "HEA 140": (31.4, 1033), "HEA 160": (38.8, 1673),
+    "HEA 180": (45.3, 2510), "HEA 200": (53.8, 3692),
+    "HEB 100": (26.0, 450), "HEB 120": (34.0, 864), "HEB 140": (43.0, 1509), "HEB 160": (54.3, 2492),
+    "HEB 180": (65.3, 3831), "HEB 200": (78.1, 5696),
+    "RHS 40x20x2": (2.14, 4.05), "RHS 50x30x3": (4.21, 12.83), "RHS 60x40x3": (5.41, 25.38),
+    "SHS 40x40x3": (4.21, 9.32),
+}  # fmt: skip
+
+
+class TestLibrary:
+    """Sections and materials by their names in the trade."""
+
+    def test_rolled_sections_have_the_published_area_and_second_moment(self):
+        listed = {name for name, _ in library_entries("sections") if name[:2] in ("IP", "HE")}
+        assert listed == {name for name in PUBLISHED if name[:2] in ("IP", "HE")}
+        for name, (area, inertia) in PUBLISHED.items():
+            table = named_section(name)
+            shape = SHAPES[table.__struct_config__.tag](*(ends[0] for ends in table.dimensions("")))
+            assert 1e4 * shape.area == pytest.approx(area, rel=2.5e-3), name
+            assert 1e8 * shape.inertia == pytest.approx(inertia, rel=2.5e-3), name
+
+    @pytest.mark.parametrize(
+        ("name", "own"),
+        [
+            ("pipe 33.7x2.6", 'shape = "tube"\nouter = "33.7 mm"\nwall = "2.6 mm"'),
+            ("flat 40x8", 'shape = "rectangle"\ndepth = "40 mm"\nwidth = "8 mm"'),
+            ("ROUND12", 'shape = "circle"\ndiameter = 0.012'),
+            ("shs 40x3", 'shape = "box"\ndepth = 0.04\nwidth = 0.04\nwall = 0.003\ncorner = 0.006'),
+            ("RHS 120x80x8", 'shape = "box"\ndepth = 0.12\nwidth = 0.08\nwall = 0.008\ncorner = 0.02'),
+            ("ipe 80", 'shape = "I"\ndepth = 0.08\nwidth = 0.046\nweb = 0.0038\nflange = 0.0052\nfillet = 0.005'),
+        ],
+    )
+    def test_a_name_is_what_its_sizes_are(self, name, own):
+        by_name = scene_from_text(edited(ARM, ('section = "bar"', f'section = "{name}"')))
+        sizes = edited(ARM, ('shape = "rectangle"\ndepth = 0.006\nwidth = 0.01', own))
+        for one, other in zip(by_name.sections, scene_from_text(sizes).sections, strict=True):
+            for key in ("EA", "EI", "kGA", "area", "inertia", "fibre", "peak_shear"):
+                assert getattr(one, key) == pytest.approx(getattr(other, key), rel=1e-12), key
+
+    @pytest.mark.parametrize("name", ["IPE 85", "RHS 60x40", "pipe 0x2", "pipe 3..4x2", "flat", "x", "RHS 4x4x4"])
+    def test_what_is_no_name_is_refused(self, name):
+        with pytest.raises(SceneError, match=r"section|wall"):
+            scene_from_text(edited(ARM, ('section = "bar"', f'section = "{name}"')))
+
+    def test_a_material_by_name_and_one_of_the_scene_before_it(self):
+        named = scene_from_text(edited(ARM, ('material = "steel"', 'material = "en aw-6082 t6"')))
+        assert named.materials["en aw-6082 t6"].E == 70e9
+        assert named.sections[0].yield_stress == 250e6
+        own = edited(ARM, ('material = "steel"', 'material = "S235"'), ("[materials.steel]", "[materials.S235]"))
+        assert scene_from_text(own).materials["S235"].E == 210e9
+        assert scene_from_text(own).materials["S235"].yield_stress is None, "the scene's own, which does not tell"
+
+    def test_every_material_is_read_and_has_a_source(self):
+        entries = library_entries("materials")
+        assert len(entries) >= 10
+        for name, told in entries:
+            assert named_material(name).E > 1e9
+            assert re.search(r"\((EN|ASTM) ", told), name
+
+    def test_they_are_listed(self, capsys):
+        assert main(["--list", "sections", "IPE", "80"]) == 0
+        assert capsys.readouterr().out.startswith("IPE 80   A 7.643 cm²")
+        assert main(["--list", "sectons"]) == 2

@@ -14,14 +14,17 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 from mechanisms import ALL, cantilever, motion_of, steel_four_bar, still, supported
+from scipy.integrate import quad
 
 from elastic import (
     RIGID,
     Section,
+    box,
     circle,
     deflection,
     displacement_of,
     extremes,
+    i_section,
     rectangle,
     sample,
     section_of,
@@ -50,6 +53,20 @@ from rigid.kinetostatics.loads import beam_loads
 E = 210e9
 
 
+def rounded(y, half_depth, half_width, radius):
+    """Half the width of a rectangle with round corners at a height."""
+    if y > half_depth:
+        return 0.0
+    inside = mpmath.mpf(y) - (half_depth - radius)
+    return half_width - radius + mpmath.sqrt(max(0, radius**2 - max(inside, 0) ** 2))
+
+
+def filleted(y):
+    """Half the width of an I of web 3 mm with fillets of 5 mm below its flange at 11 mm."""
+    inside = max(mpmath.mpf(y) - 0.006, 0)
+    return 0.0015 + 0.005 - mpmath.sqrt(0.005**2 - inside**2)
+
+
 class TestShapes:
     @pytest.mark.parametrize(
         ("shape", "half_width"),
@@ -57,11 +74,15 @@ class TestShapes:
             (rectangle(0.03, 0.02), lambda y: 0.01),
             (circle(0.03), lambda y: mpmath.sqrt(0.015**2 - y**2)),
             (tube(0.03, 0.022), lambda y: mpmath.sqrt(0.015**2 - y**2) - mpmath.sqrt(max(0, 0.011**2 - y**2))),
+            (box(0.03, 0.02, 0.004), lambda y: 0.004 if y < 0.011 else 0.01),
+            (box(0.03, 0.02, 0.004, 0.006), lambda y: rounded(y, 0.015, 0.01, 0.006) - rounded(y, 0.011, 0.006, 0.002)),
+            (i_section(0.03, 0.02, 0.003, 0.004), lambda y: 0.0015 if y < 0.011 else 0.01),
+            (i_section(0.03, 0.02, 0.003, 0.004, 0.005), lambda y: filleted(y) if y < 0.011 else 0.01),
         ],
     )
     def test_integrals_over_the_section(self, shape, half_width):
         """A, I and the shear stress V Q/(I b) at the axis, from the width alone."""
-        edges = [0, 0.011, 0.015]
+        edges = [0, 0.006, 0.009, 0.011, 0.015]
         area = 4 * mpmath.quad(half_width, edges)
         first = 2 * mpmath.quad(lambda y: y * half_width(y), edges)
         inertia = 4 * mpmath.quad(lambda y: y**2 * half_width(y), edges)
@@ -78,13 +99,41 @@ class TestShapes:
         """Cowper (1966), at nu = 0.3; a thin tube's is 2 (1 + nu)/(4 + 3 nu)."""
         assert shape.shear_coefficient(0.3) == pytest.approx(printed, abs=5e-4)
 
+    @pytest.mark.parametrize("webs", [1, 2])
+    @pytest.mark.parametrize(("depth", "width", "thicker"), [(1.0, 0.5, 2), (1.0, 1.0, 1), (2.0, 0.7, 3)])
+    def test_thin_walls_without_poissons_effect_have_the_energy_of_their_shear_flow(self, depth, width, thicker, webs):
+        """k A = I^2/integral of (Q/b)^2 b along the walls: of an I, and of a box, which has two webs."""
+        web = 1e-7
+        flange = web * (thicker if webs == 1 else 1)
+        inertia = webs * web * depth**3 / 12 + 2 * width * flange * (depth / 2) ** 2
+        area = webs * depth * web + 2 * width * flange
+        at_corner = flange * depth / 2 * width / webs  # Q in each web where it begins
+        in_web = quad(lambda y: (at_corner + web / 2 * (depth**2 / 4 - y**2)) ** 2 / web, -depth / 2, depth / 2)[0]
+        in_flange = quad(lambda way: (depth / 2 * way) ** 2 * flange, 0, width / 2)[0]
+        shape = i_section(depth + flange, width, web, flange) if webs == 1 else box(depth + web, width + web, web)
+        flow = webs * in_web + 4 * in_flange
+        assert shape.shear_coefficient(0.0) == pytest.approx(inertia**2 / area / flow, rel=1e-5)
+
+    @pytest.mark.parametrize("call", [lambda: box(0.03, 0.02, 0.011), lambda: box(0.03, 0.02, 0.002, 0.011),
+                                      lambda: i_section(0.03, 0.02, 0.003, 0.016),
+                                      lambda: i_section(0.03, 0.02, 0.003, 0.01, 0.006)])  # fmt: skip
+    def test_walls_that_leave_no_room(self, call):
+        with pytest.raises(ValueError, match="needs"):
+            call()
+
     def test_tube_that_is_none(self):
         with pytest.raises(ValueError, match=r"0\.04 m is not between 0 and the outer one of 0\.03 m"):
             tube(0.03, 0.04)
 
     @pytest.mark.parametrize(
         ("shape", "start", "end"),
-        [(rectangle, (0.02, 0.01), (0.008, 0.006)), (circle, (0.03,), (0.01,)), (tube, (0.03, 0.02), (0.02, 0.018))],
+        [
+            (rectangle, (0.02, 0.01), (0.008, 0.006)),
+            (circle, (0.03,), (0.01,)),
+            (tube, (0.03, 0.02), (0.02, 0.018)),
+            (box, (0.03, 0.02, 0.002, 0.004), (0.02, 0.02, 0.002, 0.004)),
+            (i_section, (0.03, 0.02, 0.002, 0.003), (0.02, 0.015, 0.002, 0.003)),
+        ],
     )
     def test_taper_passes_every_section_between(self, shape, start, end):
         taper, mass = tapered(shape, start, end, 0.3)

@@ -1,7 +1,18 @@
 """One beam: its section, its elastic line, its fields as polynomials of pieces."""
 
 from elastic.beams.compliance import designs_of
-from elastic.beams.cross_sections import POISSON, SHAPES, Shape, circle, rectangle, section_of, tapered, tube
+from elastic.beams.cross_sections import (
+    POISSON,
+    SHAPES,
+    Shape,
+    box,
+    circle,
+    i_section,
+    rectangle,
+    section_of,
+    tapered,
+    tube,
+)
 from elastic.beams.section import RIGID, JointCompliance, Section, Taper
 
 __all__ = [
@@ -12,8 +23,10 @@ __all__ = [
     "Section",
     "Shape",
     "Taper",
+    "box",
     "circle",
     "designs_of",
+    "i_section",
     "rectangle",
     "section_of",
     "tapered",

@@ -97,7 +97,103 @@ def tube(outer: float, inner: float) -> Shape:
     )
 
 
-SHAPES: Mapping[str, Callable[..., Shape]] = {"rectangle": rectangle, "circle": circle, "tube": tube}
+def i_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
+    """An I with its web in the plane of motion [m], as rolled: `fillet` is the radius between web and flange.
+
+    Shear coefficient of thin walls; the largest shear stress is at the axis, by V Q/(I web).
+
+    Raises
+    ------
+    ValueError
+        Flanges and fillets leave no web, or the web no flange.
+
+    References
+    ----------
+    Cowper (see `Shape.shear_coefficient`), thin-walled I-section.
+    """
+    inside = depth - 2 * flange
+    if not np.all((inside > 2 * fillet) & (width >= web + 2 * fillet)):
+        raise ValueError("an I needs flanges and fillets below half of its depth, and a web and fillets in its width")
+    round_area, round_inertia, round_place = _corner(fillet)
+    place = inside / 2 - round_place
+    area = 2 * width * flange + inside * web + 4 * round_area
+    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 4 * (round_inertia + round_area * place**2)
+    moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + 2 * round_area * place
+    height = depth - flange
+    m, n = 2 * width * flange / (height * web), width / height
+    return Shape(
+        area,
+        inertia,
+        depth / 2,
+        moment * area / (inertia * web),
+        _thin_walled(m, 30 * n**2 * (m + m**2), 5 * n**2 * (8 * m + 9 * m**2)),
+        width,
+    )
+
+
+def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
+    """A hollow rectangle [m], the depth in the plane of motion; `corner` is its outer radius, the inner a wall less.
+
+    Shear coefficient of thin walls; the largest shear stress is at the axis, by V Q/(2 I wall).
+
+    Raises
+    ------
+    ValueError
+        Walls or corners take more than half of a side.
+
+    References
+    ----------
+    Cowper (see `Shape.shear_coefficient`), thin-walled box section.
+    """
+    least = np.minimum(depth, width) / 2
+    if not np.all((wall < least) & (corner <= least)):
+        raise ValueError("a box needs a wall below half of its sides, and corners of no more")
+    inner = np.maximum(corner - wall, 0.0)
+    parts = [
+        (1.0, width * depth, width * depth**3 / 12, width * depth**2 / 8),
+        (-1.0, (width - 2 * wall) * (depth - 2 * wall), (width - 2 * wall) * (depth - 2 * wall) ** 3 / 12,
+         (width - 2 * wall) * (depth - 2 * wall) ** 2 / 8),
+    ]  # fmt: skip
+    for sign, radius, half in ((-1.0, corner, depth / 2), (1.0, inner, depth / 2 - wall)):
+        area, inertia, place = _corner(radius)
+        parts.append((sign, 4 * area, 4 * (inertia + area * (half - place) ** 2), 2 * area * (half - place)))
+    area, inertia, moment = (sum(part[0] * part[k] for part in parts) for k in (1, 2, 3))
+    height, across = depth - wall, width - wall
+    m, n = across / height, across / height
+    return Shape(
+        area,
+        inertia,
+        depth / 2,
+        moment * area / (inertia * 2 * wall),
+        _thin_walled(m, 10 * n**2 * (3 * m + 3 * m**2), 10 * n**2 * m),
+        width,
+    )
+
+
+def _corner(radius: float) -> tuple[float, float, float]:
+    """Between a right angle and the circle that rounds it off: area, second moment, distance from either side."""
+    area = (1 - math.pi / 4) * radius**2
+    share = (1 / 6) / (1 - math.pi / 4)  # of the radius, from the circle's centre
+    inertia = (1 / 3 - math.pi / 16 - (1 - math.pi / 4) * share**2) * radius**4
+    return area, inertia, (1 - share) * radius
+
+
+def _thin_walled(m: float, flanges: float, flanges_by_poisson: float) -> tuple[float, float, float]:
+    """Cowper's a, b, c of thin walls; m: area of the flanges over that of the webs."""
+    return (
+        10 * (1 + 3 * m) ** 2,
+        12 + 72 * m + 150 * m**2 + 90 * m**3 + flanges,
+        11 + 66 * m + 135 * m**2 + 90 * m**3 + flanges_by_poisson,
+    )
+
+
+SHAPES: Mapping[str, Callable[..., Shape]] = {
+    "rectangle": rectangle,
+    "circle": circle,
+    "tube": tube,
+    "box": box,
+    "I": i_section,
+}
 """Shapes by their names, each a function of its dimensions."""
 
 

@@ -156,7 +156,7 @@ def _answer(request: Request, batch: Batch) -> int:
     if batch.version:
         return _version()
     if batch.list:
-        return _list()
+        return _list(*batch.scenes)
     if not batch.scenes:
         return _refuse("no scene was given: name a .toml file or a shipped scene, see --list")
     try:
@@ -198,7 +198,20 @@ def _version() -> int:
     return FINE
 
 
-def _list() -> int:
+def _list(kind: str = "", *words: str) -> int:
+    """List the shipped scenes; or the sections or materials of the library, those that hold all words."""
+    if kind in ("sections", "materials"):
+        from kinelast.scene.sections import library_entries
+
+        entries = library_entries(kind)
+        wanted = [word.lower() for word in words]
+        chosen = [(name, told) for name, told in entries if all(word in name.lower() for word in wanted)]
+        width = max((len(name) for name, _ in chosen), default=0)
+        for name, told in chosen:
+            say(f"{name:{width}}  {told}", sys.stdout)
+        return FINE if chosen else _refuse(f"there is no such name: --list {kind} lists all")
+    if kind:
+        return _refuse(f'--list lists the shipped scenes, "sections" or "materials", not "{kind}"')
     import tomllib
 
     from kinelast.tasks.task import shipped_scenes, shipped_structures

@@ -21,7 +21,7 @@ from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, 
 from kinelast.scene.loads import build_load, build_spring
 from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.repetition import Repetition, drives_repeat, mechanism_repeats
-from kinelast.scene.sections import Material, SectionSource, making, poisson_of
+from kinelast.scene.sections import Material, SectionSource, making, materials_of, poisson_of
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw
 
 
@@ -93,6 +93,7 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
     mechanism = _with_bodies(mechanism, parts.bodies, bodies)
     beams = [(body, k) for body in bodies for k in range(len(body.sections))]
     made_of = tuple(making(table, body.link.name, body.numbers[k]) for body, k in beams)
+    materials = materials_of(table, {made.material for made in made_of if made.material})
     scene = Scene(
         name=name,
         title=table.title or name.replace("_", " "),
@@ -101,12 +102,12 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         sections=tuple(body.sections[k].rigid if body.rigid else body.sections[k].section for body, k in beams),
         labels=tuple(_label(body, k) for body, k in beams),
         joints=build_joints(table, mechanism),
-        materials={material: _material(stuff, material) for material, stuff in table.materials.items()},
+        materials={material: _material(stuff, material) for material, stuff in materials.items()},
         outlines={body.link.name: body.outline for body in parts.bodies if body.outline},
         limits=build_limits(table, mechanism),
         output=build_output(table, mechanism),
         made_of=made_of,
-        theory=_theory(table, made_of),
+        theory=_theory(table, materials, made_of),
         report_units=table.run.report_units,
     )
     return scene
@@ -132,8 +133,8 @@ def _course(mechanism: Mechanism, laws: tuple[DriveLaw | DriveEffort, ...], run:
     return IntegratedCourse(mechanism, laws, run, path)
 
 
-def _theory(table: SceneTable, made_of: tuple[SectionSource, ...]) -> Theory:
-    run, stuff = table.run, table.materials
+def _theory(table: SceneTable, stuff: Mapping[str, MaterialTable], made_of: tuple[SectionSource, ...]) -> Theory:
+    run = table.run
     if run.theory and run.accuracy is not None:
         raise fault("run", "accuracy", "chooses the theory: leave out accuracy, or theory")
     own = (stuff[made.material].damping if made.material in stuff else None for made in made_of)

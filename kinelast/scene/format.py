@@ -100,6 +100,50 @@ class Tube(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="tube"
         return self.outer, [inside[0]] * 2 if np.array_equal(*inside) else inside
 
 
+class Box(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="box"):
+    """A hollow rectangle, `depth` in the plane of motion; `corner` is its outer radius."""
+
+    depth: Sizes
+    width: Sizes
+    wall: Sizes
+    corner: Sizes | None = None
+
+    def dimensions(self, table: str) -> tuple[Any, ...]:
+        """Depth, width, wall and corner at the two ends of the beam [m]."""
+        corner = _or_none(self.corner)
+        for depth, width, wall, radius in zip(self.depth, self.width, self.wall, corner, strict=True):
+            half = np.minimum(real(depth), real(width)) / 2
+            _require_smaller(table, "wall", "less than half of depth and width", real(wall), half)
+            _require_smaller(table, "corner", "less than half of depth and width", real(radius), half)
+        return self.depth, self.width, self.wall, corner
+
+
+class ISection(Dimensioned, frozen=True, kw_only=True, tag_field="shape", tag="I"):
+    """An I with its `web` in the plane of motion; `fillet` is the radius between web and flange."""
+
+    depth: Sizes
+    width: Sizes
+    web: Sizes
+    flange: Sizes
+    fillet: Sizes | None = None
+
+    def dimensions(self, table: str) -> tuple[Any, ...]:
+        """Depth, width, web, flange and fillet at the two ends of the beam [m]."""
+        sizes = self.depth, self.width, self.web, self.flange, _or_none(self.fillet)
+        for depth, width, web, flange, fillet in zip(*sizes, strict=True):
+            room = real(depth) / 2 - real(flange)
+            _require_smaller(table, "flange", "less than half of depth", real(flange), real(depth) / 2)
+            _require_smaller(table, "web", "less than width", real(web), real(width))
+            _require_smaller(table, "fillet", "room for it beside the web and above the axis", real(fillet),
+                             np.minimum(room, (real(width) - real(web)) / 2))  # fmt: skip
+        return sizes
+
+
+def _or_none(sizes: Any) -> Any:
+    """Sizes at the two ends; none where they are not given."""
+    return (0.0, 0.0) if sizes is None else sizes
+
+
 class Properties(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag="properties"):
     """Any shape: area, second moment of area, distance of the outermost fibre, area that resists shear."""
 
@@ -118,7 +162,7 @@ class Rigidities(StrictTable, frozen=True, kw_only=True, tag_field="shape", tag=
     kGA: ShearRigidity | None = None
 
 
-SectionTable = Rectangle | Circle | Tube | Properties | Rigidities
+SectionTable = Rectangle | Circle | Tube | Box | ISection | Properties | Rigidities
 
 
 def _require_smaller(table: str, key: str, expected: str, size: Any, bound: Any) -> None:

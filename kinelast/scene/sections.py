@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from math import inf, nan
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any, NoReturn
+
+import msgspec
 
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON
@@ -19,11 +25,10 @@ from kinelast.scene.format import (
     Rigidities,
     SceneTable,
     SectionTable,
+    read_quantity,
 )
-from kinelast.scene.numbers import any_nonzero, real, require
+from kinelast.scene.numbers import any_nonzero, number, real, require
 from rigid.arrays import Real
-
-Entry = TypeVar("Entry")
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,7 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     section
         Name.
     """
-    shape = _named(scene.sections, table, "section", section)
+    shape = scene.sections.get(section) or named_section(section) or _unknown(scene.sections, table, "section", section)
     material = beam.material or link.material
     strained = tuple(None if own is None else id(own) for own in (beam.strain, beam.temperature))
     source = section, material, *strained
@@ -103,9 +108,10 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
         plain = Section(real(shape.EA), real(shape.EI), kGA if sheared else inf, shear_rigidity=kGA)
         return CrossSection(_strained(plain, table, link, beam, None), real(shape.mass_per_length), source=source)
     if material is None:
-        known = ", ".join(f'"{name}"' for name in scene.materials) or "none: add [materials.NAME] with E and density"
+        known = ", ".join(f'"{name}"' for name in scene.materials)
+        known = known or "none: name one of --list materials, or add [materials.NAME] with E and density"
         raise fault(table, "material", f'the section "{section}" needs a material; there is {known}')
-    stuff = _named(scene.materials, table, "material", material)
+    stuff = materials_of(scene, [material]).get(material) or _unknown(scene.materials, table, "material", material)
     if demanded and isinstance(shape, Properties) and shape.shear_area is None:
         raise fault(f"sections.{section}", "shear_area", 'the key is missing: beams = "timoshenko" asks for it')
     poisson = poisson_of(stuff, material)
@@ -118,11 +124,126 @@ def cross_section(scene: SceneTable, table: str, link: LinkTable, beam: BeamTabl
     )
 
 
-def _named(tables: Mapping[str, Entry], table: str, key: str, name: str) -> Entry:
-    if name not in tables:
-        hint = likely(name, tables) or f"; add [{key}s.{name}]"
-        raise fault(table, key, f'there is no {key} "{name}"{hint}')
-    return tables[name]
+def _unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:
+    """Raise where a scene names a section or material that neither it nor the library has."""
+    near = likely(name, [*tables, *(entry for entry, _ in library_entries(f"{key}s"))])
+    hint = near if "did you mean" in near else likely(name, tables)
+    raise fault(
+        table, key, f'there is no {key} "{name}"{hint or f"; add [{key}s.{name}], or name one of --list {key}s"}'
+    )
+
+
+def materials_of(scene: SceneTable, names: Iterable[str]) -> dict[str, MaterialTable]:
+    """The scene's materials, and those of the library that it names."""
+    more = {name: named_material(name) for name in names if name not in scene.materials}
+    return {**scene.materials, **{name: stuff for name, stuff in more.items() if stuff is not None}}
+
+
+@cache
+def _library() -> dict[str, Any]:
+    return tomllib.loads(Path(__file__).with_name("library.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def named_material(name: str) -> MaterialTable | None:
+    """A material of the library, as "S235"; None where there is none of this name."""
+    words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
+    if words is None:
+        return None
+    table: MaterialTable = _read({key: value for key, value in words.items() if key != "source"}, MaterialTable)
+    return table
+
+
+@cache
+def named_section(name: str) -> SectionTable | None:
+    """A section by its name in the trade, as "IPE 80", "RHS 60x40x3", "pipe 33.7x2.6"; None where it is none.
+
+    The first size lies in the plane of motion. Hollow sections are cold formed, by EN 10219-2 with its corners.
+    """
+    told = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
+    if told is None:
+        return None
+    family, words = told[1], told[2].split("X")
+    rolled = _library()["sections"].get(family, {}).get(told[2])
+    if rolled is not None:
+        return _sized("I", dict(zip(("depth", "width", "web", "flange", "fillet"), rolled, strict=True)))
+    shape, keys = FAMILIES.get(family, ("", ()))
+    if family == "SHS" and len(words) == 2:
+        words = [words[0], *words]
+    if not shape or len(words) != len(keys) or not all(re.fullmatch(r"\d+(?:\.\d+)?", word) for word in words):
+        return None
+    sizes = dict(zip(keys, map(float, words), strict=True))
+    if shape == "box":
+        wall = sizes["wall"]
+        sizes["corner"] = wall * next(times for least, times in CORNERS if wall > least)
+    return _sized(shape, sizes)
+
+
+FAMILIES = {  # by name: the shape, and its sizes in the order of the name
+    "RHS": ("box", ("depth", "width", "wall")),
+    "SHS": ("box", ("depth", "width", "wall")),
+    "PIPE": ("tube", ("outer", "wall")),
+    "CHS": ("tube", ("outer", "wall")),
+    "FLAT": ("rectangle", ("depth", "width")),
+    "ROUND": ("circle", ("diameter",)),
+}
+CORNERS = ((10.0, 3.0), (6.0, 2.5), (0.0, 2.0))  # EN 10219-2: above a wall [mm], outer radius over it
+
+
+def _sized(shape: str, sizes: Mapping[str, float]) -> SectionTable | None:
+    """A section of sizes in mm; None where none is above zero."""
+    if not all(size > 0.0 for size in sizes.values()):
+        return None
+    section: SectionTable = _read({"shape": shape, **{key: f"{size} mm" for key, size in sizes.items()}}, SectionTable)
+    return section
+
+
+def _read(words: dict[str, Any], kind: Any) -> Any:
+    return msgspec.convert(words, kind, dec_hook=read_quantity)
+
+
+def _key(name: str) -> str:
+    return name.replace(" ", "").upper().replace("\u00d7", "X")
+
+
+def library_entries(kind: str) -> list[tuple[str, str]]:
+    """Names that a scene may use without a table of its own, each with its figures and their source.
+
+    Parameters
+    ----------
+    kind
+        "sections" or "materials".
+    """
+    if kind == "materials":
+        return [(name, _material_words(words)) for name, words in _library()["materials"].items()]
+    rolled = [
+        (f"{family} {size}", _section_words(f"{family} {size}", table["source"]))
+        for family, table in _library()["sections"].items()
+        for size in table
+        if size != "source"
+    ]
+    return [*rolled, *((name, _section_words(name, source)) for name, source in EXAMPLES)]
+
+
+EXAMPLES = (  # of families of any size
+    ("RHS 60x40x3", "EN 10219-2; any depth x width x wall, mm"),
+    ("SHS 40x3", "EN 10219-2; any side x wall, mm"),
+    ("pipe 33.7x2.6", "any outer diameter x wall, mm; CHS likewise"),
+    ("flat 40x8", "any depth x width, mm"),
+    ("round 12", "any diameter, mm"),
+)
+
+
+def _section_words(name: str, source: str) -> str:
+    table = named_section(name)
+    assert isinstance(table, Dimensioned)
+    made = SHAPES[str(table.__struct_config__.tag)](*(float(real(ends[0])) for ends in table.dimensions("")))
+    return f"A {number(made.area * 1e4)} cm², I {number(made.inertia * 1e8)} cm⁴ ({source})"
+
+
+def _material_words(words: Mapping[str, Any]) -> str:
+    told = ", ".join(f"{key} {value}" for key, value in words.items() if key != "source")
+    return f"{told} ({words['source']})"
 
 
 def _made(
@@ -186,7 +307,8 @@ def making(scene: SceneTable, link: str, number: int) -> SectionSource:
     entry = None if table.beams is None else table.beams[number]
     beam = entry if isinstance(entry, BeamTable) else BeamTable(start="", end="")
     name, material = beam.section or table.section or "", beam.material or table.material or ""
-    section = scene.sections[name]
+    section = scene.sections.get(name) or named_section(name)
+    assert section is not None  # or the link would not have been built
     keys = section.__struct_fields__ if isinstance(section, Dimensioned) else ()
     sizes = {key: tuple(dict.fromkeys(size)) for key in keys if (size := getattr(section, key)) is not None}
     shape = str(section.__struct_config__.tag)

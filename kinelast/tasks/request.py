@@ -267,7 +267,9 @@ class Batch:
         RUNNING, "skip scenes, and parts of a sweep, whose results are there, from the same file and options"
     )
     quiet: bool = option(RUNNING, "print nothing but errors")
-    list: bool = option(RUNNING, "list the shipped scenes and stop")
+    list: bool = option(
+        RUNNING, "list the shipped scenes and stop; --list sections, --list materials: the names that a scene may use"
+    )
     version: bool = option(RUNNING, "print the version and stop")
 
 
