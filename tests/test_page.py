@@ -553,9 +553,10 @@ def test_the_answer_against_the_speed_is_shown(driver, tmp_path):
     written = [row.split(",") for row in (tmp_path / "steel_four_bar" / "speeds.csv").read_text().splitlines()]
     ours = [written[0].index(f"{label}.chord [m]") for label in ("crank", "coupler", "rocker")]
     theirs = [shown[0].index(f'"{label} [m]"') for label in ("crank", "coupler", "rocker")]
-    assert [[float(row[k]) for k in theirs] for row in shown[1:]] == [
-        [float(row[k]) for k in ours] for row in written[1:]
-    ]
+    drawn = {round(float(row[0]), 6): [float(row[k]) for k in theirs] for row in shown[1:]}
+    assert len(drawn) > len(written) - 1, "curves go on between the speeds of the table"
+    for row in written[1:]:
+        np.testing.assert_allclose(drawn[round(float(row[0]), 6)], [float(row[k]) for k in ours], rtol=1e-5)
     assert "No limits are set, so no highest speed can be told." in page.run("return document.body.innerText")
     assert errors(page) == []
 
@@ -577,10 +578,13 @@ def test_the_limit_of_the_output_counts_against_the_speed(driver, tmp_path):
     )
     summary = json.loads((tmp_path / "out" / "one" / "summary.json").read_text())
     errors_there = summary["speeds"]["figures"]["output_error"]["values"]
-    assert errors_there[0] < 1e-3 < errors_there[1]
-    assert summary["speeds"]["words"] == ["all limits hold up to 20 rad/s"]
+    assert errors_there[0] < 1e-3 < errors_there[-1]
+    highest = summary["speeds"]["highest_within_limits"]
+    kept = [error for speed, error in zip(summary["speeds"]["speed"], errors_there, strict=True) if speed <= highest]
+    assert 0.99e-3 < max(kept) <= 1e-3
+    assert f"all limits hold up to {highest:.4g} rad/s (error of the output" in summary["speeds"]["words"][0]
     told = page.run("return document.getElementById('speeds').innerText")
-    assert "All limits hold up to 20 rad/s (191 rpm)." in told
+    assert f"All limits hold up to {highest:.4g} rad/s" in told
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,9 @@
 
 from elastic.elastodynamics.geometrically_exact import geometrically_exact
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.elastodynamics.speed_map import SpeedMap, critical_speeds, speed_map
+from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map
+from elastic.elastodynamics.speed_scan import Resonance
+from elastic.elastodynamics.speed_search import Bounded, SpeedSearch
 from elastic.elastodynamics.steady_state import elastodynamic
 from elastic.elastodynamics.strains import Damping
 from elastic.elastodynamics.structural_buckling import buckling_factor
@@ -10,9 +12,13 @@ from elastic.elastodynamics.theory_error import TheoryError, large_displacement_
 from elastic.elastodynamics.transient import transient
 
 __all__ = [
+    "Bounded",
     "Damping",
     "Elastodynamic",
+    "Resonance",
+    "SpeedAnswers",
     "SpeedMap",
+    "SpeedSearch",
     "TheoryError",
     "buckling_factor",
     "critical_speeds",

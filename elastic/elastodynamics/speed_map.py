@@ -11,7 +11,7 @@ import numpy as np
 
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
-from elastic.elastodynamics.equations_of_motion import MotionTerms, kinematics, motion_terms
+from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.solution import (
@@ -25,7 +25,10 @@ from elastic.elastodynamics.solution import (
     time_error,
     vibrating_model,
 )
+from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
 from elastic.elastodynamics.strains import Damping
+from elastic.elastodynamics.theory_error import second_order_error
+from elastic.elastodynamics.time_elements import propagation
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import of_several_speeds, resampled
 from elastic.links.added_loads import AddedLoads
@@ -56,9 +59,10 @@ class SpeedMap:
         What was measured with and without vibration, shape (speeds, ...); nan where the steady state is unstable.
     growth
         Of the least stable free vibration over a cycle, shape (speeds,).
-    time_error, reduction_error
-        How far the answers may be from settled in time, and in the coordinates, as `Elastodynamic` has them, shape
-        (speeds,); the latter nan where the steady state is unstable.
+    time_error, reduction_error, large_displacement
+        How far the answers may be from settled in time and in the coordinates, as `Elastodynamic` has them, and what
+        large displacement changes, as `TheoryError` has it, shape (speeds,); the latter two nan where the steady state
+        is unstable.
     damping
         That was taken.
     omega
@@ -71,6 +75,7 @@ class SpeedMap:
     growth: Reals
     time_error: Reals
     reduction_error: Reals
+    large_displacement: Reals
     damping: Damping
     omega: Reals
 
@@ -117,15 +122,76 @@ def speed_map(
     MechanismError, ValueError
         As for `elastodynamic`; nothing that vibrates; a speed that is not above 0.
     """
-    speeds = np.asarray(ratios, float)
-    if not (speeds > 0).all():
-        raise ValueError(f"speeds from {speeds.min():g}, expected above 0")
-    model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
-    if model.cycle is None:
-        raise ValueError("nothing vibrates: all beams and joints are rigid")
-    rows = _settled(model, speeds.tolist(), measure, tolerance, period)
-    found = {name: np.array([getattr(rows[ratio], name) for ratio in speeds.tolist()]) for name in _Row.__match_args__}
-    return SpeedMap(speeds, **found, damping=model.damping, omega=model.cycle.omega)
+    answers = SpeedAnswers(motion_at, period, sections, measure, joints, damping, tolerance)
+    answers.find(ratios)
+    return answers.map(ratios)
+
+
+class SpeedAnswers:
+    """Steady states at speeds that are asked for one after the other; see `speed_map`.
+
+    `least_damping` is the least damping ratio of a natural mode: half the relative width of its peaks.
+    """
+
+    def __init__(
+        self,
+        motion_at: MotionAt,
+        period: float,
+        sections: Sequence[Section],
+        measure: Measure,
+        joints: Mapping[str, JointCompliance] | None = None,
+        damping: Damping | float | None = None,
+        tolerance: float = TOLERANCE,
+    ) -> None:
+        model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
+        if model.cycle is None:
+            raise ValueError("nothing vibrates: all beams and joints are rigid")
+        self.damping, self.omega = model.damping, model.cycle.omega
+        betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
+        self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
+        self._measure, self._tolerance = measure, tolerance
+        grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
+        self._course = _Course(first_discretization(model, tolerance), grids)
+        self._rows: dict[float, _Row] = {}
+
+    def find(self, ratios: Sequence[float]) -> None:
+        """Find the answers at more speeds, refining the discretization for those at which they have not settled."""
+        if not all(ratio > 0 for ratio in ratios):
+            raise ValueError(f"speeds from {min(ratios):g}, expected above 0")
+        left = sorted({float(ratio) for ratio in ratios} - self._rows.keys())
+        for _ in range(ROUNDS):
+            course, resolved = self._course, self._course.resolved
+            for first in range(0, len(left), SIDE_BY_SIDE):
+                steady = [_at_speed(course, ratio, self._tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
+                self._rows |= _measured(course, steady, self._measure)
+            errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
+            left = [
+                ratio
+                for ratio, error in errors.items()
+                if error > self._tolerance and self._rows[ratio].time_error <= resolved
+            ]
+            finer = course.discretization.finer(max(errors[ratio] for ratio in left)) if left else None
+            if finer is None:
+                break
+            self._course = _Course(finer, course.grids)
+
+    def map(self, ratios: Sequence[float] | None = None) -> SpeedMap:
+        """The answers at all speeds that are known, or at some of these."""
+        known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
+        rows = [self._rows[ratio] for ratio in known]
+        parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
+        return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
+
+    def stable(self, ratio: float) -> bool:
+        """Whether the steady state at a speed comes about."""
+        return self._course.growth(ratio) <= 1 + NEUTRAL
+
+    def scan(self) -> SpeedScan:
+        """A close look at the speeds between the least and the greatest one that are known, on the finest grid."""
+        course, ends = self._course, (min(self._rows), max(self._rows))
+        course.level = len(course.grids) - 1
+        problems = [course.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
+        return speed_scan(course.here()[0], problems, ends[1])
 
 
 def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:
@@ -160,33 +226,14 @@ class _Row:
     growth: float
     time_error: float
     reduction_error: float
-
-
-def _settled(
-    model: Model, speeds: Sequence[float], measure: Measure, tolerance: float, period: float
-) -> dict[float, _Row]:
-    """Refine the discretization that the speeds share, for those at which the answer has not settled."""
-    grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
-    discretization: Discretization | None = first_discretization(model, tolerance)
-    rows: dict[float, _Row] = {}
-    left = list(dict.fromkeys(speeds))
-    for _ in range(ROUNDS):
-        if discretization is None or not left:
-            break
-        course, resolved = _Course(discretization, grids), discretization.resolved
-        for first in range(0, len(left), SIDE_BY_SIDE):
-            steady = [_at_speed(course, ratio, tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
-            rows |= _measured(course, steady, measure)
-        left = [one for one in left if rows[one].reduction_error > tolerance and rows[one].time_error <= resolved]
-        if left:
-            discretization = discretization.finer(max(rows[one].reduction_error for one in left))
-    return rows
+    large_displacement: float
 
 
 class _Course:
     """Terms of the equations of motion by positions, on grids each finer than the one before, computed on demand."""
 
     def __init__(self, discretization: Discretization, grids: list[Grid]) -> None:
+        self.discretization = discretization
         self.model, self.basis, self.resolved = discretization.model, discretization.basis, discretization.resolved
         self.grids = grids
         self.known: dict[int, tuple[Motion, MotionTerms]] = {}
@@ -201,6 +248,20 @@ class _Course:
             self.known[self.level] = motion, motion_terms(kinds, grid, self.model.damping)
         return self.known[self.level]
 
+    def plain(self, ratio: float) -> Deflection:
+        """The quasi-static answer at a speed, at the nodes."""
+        return deflection(_passed(self.here()[0], ratio), self.model.sections, self.model.joints)
+
+    def problem(self, ratio: float) -> Problem:
+        """Equations of motion at a speed."""
+        return problem(self.here()[1], self.plain(ratio), ratio)
+
+    def growth(self, ratio: float) -> float:
+        """Of the least stable free vibration over a cycle."""
+        self.level = len(self.grids) - 1
+        posed = self.problem(ratio)
+        return float(np.abs(propagation(posed.terms.grid, posed.equations).multipliers).max())
+
 
 @dataclass(frozen=True, eq=False)
 class _Steady:
@@ -211,16 +272,15 @@ class _Steady:
     growth: float
     time_error: float
     reduction_error: float
+    large_displacement: float
     loads: AddedLoads | None
 
 
 def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
-    model = course.model
     while True:
-        base, terms = course.here()
-        plain = deflection(_passed(base, ratio), model.sections, model.joints)
-        answer = vibration(terms, plain, speed=ratio)
+        terms = course.here()[1]
+        answer = vibration(terms, course.plain(ratio), speed=ratio)
         error, finer = time_error(answer, course.resolved)
         if finer is None:
             break
@@ -231,9 +291,10 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
         course.level = max(course.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
-        return _Steady(ratio, terms.grid, growth, error, math.nan, None)
+        return _Steady(ratio, terms.grid, growth, error, math.nan, math.nan, None)
     answer, reduced = corrected(answer, tolerance)
-    return _Steady(ratio, terms.grid, growth, error, reduced, answer.loads)
+    large = second_order_error(answer, answer.deflection)
+    return _Steady(ratio, terms.grid, growth, error, reduced, large, answer.loads)
 
 
 def _passed(base: Motion, ratio: Any) -> Motion:
@@ -273,7 +334,9 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> d
         if stable:
             values[stable] = _together(course.model, base, [some[k] for k in stable], measure, True)
         for row, each in enumerate(some):
-            rows[each.ratio] = _Row(values[row], plain[row], each.growth, each.time_error, each.reduction_error)
+            rows[each.ratio] = _Row(
+                values[row], plain[row], each.growth, each.time_error, each.reduction_error, each.large_displacement
+            )
     return rows
 
 

@@ -117,6 +117,39 @@ def propagation(grid: Grid, equations: Equations) -> Propagation:
     return Propagation(grid, equations, states, accelerations, matrix if count <= TOGETHER else None)
 
 
+def periodic_amplitudes(grid: Grid, equations: Equations) -> tuple[Numbers, Reals]:
+    """Floquet's multipliers and the periodic solutions of several problems on one grid, solved side by side.
+
+    Parameters
+    ----------
+    equations
+        Those of one problem behind those of another: arrays of (problems * points, ...).
+
+    Returns
+    -------
+    Multipliers, shape (problems, 2 r), and x at all points, shape (problems, points, r).
+    """
+    radau, r, count = scheme(grid.stages), equations.load.shape[-1], len(grid.steps)
+    several = len(equations.load) // (count * grid.stages)
+    steps = np.tile(grid.steps, several)
+    states, accelerations = _elements(_matrix(steps, equations), steps, equations)
+    states = states.reshape(several, count, 2 * r, 2 * r + 1)
+    whole, added = np.broadcast_to(np.eye(2 * r), (several, 2 * r, 2 * r)), np.zeros((several, 2 * r, 1))
+    for step in states.swapaxes(0, 1):
+        whole, added = step[..., :-1] @ whole, step[..., :-1] @ added + step[..., -1:]
+    state = np.linalg.solve(np.eye(2 * r) - whole, added)
+    begin = np.ones((several, count, 2 * r + 1, 1))
+    for element, step in enumerate(states.swapaxes(0, 1)):
+        begin[:, element, :-1] = state
+        state = step[..., :-1] @ state + step[..., -1:]
+    shape = several, count, grid.stages, r
+    x2 = (accelerations.reshape(several, count, -1, 2 * r + 1) @ begin).reshape(shape)
+    h = grid.steps[:, None, None]
+    at_start, rate = begin[..., None, :r, 0], begin[..., None, r : 2 * r, 0]
+    x = at_start + h * radau.points[:, None] * rate + h**2 * (radau.twice @ x2)
+    return np.linalg.eigvals(whole), x.reshape(several, -1, r)
+
+
 def _parts(grid: Grid, equations: Equations) -> Iterator[tuple[slice, Any, Equations]]:
     """Elements that are solved at once: which, their durations, and their equations."""
     for first in range(0, len(grid.steps), TOGETHER):

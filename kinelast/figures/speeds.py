@@ -1,8 +1,8 @@
-"""How the answer goes with the speed of the drive: largest deflection and stress, critical speeds, limits that hold."""
+"""How the answer goes with the speed of the drive: largest values and their peaks, unstable ranges, the limit speed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -10,21 +10,69 @@ from typing import Any
 import numpy as np
 
 from elastic import Deflection
-from elastic.elastodynamics import SpeedMap, critical_speeds, speed_map
+from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import Figure, Measure, items_of, measures_of
-from kinelast.figures.limits import judged, kept, magnitudes
+from kinelast.figures.entry import BEAM, Figure, Measure, items_of, measures_of
+from kinelast.figures.limits import bounded_beams, magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import quantity
+from kinelast.scene.limits import Limit
 from kinelast.tasks.progress import one_thread
 from rigid import ConstantSpeed, MechanismError
-from rigid.arrays import Reals
+from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
+SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan, by the figures that limits bound
+PROMINENT = 0.1  # of itself that a peak rises above the valleys beside it, from where it is told
+AMPLIFIED = 1.2  # times the answer without vibration, below which no resonance is told of a value
+
+
+@dataclass(frozen=True)
+class SpeedPeak:
+    """A peak of a largest value over the cycle against the speed.
+
+    Attributes
+    ----------
+    speed
+        [rad/s or m/s].
+    field, beam
+        Of `FIELDS`, and the number of the beam, where the peak is most prominent.
+    value
+        There.
+    resonance
+        Which mode vibrates most; None where vibration adds little.
+    """
+
+    speed: float
+    field: str
+    beam: int
+    value: float
+    resonance: Resonance | None
+
+
+@dataclass(frozen=True)
+class SpeedLimit:
+    """Where the limits of a scene end.
+
+    Attributes
+    ----------
+    speed, above
+        Up to the first all limits hold, at the second they do not; the first 0.0 where they fail at the lowest speed.
+    limit, beam
+        Which fails first, on which beam; None where there is no steady state above, or the figure is not known; beam
+        -1 of the whole machine.
+    resonance
+        Which mode vibrates most there; None where vibration adds little.
+    """
+
+    speed: float
+    above: float
+    limit: Limit | None
+    beam: int
+    resonance: Resonance | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,29 +81,50 @@ class Speeds:
 
     Attributes
     ----------
-    speed
-        Of the drive [rad/s or m/s], shape (speeds,).
+    speed, asked
+        Of the drive [rad/s or m/s], and which of them were asked for, shape (speeds,): the others were added at peaks,
+        borders of unstable ranges and the limit speed.
     map
         The speed map: values of `FIELDS` [m, m, Pa] per beam, with and without vibration, growth.
     figures
         The registered figures as measures, each with its values with vibration, shape (speeds,).
     highest
-        Highest speed up to which every limit of the scene holds; None without limits, 0.0 where they fail at the first.
+        Highest speed up to which every limit of the scene holds, to 0.2 %; None without limits, 0.0 where they fail at
+        the first.
+    limit
+        What ends there; None where all limits hold at all speeds, or there are none.
+    between
+        Speeds [rad/s or m/s], shape (n,), and values of `FIELDS` there, shape (3, beams, n): those of the map, and
+        between them a close look in few coordinates, put right by it.
+    peaks
+        The prominent ones, by rising speed.
+    unstable
+        Ranges of speed without a steady state.
     critical
         Speeds at which a low multiple of the drive's runs through the lowest natural frequencies, by that multiple:
         least and greatest over the cycle.
     """
 
     speed: Reals
+    asked: Flags
     map: SpeedMap
     figures: Mapping[str, tuple[Measure, Any]]
     highest: float | None
+    limit: SpeedLimit | None
+    between: tuple[Reals, Reals]
+    peaks: tuple[SpeedPeak, ...]
+    unstable: tuple[tuple[float, float], ...]
     critical: Mapping[int, tuple[float, float]]
+
+    @property
+    def error(self) -> Reals:
+        """Error by time, coordinates and large displacement as a share of the worst deflection, shape (speeds,)."""
+        return np.where(self.map.stable, self.map.error + self.map.large_displacement, np.nan)
 
 
 @one_thread()
 def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
-    """The answer at speeds from one to another.
+    """The answer at speeds from one to another, and at those between them at which something happens.
 
     Raises
     ------
@@ -67,22 +136,47 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     if scene.run.no_cycle:
         raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
     nominal = abs(float(scene.laws[0].speed))
-    speed = np.linspace(*asked)
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
-    measure = partial(_largest, scene, figures)
+    ratios = (np.linspace(*asked) / nominal).tolist()
     try:
-        ratios, period = (speed / nominal).tolist(), float(scene.run.cycle)
-        steady = speed_map(scene.course.at, period, ratios, scene.sections, measure, scene.joints, damping_of(scene))
+        answers = SpeedAnswers(
+            scene.course.at,
+            float(scene.run.cycle),
+            scene.sections,
+            partial(_largest, scene, figures),
+            scene.joints,
+            damping_of(scene),
+        )
+        answers.find(ratios)
+        search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)))
+        search.find_peaks()
+        unstable = search.find_borders()
+        limit = _limit(scene, figures, search, nominal) if scene.limits else None
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
-    spans = critical_speeds(steady.omega).items()
-    critical = {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]}
+    steady = answers.map()
     values, plain = (_by_figure(scene, figures, each) for each in (steady.values, steady.quasi_static))
-    vibrating, still = (np.array([each[key] for key in FIELDS.values()]).transpose(2, 0, 1) for each in (values, plain))
-    measures = {name: (measure, measure.among(values[measure.figure.key]))
-               for name, measure in measures_of(scene, figures).items()}  # fmt: skip
+    told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
+    measures = {
+        name: (measure, measure.among(values[measure.figure.key]))
+        for name, measure in measures_of(scene, figures).items()
+    }
+    spans = critical_speeds(steady.omega).items()
+    highest = None if not scene.limits else limit.speed if limit else asked[1]
+    drawn, curves = search.between()
+    speed, own = steady.ratio * nominal, np.isin(steady.ratio, ratios)
+    speed[own] = np.linspace(*asked)
     return Speeds(
-        speed, replace(steady, values=vibrating, quasi_static=still), measures, _highest(scene, speed, values), critical
+        speed,
+        own,
+        told,
+        measures,
+        highest,
+        limit,
+        (drawn * nominal, curves),
+        tuple(_peaks(told, search, nominal)),
+        tuple((low * nominal, high * nominal) for low, high in unstable),
+        {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
     )
 
 
@@ -100,55 +194,97 @@ def _by_figure(scene: Scene, figures: Sequence[Figure], rows: Any) -> dict[str, 
     return {figure.key: part for figure, part in zip(figures, parts, strict=True)}
 
 
-def _highest(scene: Scene, speed: Any, values: Mapping[str, Any]) -> float | None:
-    """The highest speed up to which all limits are kept; there is no figure where there is no steady state."""
-    if not scene.limits:
+def _curves(values: Mapping[str, Any]) -> Reals:
+    """Of `FIELDS`, shape (3, beams, speeds)."""
+    return np.array([values[key] for key in FIELDS.values()])
+
+
+def _limit(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float) -> SpeedLimit | None:
+    """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
+    of_beams = {figure.key for figure in figures if figure.of == BEAM}
+    rows = [
+        (limit, beam)
+        for limit in scene.limits
+        for beam in (bounded_beams(scene, limit) if limit.figure in of_beams else [-1])
+    ]
+
+    def used(found: SpeedMap) -> Reals:
+        values = _by_figure(scene, figures, found.values)
+        return np.array([_used(limit, values.get(limit.figure), max(beam, 0)) for limit, beam in rows])
+
+    fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
+    bracket = search.find_limit(Bounded(used, fields, [beam for _, beam in rows]))
+    if bracket is None:
         return None
-    holds = kept(judged(scene, values))
-    count = len(speed) if holds.all() else int(holds.argmin())
-    return float(speed[count - 1]) if count else 0.0
+    low, above = bracket
+    shares = used(search.answers.map([above]))[:, 0]
+    if np.isnan(shares).any():
+        return SpeedLimit(low * nominal, above * nominal, None, -1, None)
+    limit, beam = rows[int(shares.argmax())]
+    amplified = _amplified(search.answers.map([above]), scene, figures)
+    return SpeedLimit(
+        low * nominal, above * nominal, limit, beam, search.model.resonance(above) if amplified(limit, beam) else None
+    )
+
+
+def _used(limit: Limit, values: Any, item: int) -> Any:
+    """Share of a bound that an item's values use, shape (speeds,): not known where the figure is left out."""
+    if values is None:
+        return np.nan
+    bound = np.ravel(limit.bound)[0]
+    with np.errstate(divide="ignore"):
+        return bound / values[item] if limit.least else values[item] / bound
+
+
+def _amplified(found: SpeedMap, scene: Scene, figures: Sequence[Figure]) -> Callable[[Limit, int], bool]:
+    """Whether vibration adds much to the figure that a limit bounds, at one speed."""
+    with_, without = (_by_figure(scene, figures, each) for each in (found.values, found.quasi_static))
+
+    def much(limit: Limit, beam: int) -> bool:
+        one, other = (each[limit.figure][max(beam, 0), 0] for each in (with_, without))
+        return bool(other > AMPLIFIED * one if limit.least else one > AMPLIFIED * other)
+
+    return much
+
+
+def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
+    """The prominent peaks of `FIELDS`, of those that are close together the most prominent one."""
+    rows = [
+        (share, at, field, beam)
+        for field in range(len(FIELDS))
+        for beam in range(told.values.shape[2])
+        for at, share in prominences(told.values[:, field, beam])
+        if share > PROMINENT
+    ]
+    chosen: list[tuple[float, int, int, int]] = []
+    for row in sorted(rows, reverse=True):
+        near = search.width * told.ratio[row[1]]
+        if all(abs(told.ratio[row[1]] - told.ratio[other[1]]) > near for other in chosen):
+            chosen.append(row)
+    for _, at, field, beam in sorted(chosen, key=lambda row: row[1]):
+        value, still = told.values[at, field, beam], told.quasi_static[at, field, beam]
+        met = search.model.resonance(float(told.ratio[at])) if value > AMPLIFIED * still else None
+        yield SpeedPeak(float(told.ratio[at] * nominal), [*FIELDS][field], beam, float(value), met)
+
+
+def prominences(values: Any) -> Iterator[tuple[int, float]]:
+    """Inner local maxima with the share of themselves by which they rise above the higher of the valleys beside them.
+
+    A valley reaches to the next higher value; nan ends it.
+
+    >>> [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))]
+    [(1, 0.75), (3, 0.333...)]
+    """
+    for at in range(1, len(values) - 1):
+        if not (values[at] > values[at - 1] and values[at] >= values[at + 1]):
+            continue
+        valleys = []
+        for side in (values[at - 1 :: -1], values[at + 1 :]):
+            ends = np.flatnonzero(~(side <= values[at]))
+            valleys.append(side[: ends[0] if len(ends) else None].min())
+        yield at, float(1 - max(valleys) / values[at])
 
 
 def speed_unit(scene: Scene) -> str:
     """Unit of the speed of the drive."""
     return "rad/s" if scene.mechanism.drives[0].turns else "m/s"
-
-
-def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
-    """Speeds as plain data; largest values per field and beam, null where there is no steady state; and in words."""
-    ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
-    curves = {
-        kind: {
-            field: {label: values[:, k, beam].tolist() for beam, label in enumerate(scene.labels)}
-            for k, field in enumerate(FIELDS)
-        }
-        for kind, values in ways.items()
-    }
-    return {
-        "words": list(_words(result, scene)),
-        "unit": speed_unit(scene),
-        "speed": result.speed.tolist(),
-        **curves,
-        "figures": {
-            name: {"unit": measure.unit, "values": values.tolist()}
-            for name, (measure, values) in result.figures.items()
-            if measure.items is None
-        },
-        "from": float(result.speed[0]),
-        "to": float(result.speed[-1]),
-        "count": len(result.speed),
-        "highest_within_limits": result.highest,
-        "error": np.asarray(result.map.error, float).tolist(),
-        "unstable": [float(speed) for speed in result.speed[~result.map.stable]],
-        "critical": {str(harmonic): list(span) for harmonic, span in result.critical.items()},
-    }
-
-
-def _words(result: Speeds, scene: Scene) -> Iterator[str]:
-    """Sentences on the speeds: the highest within the limits, and those without a steady state."""
-    unit, unstable = speed_unit(scene), result.speed[~result.map.stable]
-    if result.highest is not None:
-        kept = "all limits hold up to" if result.highest else "limits do not hold at the lowest speed,"
-        yield f"{kept} {quantity(result.highest or result.speed[0], unit)}"
-    if len(unstable):
-        yield f"no steady state at {len(unstable)} of {len(result.speed)} speeds, from {quantity(unstable[0], unit)}"

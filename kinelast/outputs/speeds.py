@@ -1,15 +1,21 @@
-"""The answer against the speed of the drive, as a table and as curves."""
+"""The answer against the speed of the drive, as a table, as curves, as plain data and in words."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from kinelast.figures.speeds import FIELDS, Speeds, speed_unit
+from elastic.elastodynamics import Resonance
+from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, speed_unit
+from kinelast.figures.theory import ACCURACY
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import Scene
+from kinelast.scene.numbers import percent, quantity
 
+LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
 
@@ -28,7 +34,8 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
             ),
             Column("growth over a cycle", answer.growth, "1"),
             Column("stable", answer.stable.tolist()),
-            Column("error", np.where(answer.stable, answer.error, np.nan), "1"),
+            Column("error", result.error, "1"),
+            Column("asked for", result.asked.tolist()),
             *(
                 Column(name, values, measure.unit)
                 for name, (measure, values) in result.figures.items()
@@ -39,37 +46,168 @@ def speed_table(scene: Scene, result: Speeds) -> Table:
 
 
 def draw_speeds(path: Path, scene: Scene, result: Speeds) -> None:
-    """Largest chord deflection and stress against speed, with critical speeds and instability, as SVG."""
+    """Largest chord deflection and stress against speed, with peaks, the limit speed and instability, as SVG."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams["svg.hashsalt"] = "kinelast"
     figure = Figure(figsize=(9, 6), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    steady = result.map
     shown = (above, "chord", 1e3, "chord deflection [mm]"), (below, "mises", 1e-6, "von Mises stress [MPa]")
     for axes, field, scale, words in shown:
-        with_, without = (scale * values[:, [*FIELDS].index(field)] for values in (steady.values, steady.quasi_static))
+        with_, without = (
+            scale * values[:, [*FIELDS].index(field)] for values in (result.map.values, result.map.quasi_static)
+        )
+        between, curves = result.between
         for beam, label in enumerate(scene.labels):
-            (line,) = axes.plot(result.speed, with_[:, beam], label=label)
+            (line,) = axes.plot(between, scale * curves[[*FIELDS].index(field), beam], label=label)
             axes.plot(result.speed, without[:, beam], ":", color=line.get_color(), lw=1)
-        for harmonic, (low, high) in result.critical.items():
-            axes.axvspan(low, high, color="0.5", alpha=0.12, lw=0)
-            axes.text(
-                max(low, result.speed[0]),
-                0.98,
-                f" {harmonic}x",
-                transform=axes.get_xaxis_transform(),
-                va="top",
-                fontsize=8,
-            )
-        for speed in result.speed[~steady.stable]:
-            axes.axvline(speed, color="crimson", lw=0.8)
+        for low, high in result.unstable:
+            axes.axvspan(low, high, color="crimson", alpha=0.25, lw=0, label="no steady state")
+        if result.limit and result.highest:
+            axes.axvline(result.highest, color="black", ls="--", lw=1, label="limits hold up to here")
         axes.set_ylabel(f"largest {words}")
-        axes.set_ylim(bottom=0)
+        if np.nanmax(with_, initial=0.0) > 0.0:
+            axes.set_yscale("log")
         axes.set_xlim(result.speed[0], result.speed[-1])
-    if result.highest:
-        below.axvline(result.highest, color="black", ls="--", lw=1, label="limits hold up to here")
-    below.set_xlabel("speed of the drive [rad/s]; grey: a multiple of it in the range of the lowest natural frequency")
-    above.legend(title="dotted: without vibration", fontsize=8)
+        _label_peaks(axes, result, with_)
+    unit = speed_unit(scene)
+    below.set_xlabel(f"speed of the drive [{unit}]; 5x2: the 5th harmonic of the cycle meets the 2nd natural mode")
+    below.legend(title="dotted: without vibration", fontsize=8)
     figure.savefig(path, metadata={"Date": None})
+
+
+def _label_peaks(axes: Any, result: Speeds, values: Any) -> None:
+    """Name the highest peaks by the harmonic and the mode that meet, none over another."""
+    taken: list[float] = []
+    room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
+    sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
+    for peak in sorted(sizes, key=lambda peak: -sizes[peak]):
+        if peak.resonance is None or any(abs(peak.speed - other) < room for other in taken):
+            continue
+        taken.append(peak.speed)
+        name = (
+            f"{peak.resonance.harmonic}x{peak.resonance.mode}" if peak.resonance.met else f"mode {peak.resonance.mode}"
+        )
+        axes.annotate(
+            name, (peak.speed, sizes[peak]), (0, 3), textcoords="offset points", ha="center", fontsize=7, clip_on=True
+        )
+
+
+def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
+    """Speeds as plain data; largest values per field and beam, null where there is no steady state; and in words."""
+    ways = {"values": result.map.values, "without_vibration": result.map.quasi_static}
+    curves = {
+        kind: {
+            field: {label: values[:, k, beam].tolist() for beam, label in enumerate(scene.labels)}
+            for k, field in enumerate(FIELDS)
+        }
+        for kind, values in ways.items()
+    }
+    return {
+        "words": list(_words(result, scene)),
+        "unit": speed_unit(scene),
+        "speed": result.speed.tolist(),
+        "asked": result.asked.tolist(),
+        **curves,
+        "figures": {
+            name: {"unit": measure.unit, "values": values.tolist()}
+            for name, (measure, values) in result.figures.items()
+            if measure.items is None
+        },
+        "between": {
+            "speed": [float(f"{speed:.8g}") for speed in result.between[0]],
+            "values": {
+                field: {
+                    label: [float(f"{value:.6g}") for value in result.between[1][k, beam]]
+                    for beam, label in enumerate(scene.labels)
+                }
+                for k, field in enumerate(FIELDS)
+            },
+        },
+        "from": float(result.speed[0]),
+        "to": float(result.speed[-1]),
+        "count": int(result.asked.sum()),
+        "highest_within_limits": result.highest,
+        "limit": _limit_figures(result.limit, scene) if result.limit else None,
+        "peaks": [
+            {
+                "speed": peak.speed,
+                "field": peak.field,
+                "of": scene.labels[peak.beam],
+                "value": peak.value,
+                "resonance": _resonance_figures(peak.resonance, scene),
+            }
+            for peak in result.peaks
+        ],
+        "error": result.error.tolist(),
+        "unstable": [float(speed) for speed in result.speed[~result.map.stable]],
+        "unstable_ranges": [list(span) for span in result.unstable],
+        "critical": {str(harmonic): list(span) for harmonic, span in result.critical.items()},
+    }
+
+
+def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
+    return {
+        "kind": limit.limit.kind if limit.limit else None,
+        "of": scene.labels[limit.beam] if limit.beam >= 0 else None,
+        "above": limit.above,
+        "resonance": _resonance_figures(limit.resonance, scene),
+        "words": limit_words(limit, scene),
+    }
+
+
+def _resonance_figures(resonance: Resonance | None, scene: Scene) -> dict[str, Any] | None:
+    if resonance is None:
+        return None
+    parts = {"harmonic": resonance.harmonic, "mode": resonance.mode, "met": resonance.met}
+    return {**parts, "of": scene.labels[resonance.beam], "words": resonance_words(resonance, scene)}
+
+
+def ordinal(count: int) -> str:
+    """A number in its order.
+
+    >>> [ordinal(count) for count in (1, 2, 3, 4, 11, 22)]
+    ['1st', '2nd', '3rd', '4th', '11th', '22nd']
+    """
+    ending = "th" if count % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
+    return f"{count}{ending}"
+
+
+def resonance_words(resonance: Resonance, scene: Scene) -> str:
+    """The harmonic of the drive that meets a mode, or the mode that vibrates, named by the beam that bends most."""
+    mode = f"the {ordinal(resonance.mode)} mode (mostly {scene.labels[resonance.beam]})"
+    return f"{ordinal(resonance.harmonic)} harmonic meets {mode}" if resonance.met else f"{mode} vibrates"
+
+
+def limit_words(limit: SpeedLimit, scene: Scene) -> str:
+    """Which limit ends at the limit speed, of which beam, and by which resonance."""
+    if limit.limit is None:
+        return "above it there is no steady state, the links' vibration grows"
+    kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
+    kind = kinds.get(limit.limit.kind, "error of the output")
+    told = f"{scene.labels[limit.beam]}, {kind}" if limit.beam >= 0 else kind
+    return f"{told}: {resonance_words(limit.resonance, scene)}" if limit.resonance else told
+
+
+def _words(result: Speeds, scene: Scene) -> Iterator[str]:
+    """Sentences on the speeds: the highest within the limits, those without a steady state, and the error."""
+    unit = speed_unit(scene)
+    if result.highest is not None:
+        if not result.highest:
+            yield f"limits do not hold at the lowest speed, {quantity(result.speed[0], unit)}"
+        elif result.limit is None:
+            yield f"all limits hold up to {quantity(result.highest, unit)}, the highest speed asked for"
+        else:
+            yield f"all limits hold up to {quantity(result.highest, unit)} ({limit_words(result.limit, scene)})"
+    for low, high in result.unstable:
+        yield f"no steady state from {quantity(low, unit)} to {quantity(high, unit)}: the links' vibration grows"
+    wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy
+    missed = np.flatnonzero(result.error > wanted)
+    if len(missed):
+        worst = int(np.nanargmax(result.error))
+        first, at = (quantity(result.speed[number], unit) for number in (missed[0], worst))
+        yield (
+            f"{len(missed)} of {len(result.speed)} speeds, from {first} on, are more than {percent(wanted)} off, "
+            f"{percent(result.error[worst])} at {at}: large displacement"
+        )

@@ -188,8 +188,8 @@ def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
     """The answer against the speed of the drive, written and as figures."""
-    from kinelast.figures.speeds import speed_figures, speeds
-    from kinelast.outputs.speeds import draw_speeds, speed_table
+    from kinelast.figures.speeds import speeds
+    from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
     progress(f"{scene.name}: speeds", 0, 1)
     found = speeds(scene, asked)

@@ -28,7 +28,7 @@ function chart(holder, heading, unit, curves, options = {}) {
   holder.append(figure);
   const read = () => curves.map((curve) => (made.cycle ? order.map((i) => (shownAt(i) ? curve.values(i) : NaN)) : xs.map((x, k) => curve.values(k))));
   const greatest = (rows) => rows.flat().reduce((most, value) => (Math.abs(value) > most ? Math.abs(value) : most), 0);
-  const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) ? value * factor : null)));
+  const clean = (rows, factor) => rows.map((values) => values.map((value) => (isFinite(value) && (value > 0 || !options.log) ? value * factor : null)));
   const marks = curves.map((curve, k) => {
     const words = h("output", { "aria-live": "off" });
     const button = h("button", { type: "button", "aria-pressed": "true", onclick: () => {
@@ -65,6 +65,32 @@ function chart(holder, heading, unit, curves, options = {}) {
     at.style.transform = `translateX(${x}px)`;
     at.hidden = !(x >= -1 && x <= made.plot.over.clientWidth + 1);
   }
+  // Words over curves: shaded ranges of x, dashed lines with names, names of peaks; none over another.
+  function annotate(plot) {
+    const { ranges = [], lines = [], peaks = [] } = options.notes ?? {}, pen = plot.ctx, { left, top, width, height } = plot.bbox, one = devicePixelRatio || 1;
+    const at = (x) => plot.valToPos(x, "x", true), within = (x) => x >= left - 1 && x <= left + width + 1;
+    pen.save();
+    pen.beginPath(); pen.rect(left, top, width, height); pen.clip();
+    for (const [low, high] of ranges) { pen.globalAlpha = 0.18; pen.fillStyle = variable("--red"); pen.fillRect(at(low), top, Math.max(at(high) - at(low), one), height); pen.globalAlpha = 1; }
+    pen.font = `${11 * one}px system-ui, sans-serif`;
+    pen.fillStyle = pen.strokeStyle = variable("--ink");
+    for (const [x, words] of lines) {
+      pen.setLineDash([5 * one, 4 * one]);
+      pen.beginPath(); pen.moveTo(at(x), top); pen.lineTo(at(x), top + height); pen.stroke();
+      const right = at(x) + 4 * one + pen.measureText(words).width < left + width;
+      pen.textAlign = right ? "left" : "right";
+      pen.fillText(words, at(x) + (right ? 4 : -4) * one, top + 12 * one);
+    }
+    pen.textAlign = "center";
+    const taken = [], heights = (x) => made.rows.map((row, k) => (made.hidden.has(k) ? NaN : row[plot.valToIdx(x)] * made.factor)).filter(isFinite);
+    for (const { x, words, y } of peaks.map(([x, words]) => ({ x, words, y: Math.max(...heights(x)) })).sort((one, other) => other.y - one.y)) {
+      const place = at(x), room = pen.measureText(words).width + 6 * one;
+      if (!within(place) || !isFinite(y) || taken.some((other) => Math.abs(other - place) < room)) continue;
+      taken.push(place);
+      pen.fillText(words, place, Math.max(plot.valToPos(y, "y", true) - 4 * one, top + 24 * one));
+    }
+    pen.restore();
+  }
   made.build = () => {
     const seen = made.plot?.scales.x, part = seen && (seen.min > xs[0] || seen.max < xs[xs.length - 1]) ? { min: seen.min, max: seen.max } : null;
     made.plot?.destroy();
@@ -80,11 +106,11 @@ function chart(holder, heading, unit, curves, options = {}) {
     const bound = options.largest ? { range: [-1.05 * largest * made.factor || -1, 1.05 * largest * made.factor || 1] } : {};
     made.plot = new uPlot({
       width: Math.max(240, canvas.clientWidth), height: CHART_HEIGHT, legend: { show: false },
-      scales: { x: { time: false }, y: bound },
+      scales: { x: { time: false }, y: options.log ? { distr: 3 } : bound },
       axes: [{ ...axes, ...steps, size: 34, label: xLabel, labelSize: 16 }, { ...axes, size: 58, label: `[${unitWords(made.prefixed) || "1"}]`, labelSize: 16, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : number(tick, 5))) }],
       series: [{}, ...curves.map((curve, k) => ({ label: curve.name, stroke: made.colours[k], width: 1.6, dash: DASHES[(curve.dash ?? 0) % 4], points: { show: xs.length < 3 }, show: !made.hidden.has(k) }))],
       cursor: { sync: made.cycle ? { key: "cycle" } : undefined, drag: { x: true, y: false }, points: { size: 6 } },
-      hooks: { draw: [mark], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
+      hooks: { draw: [mark, annotate], setCursor: [() => made.tell(made.cycle ? orderOf.get(instant.position) : null)] },
     }, [xs, ...clean(made.rows, made.factor)], canvas);
     if (part) made.plot.setScale("x", part); // what was zoomed into stays, in the other colours and on paper
     const canvasElement = canvas.querySelector("canvas");

@@ -2,21 +2,37 @@
 function speedsSection() {
   const { speeds, limits } = { ...summary, ...summary.acceptance };
   if (!speeds) return;
-  const grid = h("div", { class: "charts" }), xs = speeds.speed, rpm = speeds.unit === "rad/s" ? 30 / Math.PI : 1;
+  const { between } = speeds, grid = h("div", { class: "charts" }), xs = between.speed, rpm = speeds.unit === "rad/s" ? 30 / Math.PI : 1;
   const words = (speed) => `${number(speed)} ${unitWords(speeds.unit)}${rpm === 1 ? "" : ` (${number(speed * rpm, 3)} rpm)`}`, lists = (all) => all.join(", ");
-  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle; the second, dashed curve of a link is that without vibration. Click a name to switch its curve off."), grid);
+  const notes = {
+    ranges: speeds.unstable_ranges,
+    lines: speeds.limit && speeds.highest_within_limits ? [[speeds.highest_within_limits, `limits hold up to ${number(speeds.highest_within_limits)}`]] : [],
+    peaks: speeds.peaks.filter(({ resonance }) => resonance).map(({ speed, resonance }) => [speed, resonance.met ? `${resonance.harmonic}×${resonance.mode}` : `mode ${resonance.mode}`]),
+  };
+  section("speeds", "Speeds", "Against the speed of the drive", soft("Largest values along each link over the cycle; the second, dashed curve of a link is that without vibration. 5×2 at a peak: the 5th harmonic of the cycle meets the 2nd natural mode. Click a name to switch its curve off."), grid);
   for (const field of ["chord", "w", "mises"]) {
     const { name, unit } = FIELDS[field];
     if (!model.beams.some(({ label }) => speeds.values[field][label].some((value) => value))) continue;
-    const curves = model.beams.flatMap(({ label }, beam) => [["", "values", 0], [" without vibration", "without_vibration", 1]].map(([more, way, dash]) => curve(`${label}${more}`, (k) => speeds[way][field][label][k] ?? NaN, beamStyle[beam][0], dash)));
+    const curves = model.beams.flatMap(({ label }, beam) => [
+      curve(label, (k) => between.values[field][label][k] ?? NaN, beamStyle[beam][0], 0),
+      curve(`${label} without vibration`, (k) => onLine(xs[k], speeds.speed, speeds.without_vibration[field][label]), beamStyle[beam][0], 1),
+    ]);
     const most = Math.min(curves.length, 2 * Math.floor(MOST_CURVES / 2)), shown = curves.length > most ? curves.slice(0, most) : curves;
-    chart(grid, `Largest ${name} against the speed${shown.length < curves.length ? ` (${shown.length / 2} of ${curves.length / 2} links)` : ""}`, unit, shown, { xs, xLabel: `speed of the drive [${unitWords(speeds.unit)}]` });
+    chart(grid, `Largest ${name} against the speed${shown.length < curves.length ? ` (${shown.length / 2} of ${curves.length / 2} links)` : ""}`, unit, shown, { xs, notes, log: true, xLabel: `speed of the drive [${unitWords(speeds.unit)}]` });
   }
   const told = [];
-  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}.` : "The limits do not hold at the lowest speed.");
+  if (speeds.highest_within_limits !== null) told.push(speeds.highest_within_limits ? `All limits hold up to ${words(speeds.highest_within_limits)}${speeds.limit ? `; ${speeds.limit.words}` : ", the highest speed asked for"}.` : "The limits do not hold at the lowest speed.");
   else if (!limits.length) told.push("No limits are set, so no highest speed can be told.");
   const critical = Object.entries(speeds.critical).map(([multiple, [low, high]]) => `${multiple} times the speed at ${number(low)} to ${number(high)} ${unitWords(speeds.unit)}`);
   if (critical.length) told.push(`The lowest natural frequency is met by ${lists(critical)}: it changes over the cycle.`);
-  told.push(speeds.unstable.length ? `No steady state at ${speeds.unstable.length} of ${xs.length} speeds, from ${words(speeds.unstable[0])}.` : "A steady state comes about at every speed.");
+  for (const [low, high] of speeds.unstable_ranges) told.push(`No steady state from ${words(low)} to ${words(high)}: the links' vibration grows.`);
+  if (!speeds.unstable_ranges.length) told.push("A steady state comes about at every speed.");
+  told.push(...speeds.words.filter((line) => line.includes("large displacement")).map((line) => `${line[0].toUpperCase()}${line.slice(1)}.`));
   $("speeds").append(h("p", {}, told.join(" ")), soft("All values are in speeds.csv."));
+}
+
+// Value at x on the line through values at rising places.
+function onLine(x, places, values) {
+  const after = Math.min(Math.max(places.findIndex((place) => place >= x), 1), places.length - 1), share = (x - places[after - 1]) / (places[after] - places[after - 1]);
+  return (values[after - 1] ?? NaN) * (1 - share) + (values[after] ?? NaN) * share;
 }

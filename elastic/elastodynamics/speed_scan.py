@@ -1,0 +1,258 @@
+"""A close look at many speeds in few coordinates that follow the position: where peaks and unstable ranges are.
+
+The mean modes of a cycle, with the other coordinates bent at every position as the modes' inertia bends them (inverse
+iteration), vibrate; all else follows the loads quasi-statically. At a tenth of the cost of an answer it tells largest
+values to about a hundredth and frequencies to a thousandth: where to look, not what to tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastic.elastodynamics.equations_of_motion import Problem
+from elastic.elastodynamics.strains import rigidities, strain_rows
+from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes
+from elastic.elastodynamics.time_grid import interpolation, scheme
+from rigid import Motion
+from rigid.arrays import Reals
+from rigid.kinetostatics import beam_directions
+
+HIGHEST_HARMONIC = 16  # of the highest speed: modes that it does not reach follow quasi-statically
+LEAST_MODES = 2
+APART = 1.3  # modes no further apart than that are taken together
+AT_ONCE = 12  # speeds
+ITERATIONS = 2  # inverse, by which mean modes become those of a position
+EVERY = 2  # of how many points of the grid one is looked at for largest values
+MET = 0.3  # of the cycle's frequency that a harmonic may be off a mode's mean frequency
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A close look at several speeds.
+
+    Attributes
+    ----------
+    ratio
+        Speeds, rising, shape (speeds,).
+    largest
+        Deflection w, deflection from the chord [m], and strain of the outer fibres, shape (3, beams, speeds).
+    growth
+        Of the least stable free vibration over a cycle, shape (speeds,).
+    nearness
+        1 over the distance of the nearest of Floquet's multipliers from 1, shape (speeds,): greatest where a harmonic
+        meets a mode.
+    """
+
+    ratio: Reals
+    largest: Reals
+    growth: Reals
+    nearness: Reals
+
+    def with_more(self, other: Scan) -> Scan:
+        """Both, by rising speed."""
+        ratio, first = np.unique(np.concatenate((self.ratio, other.ratio)), return_index=True)
+        pairs = zip([*vars(self).values()][1:], [*vars(other).values()][1:], strict=True)
+        return Scan(ratio, *(np.concatenate(pair, axis=-1)[..., first] for pair in pairs))
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """The natural mode that vibrates most, and the harmonic of the cycle that is nearest it.
+
+    Attributes
+    ----------
+    harmonic
+        Multiple of the cycle's frequency that is nearest the mode's mean frequency over the cycle.
+    mode
+        Number of the mode, the lowest being 1.
+    beam
+        Number of the beam that the mode strains most.
+    met
+        Whether the harmonic meets the mean frequency, to a share `MET` of the cycle's frequency.
+    """
+
+    harmonic: int
+    mode: int
+    beam: int
+    met: bool
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedScan:
+    """Equations of a cycle's few coordinates, P points of the grid, q coordinates, by powers of the speed.
+
+    Attributes
+    ----------
+    problem
+        From which they are.
+    equations
+        Mass, damping, stiffness (3, P, q, q) and load (3, P, q).
+    static
+        From powers of the speed to amplitudes that follow quasi-statically, shape (P, r, 3).
+    basis
+        Amplitudes per coordinate, shape (P, r, q).
+    looked_at
+        Fields of `Scan.largest` per coordinate and power of the speed, each (some points, beams places, q + 3).
+    """
+
+    problem: Problem
+    equations: Equations
+    static: Reals
+    basis: Reals
+    looked_at: tuple[Reals, ...]
+
+    def at(self, ratios: Any) -> Scan:
+        """A look at some speeds."""
+        speeds = np.unique(ratios)
+        parts = [self._at(speeds[first : first + AT_ONCE]) for first in range(0, len(speeds), AT_ONCE)]
+        largest, growth, nearness = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
+        return Scan(speeds, largest, growth, nearness)
+
+    def _at(self, speeds: Reals) -> tuple[Reals, Reals, Reals]:
+        multipliers, x = self._solved(speeds)
+        some = x[:, (EVERY - 1) :: EVERY]
+        amounts = np.concatenate((some, self._powers(speeds)[:, None] + 0 * some[..., :1]), axis=-1)
+        amounts = np.ascontiguousarray(np.moveaxis(amounts, 0, -1))
+        beams = len(self.problem.terms.kinematics.structure.sections)
+        largest = np.array(
+            [np.abs(rows @ amounts).max(axis=0).reshape(beams, -1, len(speeds)).max(axis=1) for rows in self.looked_at]
+        )
+        return largest, np.abs(multipliers).max(axis=1), 1.0 / np.abs(1.0 - multipliers).min(axis=1)
+
+    @staticmethod
+    def _powers(speeds: Reals) -> Reals:
+        return speeds[:, None] ** np.arange(3)
+
+    def _solved(self, speeds: Reals) -> tuple[Any, Reals]:
+        """Multipliers and the amplitudes of the coordinates, shape (speeds, P, q)."""
+        powers = self._powers(speeds)
+        each = (np.tensordot(powers, part, 1) for part in vars(self.equations).values())
+        stacked = Equations(*(part.reshape(-1, *part.shape[2:]) for part in each))
+        return periodic_amplitudes(self.problem.terms.grid, stacked)
+
+    @cached_property
+    def modes(self) -> tuple[Reals, Reals, tuple[int, ...]]:
+        """Natural modes at every point, the drives held.
+
+        Returns
+        -------
+        Angular frequencies [rad/s], shape (P, q), rising; coordinates per mode, shape (P, q, q), of unit mass; and the
+        numbers of the beams that the modes strain most.
+        """
+        terms, across = self.problem.terms, self.basis.swapaxes(-1, -2)
+        root = np.linalg.inv(np.linalg.cholesky(across @ terms.elastic @ self.basis)).swapaxes(-1, -2)
+        squared, vectors = np.linalg.eigh(root.swapaxes(-1, -2) @ across @ terms.mass @ self.basis @ root)
+        omega = 1.0 / np.sqrt(np.maximum(squared[:, ::-1], np.finfo(float).tiny))
+        shapes = root @ vectors[..., ::-1] * omega[:, None]
+        structure = terms.kinematics.structure
+        strains = strain_rows(structure, terms.kinematics.basis)
+        strains = (strains[1:] if strains.ndim == 3 else strains) @ self.basis @ shapes
+        energy = (rigidities(structure)[:, None] * np.square(strains)).mean(axis=0)
+        beams, points = structure.weights.shape
+        of_beams = energy[: 3 * beams * points].reshape(3, beams, points, -1).sum(axis=(0, 2))
+        return omega, shapes, tuple(int(beam) for beam in of_beams.argmax(axis=0))
+
+    def resonance(self, ratio: float) -> Resonance:
+        """The natural mode that vibrates most at a speed, and the harmonic nearest its mean frequency."""
+        grid, speeds = self.problem.terms.grid, np.array([ratio])
+        omega, shapes, beams = self.modes
+        period = float(np.ptp(grid.edges))
+        weights = (grid.steps[:, None] * scheme(grid.stages).once[-1]).ravel() / period
+        vibrating = (self._solved(speeds)[1] - self._quasi_static(speeds))[0]
+        across = self.basis.swapaxes(-1, -2)
+        amounts = shapes.swapaxes(-1, -2) @ (across @ self.problem.terms.mass @ self.basis @ vibrating[..., None])
+        mode = int((weights @ np.square(omega * amounts[..., 0])).argmax())
+        multiple = float(weights @ omega[:, mode]) * period / (2 * np.pi * ratio)
+        harmonic = max(round(multiple), 1)
+        return Resonance(harmonic, mode + 1, beams[mode], bool(abs(multiple - harmonic) < MET))
+
+    def _quasi_static(self, speeds: Reals) -> Reals:
+        """Amplitudes of the coordinates without vibration, shape (speeds, P, q)."""
+        across = self.basis.swapaxes(-1, -2) @ self.problem.terms.elastic
+        load = np.tensordot(self._powers(speeds), self.equations.load, 1)
+        return np.asarray(np.linalg.solve(across @ self.basis, load[..., None])[..., 0])
+
+
+def mean_frequencies(problem: Problem) -> Reals:
+    """Of the coordinates' modes with the mass averaged over the cycle [rad/s], rising, shape (r,)."""
+    diagonal = np.diagonal(problem.terms.elastic, axis1=-2, axis2=-1)
+    mean: Reals = np.sqrt(diagonal.reshape(-1, diagonal.shape[-1]).mean(axis=0))
+    return mean
+
+
+def speed_scan(motion: Motion, problems: Sequence[Problem], highest: float) -> SpeedScan:
+    """Equations of few coordinates by powers of the speed.
+
+    Parameters
+    ----------
+    motion
+        At the nodes of the grid.
+    problems
+        At three speeds: the equations of motion are quadratic in it.
+    highest
+        The highest speed that will be asked for.
+    """
+    problem = problems[0]
+    terms, omega = problem.terms, mean_frequencies(problem)
+    inverse = np.linalg.inv(np.vander([each.speed for each in problems], 3, increasing=True))
+    mass, damping, stiffness, load = (
+        np.tensordot(inverse, np.array([getattr(each.equations, name) for each in problems]), 1)
+        for name in vars(problem.equations)
+    )
+    count = _vibrating(omega, HIGHEST_HARMONIC * highest * 2 * np.pi / float(np.ptp(terms.grid.edges)))
+    basis: Reals = np.broadcast_to(np.eye(len(omega))[:, :count], (len(terms.mass), len(omega), count))
+    for _ in range(ITERATIONS):
+        bent = np.linalg.solve(terms.elastic, terms.mass @ basis)
+        basis = np.asarray(bent @ np.linalg.inv(bent[:, :count]), float)  # mean modes as they were, others following
+    rate, bend = terms.grid.rates(terms.grid.at_nodes(basis))
+    across = basis.swapaxes(-1, -2)
+    equations = Equations(
+        across @ mass @ basis,
+        across @ (2 * mass @ rate + damping @ basis),
+        across @ (mass @ bend + damping @ rate + stiffness @ basis),
+        np.asarray((across @ load[..., None])[..., 0], float),
+    )
+    still, strong = np.linalg.solve(terms.elastic, np.moveaxis(load, 0, -1)), across @ terms.elastic
+    static: Reals = np.asarray(still - basis @ np.linalg.solve(strong @ basis, strong @ still), float)
+    both = np.concatenate((basis, static), axis=-1)[EVERY - 1 :: EVERY]
+    seen = tuple(rows @ both for rows in _looked_at(problem, motion))
+    return SpeedScan(problem, equations, static, basis, seen)
+
+
+def _vibrating(omega: Reals, reach: float) -> int:
+    """How many modes are let vibrate: those up to a frequency, and neighbours of the last."""
+    count = max(int((omega <= reach).sum()), min(LEAST_MODES, len(omega)))
+    while count < len(omega) and omega[count] < APART * omega[count - 1]:
+        count += 1
+    return count
+
+
+def _looked_at(problem: Problem, motion: Motion) -> list[Reals]:
+    """Fields of `Scan.largest` at some points of the grid per amplitude, each (some points, beams places, r)."""
+    kinds, some = problem.terms.kinematics, slice(EVERY, None, EVERY)
+    structure = kinds.structure
+    across = (np.conj(beam_directions(motion)).T[some, :, None, None] * kinds.unit.beams[some]).imag
+    begin, end = (interpolation(structure.xi, np.array([place])) @ across for place in (0.0, 1.0))
+    share = structure.xi[:, None]
+    chord = across - begin * (1 - share) - end * share
+    strains = strain_rows(structure, kinds.basis)
+    strains = np.broadcast_to(strains[some] if strains.ndim == 3 else strains, (len(across), *strains.shape[-2:]))
+    stretch, curvature = (
+        strains[:, k * structure.weights.size : (k + 1) * structure.weights.size].reshape(across.shape) for k in (0, 1)
+    )
+    fibres = np.array([_fibre(section) for section in structure.sections])[:, None, None] * curvature
+    fields = across, chord, np.concatenate((stretch + fibres, stretch - fibres), axis=2)
+    return [field.reshape(len(across), -1, across.shape[-1]) for field in fields]
+
+
+def _fibre(section: Any) -> float:
+    """Distance of the outer fibres [m]; of a section without dimensions its radius of gyration."""
+    fibre, stretched, bent = (float(np.ravel(getattr(section, name))[0]) for name in ("fibre", "EA", "EI"))
+    if np.isfinite(fibre):
+        return fibre
+    return float(np.sqrt(bent / stretched)) if np.isfinite(stretched) and np.isfinite(bent) else 0.0

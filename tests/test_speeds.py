@@ -1,0 +1,164 @@
+"""Speeds at which something happens are found, however few are asked for."""
+
+import math
+
+import numpy as np
+import pytest
+from scene_texts import FOUR_BAR
+
+from elastic.elastodynamics import SpeedAnswers, SpeedSearch
+from elastic.elastodynamics.speed_search import KNOWN_TO
+from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
+from elastic.elastodynamics.time_grid import Grid
+from kinelast.figures.cycle import Cycle
+from kinelast.figures.speeds import FIELDS, prominences, speeds
+from kinelast.figures.theory import damping_of
+from kinelast.outputs.speeds import speed_figures
+from kinelast.scene.document import read_scene, scene_from_text
+from kinelast.tasks.task import shipped_scenes
+
+# A drawn four-bar of little damping; its 5th harmonic meets its first mode near 455 rad/s.
+LIGHTLY_DAMPED = """
+[materials.mat]
+E = 60e9
+density = 1600.0
+poisson = 0.3
+yield = 400e6
+[sections]
+s1 = {shape = "rectangle", depth = 0.042070171022850086, width = 0.07324412431296219}
+s2 = {shape = "rectangle", depth = 0.030273085872834084, width = 0.03564507905024141}
+s3 = {shape = "rectangle", depth = 0.024473043687584746, width = 0.03138166831887945}
+[points]
+O = [0.0, 0.0]
+D = [0.5411526036571485, 0.1698535167814403]
+A = [-0.14160596311766793, -0.0031836815122669765]
+B = [0.15421149903049158, 0.3477448269778625]
+[links]
+ground = {points = ["O", "D"]}
+crank = {points = ["O", "A"], section = "s1", material = "mat"}
+coupler = {points = ["A", "B"], section = "s2", material = "mat"}
+rocker = {points = ["D", "B"], section = "s3", material = "mat"}
+[joints]
+B = {compliance = 1.1870552791496915e-08}
+O = {rotation = 1.858867606023162e-06}
+[[drives]]
+link = "crank"
+speed = 501.41251043566666
+[run]
+damping_ratio = 0.002
+"""
+CHORD = '[limits]\nchord = "29.1775 mm"\n'
+
+
+def answers_of(scene):
+    """Answers of a scene at speeds, and their curves: w, chord and stress of every beam between positions too."""
+
+    def measure(bent):
+        cycle = Cycle(scene, bent.motion, bent, wanted=frozenset(FIELDS), period=bent.motion.time[:, -1])
+        return np.concatenate([cycle.along(field).value for field in FIELDS])
+
+    found = SpeedAnswers(
+        scene.course.at, scene.run.cycle, scene.sections, measure, scene.joints, damping_of(scene)
+    )  # fmt: skip
+    return found, lambda known: known.values.T.reshape(len(FIELDS), len(scene.labels), -1)
+
+
+class TestLimitSpeed:
+    @pytest.mark.parametrize("asked", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
+    def test_it_is_the_same_however_many_are_asked(self, asked):
+        """Single answers keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
+        found = speeds(scene_from_text(LIGHTLY_DAMPED + CHORD), asked)
+        assert 454.0 < found.highest < 454.9 < found.limit.above * (1 + KNOWN_TO)
+        assert found.limit.above / found.highest - 1 <= 2 * KNOWN_TO
+        assert found.asked.sum() == asked[2]
+        figures = speed_figures(found, scene_from_text(LIGHTLY_DAMPED + CHORD))
+        expected = "(rocker, deflection from the chord: 5th harmonic meets the 1st mode (mostly rocker))"
+        assert figures["words"][0] == f"all limits hold up to {found.highest:.4g} rad/s {expected}"
+
+    @pytest.mark.parametrize(("bound", "highest"), [("1 m", 40.0), ("1 nm", 0.0)])
+    def test_limits_may_hold_everywhere_or_nowhere(self, bound, highest):
+        found = speeds(scene_from_text(FOUR_BAR + f'[limits]\nchord = "{bound}"\n'), (20.0, 40.0, 2))
+        assert found.highest == highest
+        assert (found.limit is None) == bool(highest)
+
+    def test_without_vibration_it_goes_with_the_square_of_the_speed(self):
+        """Far below resonance loads are inertia's alone: a limit of four times a value is twice the speed."""
+        slow = 2.0
+        weightless = shipped_scenes()["steel_four_bar"].read_text()
+        chord = speeds(scene_from_text(weightless), (slow, 1.5 * slow, 2)).map.values[0, 1].max()
+        found = speeds(scene_from_text(weightless + f"[limits]\nchord = {4 * chord}\n"), (slow, 3 * slow, 2))
+        assert found.highest == pytest.approx(2 * slow, rel=4e-3)
+        assert found.limit.resonance is None
+
+
+class TestUnstableRanges:
+    def test_borders_lie_between_answers(self):
+        scene = read_scene(shipped_scenes()["steel_four_bar"])
+        found = speeds(scene, (640.0, 670.0, 2))
+        ((low, high),) = found.unstable
+        below = found.speed[found.speed < low].max()
+        assert low / below - 1 < 2 * KNOWN_TO
+        assert high == 670.0
+        assert np.isnan(found.map.values[found.speed >= low]).all()
+        single, _ = answers_of(scene)
+        assert [single.stable(speed / 100.0) for speed in (below, low)] == [True, False]
+
+
+@pytest.mark.parametrize("asked", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
+@pytest.mark.slow
+def test_no_peak_is_missed_that_brute_force_sees(asked):
+    """Every peak of every link among speeds a third of the peaks' half width apart is known to 2 %."""
+    scene = scene_from_text(LIGHTLY_DAMPED)
+    nominal = scene.laws[0].speed
+    found, curves = answers_of(scene)
+    found.find(np.linspace(*asked) / nominal)
+    search = SpeedSearch(found, curves)
+    search.find_peaks()
+    brute, _ = answers_of(scene)
+    brute.find(np.geomspace(*asked[:2], math.ceil(math.log(asked[1] / asked[0]) / (search.width / 1.5))) / nominal)
+    known, dense = found.map(), brute.map()
+    seen = 0
+    for ours, theirs in zip(curves(known).reshape(9, -1), curves(dense).reshape(9, -1), strict=True):
+        for at, share in prominences(theirs):
+            if share > 0.02:
+                near = np.abs(np.log(known.ratio / dense.ratio[at])) < 2 * search.width
+                told = max(np.interp(dense.ratio[at], known.ratio, ours), ours[near].max(initial=0.0))
+                assert told > (0.95 if dense.ratio[at] * nominal > 650 else 0.98) * theirs[at], (
+                    dense.ratio[at] * nominal
+                )
+                seen += 1
+    assert seen > 5
+
+
+def test_several_periodic_problems_are_those_of_one_each():
+    rng = np.random.default_rng(3)
+    grid = Grid(np.array([0.0, 0.3, 1.0]))
+    points = len(grid.nodes) - 1
+
+    def problem():
+        mass, damping = np.eye(2) + 0.1 * rng.random((points, 2, 2)), 0.3 * rng.random((points, 2, 2))
+        return Equations(mass, damping, 4 * np.eye(2) + rng.random((points, 2, 2)), rng.random((points, 2)))
+
+    problems = [problem(), problem()]
+    both = Equations(*(np.concatenate(parts) for parts in zip(*(vars(one).values() for one in problems), strict=True)))
+    multipliers, x = periodic_amplitudes(grid, both)
+    for row, each in enumerate(problems):
+        one = propagation(grid, each)
+        np.testing.assert_allclose(x[row], one.history(one.periodic_start())[0], rtol=1e-10)
+        np.testing.assert_allclose(np.sort_complex(multipliers[row]), np.sort_complex(one.multipliers), rtol=1e-9)
+
+
+def test_a_scan_is_near_the_answers():
+    """In three coordinates instead of ten, to 2 % of the chord's deflection where it is not put right."""
+    found, curves = answers_of(read_scene(shipped_scenes()["steel_four_bar"]))
+    ratios = [0.3, 0.6, 0.96, 1.3, 1.84]
+    found.find(ratios)
+    scan = SpeedSearch(found, curves).model.at(ratios)
+    known = found.map()
+    np.testing.assert_allclose(scan.largest[1] / curves(known)[1], 0.96, atol=0.05)
+    np.testing.assert_allclose(scan.growth[1:], known.growth[1:], atol=0.01)  # slower the answer's grid is coarser
+
+
+def test_prominence_ends_at_a_higher_peak_and_where_nothing_is_known():
+    assert [*prominences(np.array([1.0, 4.0, 2.0, 3.0, 1.0]))] == [(1, 0.75), (3, pytest.approx(1 / 3))]
+    assert [*prominences(np.array([0.0, 2.0, 1.0, math.nan, 5.0]))] == [(1, 0.5)]
