@@ -14,6 +14,7 @@ from elastic.arrays import Coefficients, VectorCoefficients
 from elastic.beams.polynomials import added, multiplied, shifted
 from elastic.beams.taper import DEGREE, lowered, piece_quotient
 from elastic.fields import FIELDS, field_named
+from elastic.links.members import members_of
 from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
@@ -54,14 +55,20 @@ def _load(deflection: Deflection, part: Callable[[VectorCoefficients], Coefficie
 
 
 def _chord(deflection: Deflection) -> Coefficients:
-    """Deflection from the line through the displaced ends of every beam."""
-    division = deflection.division
-    chord: Coefficients = deflection.w.copy()
-    first = np.searchsorted(division.beam, division.beam)
-    last = np.searchsorted(division.beam, division.beam, side="right") - 1
-    begin, end = chord[0, first], chord[:, last].sum(0)
-    chord[0] -= begin + (end - begin) * division.start
-    chord[1] -= (end - begin) * division.width
+    """Deflection from the line through the displaced ends of every member."""
+    division, w = deflection.division, deflection.w
+    chord: Coefficients = w.copy()
+    first = np.searchsorted(division.beam, np.arange(len(deflection.sections)))
+    last = np.searchsorted(division.beam, np.arange(len(deflection.sections)), side="right") - 1
+    for run in members_of(deflection.motion.mechanism).runs:
+        head, tail = run.beams[0], run.beams[-1]
+        begin = w[:, last[head]].sum(0) if run.turned[0] else w[0, first[head]]
+        end = w[0, first[tail]] if run.turned[-1] else w[:, last[tail]].sum(0)
+        for at, beam in enumerate(run.beams):
+            here, rise = run.line(at, begin, end)
+            for row in range(first[beam], last[beam] + 1):
+                chord[0, row] -= here + rise * division.start[row]
+                chord[1, row] -= rise * division.width[row]
     return chord
 
 

@@ -14,7 +14,7 @@ import elastic.vibration
 from animations import DIAGRAMS, Style, diagram_named, movie
 from elastic import FIELDS, PRIMARY, Section, Taper, coefficients, deflection, extremes, marked, sample
 from elastic.beams.taper import piece_ends
-from rigid import PointLoad, motion
+from rigid import Beam, Link, Mechanism, PointLoad, Slider, motion
 
 L, EA, EI, GA = 0.8, 4e6, 900.0, 3e5
 STEEP = Taper(EA=(1.0, -0.9), EI=tuple(np.polynomial.Polynomial([1.0, -0.9]).__pow__(3).coef), kGA=(1.0, -0.9))
@@ -210,3 +210,22 @@ def test_results_say_what_they_are_in_a_line():
         assert len(repr(told)) < 100
         assert "\n" not in repr(told)
     assert repr(Section(2e6, np.array([[1.0], [2.0]]), taper=STEEP)) == "Section(EA=2e+06, EI=of 2 designs, tapered)"
+
+
+class TestMembers:
+    """A straight run of beams of one link bends as one, whichever way its beams are written."""
+
+    @pytest.mark.parametrize("pairs", [("AB",), ("AM", "MB"), ("AM", "BM"), ("MA", "MB"), ("NM", "MB", "AN")])
+    def test_chord_is_that_of_the_whole(self, pairs):
+        """A supported beam under its weight q: w = -q x (l^3 - 2 l x^2 + x^3)/24 EI of Euler and Bernoulli."""
+        points, q = {"A": 0.0, "N": 0.2, "M": 0.5, "B": 1.0}, 3.0
+        beams = tuple(Beam(*pair, q / 9.81) for pair in pairs)
+        bar, block = Link("bar", points, beams), Link("block", {"B": 0})
+        guide = Slider("guide", "block", "ground", "B", 0.0, 1.0)
+        mechanism = Mechanism((Link("ground", {"A": 0}), bar, block), (), {"A": 0, "B": 1.0}, (guide,), gravity=-9.81j)
+        bent = deflection(motion(mechanism, np.zeros((0, 1))), [Section(EA, EI)] * len(beams))
+        for beam, values in zip(beams, sample(bent, "chord", XI)[:, 0], strict=True):
+            start, end = points[beam.start], points[beam.end]
+            x = start + (end - start) * np.array(XI)
+            across = np.sign(end - start) * -q * x * (1 - 2 * x**2 + x**3) / (24 * EI)
+            np.testing.assert_allclose(values, across, rtol=0, atol=1e-15)

@@ -348,6 +348,20 @@ class TestBuckling:
         assert euler_ratio(solved)[0, 0] == pytest.approx(0.3, rel=1e-12)
         assert euler_ratio(self.pressed(-0.3 * critical))[0, 0] == 0.0
 
+    def test_column_of_two_sections(self):
+        """Halves of rigidity EI and 3 EI, pinned at both ends: k cot(k l/2) of the two add up to zero."""
+        thick = replace(self.section, EI=3 * self.section.EI)
+        points = {"A": 0, "M": 0.4, "B": 0.8}
+        bent = deflection(still(supported(points, loads=(PointLoad("beam", "B", -1.0),))), [self.section, thick])
+
+        def open_by(load):
+            numbers = [math.sqrt(load / section.EI) for section in (self.section, thick)]
+            return sum(k / math.tan(0.4 * k) for k in numbers)
+
+        thin = math.pi**2 * self.section.EI / 0.64
+        expected = scipy.optimize.brentq(open_by, 1.05 * thin, 2.5 * thin, rtol=1e-12)
+        assert euler_loads(bent)[:, 0] == pytest.approx(expected, rel=1e-4)
+
     def test_rigid_beams_do_not_buckle(self):
         assert euler_ratio(self.pressed(1e9, RIGID))[0, 0] == 0.0
 

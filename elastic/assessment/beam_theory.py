@@ -12,6 +12,7 @@ from elastic.arrays import AtStations, PerBeam
 from elastic.beams.cross_sections import POISSON
 from elastic.beams.section import Section, Taper
 from elastic.links.beam_trees import trees_of
+from elastic.links.members import members_of
 from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from elastic.solution import deflection as solve
@@ -48,7 +49,7 @@ def _sheared(section: Section, poisson: float) -> Section:
 
 
 def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Greatest change that shear would bring to the deflection from the chord, over the largest of every beam.
+    """Greatest change that shear would bring to the deflection from the chord, over the largest of every member.
 
     Solved once more with shear; 0 of beams that shear already, or cannot bend.
 
@@ -82,13 +83,14 @@ def shear_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
         more = _shear_chord(deflection, sheared, xi)
     else:
         more = sample(solve(deflection.motion, sheared, deflection.joints, deflection.added), "chord", xi) - without
-    return _over_largest(_greatest(more), _greatest(without))
+    return _over_largest(deflection, _greatest(more), _greatest(without))
 
 
 def _told_by_statics(deflection: Deflection) -> bool:
-    """Whether statics alone tells the section forces, and they go on without a jump along every beam."""
-    trees, closures = trees_of(deflection.motion.mechanism), deflection.motion.closures
-    return deflection.division.whole and not trees.cuts and not any(closed.redundancy for closed in closures)
+    """Whether statics alone tells the section forces, and they go on without a jump along every member."""
+    mechanism, closures = deflection.motion.mechanism, deflection.motion.closures
+    undivided = deflection.division.whole and members_of(mechanism).whole and not trees_of(mechanism).cuts
+    return undivided and not any(closed.redundancy for closed in closures)
 
 
 def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) -> AtStations:
@@ -105,7 +107,7 @@ def _shear_chord(deflection: Deflection, sheared: Sequence[Section], xi: Reals) 
 
 
 def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerBeam:
-    """Estimated deflection by the introduction of moments at the ends of beams, over the largest deflection.
+    """Estimated deflection by the introduction of moments at the ends of beams, over the largest of the member.
 
     Beam theory has a moment, of a drive or a slider, act at a point; in a body it comes in through a pin, and takes
     about a depth to become that of a beam. The pin's place shifts across by some 0.28 M/kGA. A moment that passes from
@@ -119,7 +121,7 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
     moments = _introduced(deflection)
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
-    return _over_largest(INTRODUCED * soft * moments, _greatest(chord))
+    return _over_largest(deflection, INTRODUCED * soft * moments, _greatest(chord))
 
 
 def _introduced(deflection: Deflection) -> PerBeam:
@@ -158,8 +160,9 @@ def _greatest(values: AtStations) -> PerBeam:
     return greatest
 
 
-def _over_largest(change: PerBeam, largest: PerBeam) -> PerBeam:
-    """Changes over the base of every beam's relative errors; 0 where nothing bends."""
-    taken = reference_deflection(largest)
+def _over_largest(deflection: Deflection, change: PerBeam, largest: PerBeam) -> PerBeam:
+    """Greatest changes of every beam's member over the base of its relative errors; 0 where nothing bends."""
+    members = members_of(deflection.motion.mechanism)
+    taken, change = reference_deflection(members.greatest(largest)), members.greatest(change)
     share: PerBeam = np.divide(change, taken, out=np.zeros_like(change), where=taken > 0)
     return share

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +12,9 @@ from elastic.arrays import PerBeam
 from elastic.beams.polynomials import evaluate, turning_points, zeros_of
 from elastic.beams.section import Section
 from elastic.derived import coefficients
+from elastic.links.members import Run, members_of, spans_of
 from elastic.solution import Deflection
+from rigid import Reals
 from rigid.constants import per_row
 
 TERMS = 16  # polynomials for the moment of a tapered column: one more changes its load by round-off
@@ -29,9 +33,9 @@ def least_axial_force(deflection: Deflection) -> PerBeam:
 
 
 def euler_loads(deflection: Deflection) -> PerBeam:
-    """Euler's critical load of every beam, its ends pinned [N], shape (beams, ..., 1).
+    """Euler's critical load of every beam's span from joint to joint of its member, pinned there [N], (beams, ..., 1).
 
-    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off.
+    pi^2 EI/l^2; of a tapered beam by Ritz' method, to round-off; to some 0.1 % where sections change by steps.
 
     References
     ----------
@@ -41,7 +45,36 @@ def euler_loads(deflection: Deflection) -> PerBeam:
     EI = per_row([section.EI for section in deflection.sections], ndim, float)
     factors = [_critical_factor(section) for section in deflection.sections]
     loads: PerBeam = per_row(factors, ndim, float) * EI / deflection.length**2
+    for span in spans_of(deflection.motion.mechanism).runs:
+        if len(span.beams) > 1:
+            rows = [*span.beams]
+            loads[rows] = _load_of_span(span, deflection.sections, deflection.length[rows].sum(0))
     return loads
+
+
+def _load_of_span(span: Run, sections: Sequence[Section], length: Reals) -> Reals:
+    """Critical load of beams in a row, pinned at the ends of the row [N], shape (..., 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    matrix: Any = 0.0
+    for start, width, beam in zip(span.start, span.width, span.beams, strict=True):
+        xi, taper = (nodes + 1) / 2, sections[beam].taper
+        falling = 1.0 if taper is None else np.polynomial.polynomial.polyval(xi, taper.EI)
+        moment = _moments(2 * (start + width * xi) - 1)
+        softness = np.abs(width) * weights / 2 / (sections[beam].EI * falling)
+        matrix = matrix + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
+    with np.errstate(divide="ignore"):
+        return 1.0 / (np.linalg.eigvalsh(matrix)[..., -1:] * length**2)
+
+
+def _moments(place: Reals) -> Reals:
+    """Polynomials for the moment of a pinned column at places from -1 to 1, shape (..., TERMS, places).
+
+    Integrals of Legendre's polynomials, scaled so that those of M'^2 over a length of 1 are the unit matrix.
+    """
+    legendre = np.moveaxis(np.polynomial.legendre.legvander(place, TERMS + 1), -1, -2)
+    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
+    moments: Reals = (legendre[..., 2:, :] - legendre[..., :-2, :]) / scale[:, None]
+    return moments
 
 
 @lru_cache(maxsize=256)
@@ -54,32 +87,30 @@ def _critical_factor(section: Section) -> float:
         return float(np.pi**2)
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     xi, weights = (nodes + 1) / 2, weights / 2
-    # integrals of Legendre's polynomials, scaled so that those of M'^2 are the unit matrix
-    legendre = np.polynomial.legendre.legvander(nodes, TERMS + 1).T
-    scale = 2 * np.sqrt(2 * np.arange(1, TERMS + 1) + 1)
-    moment = (legendre[2:] - legendre[:-2]) / scale[:, None]
+    moment = _moments(nodes)
     softness = weights / np.polynomial.polynomial.polyval(xi, section.taper.EI)
     return float(1.0 / np.linalg.eigvalsh((moment * softness) @ moment.T)[-1])
 
 
 def euler_ratio(deflection: Deflection) -> PerBeam:
-    """Largest compression along every beam over Euler's load of the beam pinned at its ends.
+    """Largest compression along every beam's span over Euler's load of the span pinned at its ends.
 
-    The compression is taken as if it acted all along the beam, which is safe, and both ends as held sideways and free
-    to turn. Where an end is not held, as that of a cantilever or of one of several beams in a row, Euler's load is
-    less: a quarter for a cantilever.
+    A span goes from joint to joint of a member. The compression is taken as if it acted all along it, which is safe,
+    and both ends as held sideways and free to turn. Where an end is not held, as that of a cantilever, Euler's load is
+    less: a quarter.
 
     Returns
     -------
     Shape (beams, ..., positions); 0 in tension and of beams that cannot bend, 1 and above where the beam buckles.
     """
-    compression = np.maximum(-least_axial_force(deflection), 0.0)
+    spans = spans_of(deflection.motion.mechanism)
+    compression = spans.greatest(np.maximum(-least_axial_force(deflection), 0.0))
     ratio: PerBeam = compression / euler_loads(deflection)
     return ratio
 
 
 def slenderness(deflection: Deflection) -> PerBeam:
-    """Length over radius of gyration, l sqrt(EA/EI), of every beam, shape (beams, ..., 1).
+    """Length of every beam's member over the beam's radius of gyration, l sqrt(EA/EI), shape (beams, ..., 1).
 
     The least along a tapered beam. nan of beams that cannot bend or stretch.
     """
@@ -90,8 +121,16 @@ def slenderness(deflection: Deflection) -> PerBeam:
     taken = per_row([_least_ratio(section) for section in deflection.sections], ndim, float)
     with np.errstate(invalid="ignore"):
         ratio = EA / EI
-    slender: PerBeam = np.where(np.isfinite(EA), deflection.length * np.sqrt(ratio * taken), np.nan)
+    slender: PerBeam = np.where(np.isfinite(EA), member_lengths(deflection) * np.sqrt(ratio * taken), np.nan)
     return slender
+
+
+def member_lengths(deflection: Deflection) -> PerBeam:
+    """Length of every beam's member [m], shape (beams, ..., 1)."""
+    length = np.array(deflection.length)
+    for run in members_of(deflection.motion.mechanism).runs:
+        length[[*run.beams]] = deflection.length[[*run.beams]].sum(0)
+    return length
 
 
 def _least_ratio(section: Section) -> float:

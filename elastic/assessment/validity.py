@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from elastic.assessment.beam_theory import introduction_share, shear_share
-from elastic.assessment.buckling import euler_ratio
+from elastic.assessment.buckling import euler_ratio, member_lengths
 from elastic.assessment.cycle import over_cycle
 from elastic.extreme_values import Extreme, extremes
 from elastic.largest import Largest
@@ -125,7 +125,7 @@ def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
 
 
 def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
-    found = (known or extremes(deflection, ["w"])["w"]).value / deflection.length
+    found = (known or extremes(deflection, ["w"])["w"]).value / member_lengths(deflection)
     message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
     yield from _per_beam("deflection", over_cycle(found), message)
 

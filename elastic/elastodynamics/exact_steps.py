@@ -26,6 +26,7 @@ from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.second_order import chord_of
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
+from elastic.links import members_of
 from elastic.sampling import reference_deflection
 from elastic.solution import Deflection, deflection
 from rigid.arrays import Complexes, Numbers, Reals
@@ -66,11 +67,12 @@ class Settled:
 
     @cached_property
     def worst(self) -> float:
-        """As `share`, of the deflection from the chord, of the largest of the beam for which that is most."""
+        """As `share`, of the deflection from the chord, of the largest of the member for which that is most."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
         parts = (self.displaced.moved.beams[1:, ..., 0], self.change, self.residual)
         chord, *off = (np.abs(chord_of(linear, part, stations)).max(axis=(1, 2), initial=0.0) for part in parts)
-        return float((np.maximum(*off) / np.maximum(reference_deflection(chord), TINY)).max(initial=0.0))
+        base = reference_deflection(members_of(linear.motion.mechanism).greatest(chord))
+        return float((np.maximum(*off) / np.maximum(base, TINY)).max(initial=0.0))
 
     @property
     def open(self) -> float:

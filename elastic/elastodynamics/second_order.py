@@ -15,6 +15,7 @@ from elastic.elastodynamics.equations_of_motion import geometric_stiffness, mass
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import interpolation
+from elastic.links import members_of
 from elastic.solution import Deflection
 from rigid.arrays import Complexes, Reals
 from rigid.kinetostatics import beam_directions
@@ -28,7 +29,7 @@ def second_order(vibration: Vibration, stations: Reals) -> tuple[Reals, Reals]:
     Parameters
     ----------
     stations
-        Along the beams, shape (stations,).
+        Along the beams, from 0 to 1, shape (stations,).
 
     Returns
     -------
@@ -80,5 +81,5 @@ def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:
     """
     w = (np.conj(beam_directions(vibration.motion)).T[1:, :, None] * along).imag
     nodes = vibration.problem.terms.kinematics.structure.xi
-    start, end = (w @ interpolation(nodes, np.array([place])).T for place in (0.0, 1.0))
-    return np.moveaxis(w @ interpolation(nodes, stations).T - start * (1 - stations) - end * stations, 1, 0)
+    across = np.moveaxis(w @ interpolation(nodes, stations).T, 1, 0)
+    return members_of(vibration.motion.mechanism).from_chord(across, stations)

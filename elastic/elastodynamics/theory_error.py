@@ -10,6 +10,7 @@ import numpy as np
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.second_order import second_order
 from elastic.elastodynamics.solution import Elastodynamic
+from elastic.links import members_of
 from elastic.sampling import reference_deflection, sample
 from elastic.solution import Deflection
 from rigid import Reals
@@ -21,7 +22,7 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class TheoryError:
-    """Errors as shares of the largest chord deflection of every beam, shape (beams,); nan where nothing is known.
+    """Errors as shares of the largest chord deflection of every beam's member, shape (beams,); nan where not known.
 
     Attributes
     ----------
@@ -41,11 +42,12 @@ class TheoryError:
 def theory_error(answer: Elastodynamic) -> TheoryError:
     """Error of the quasi-static answer by vibration: the difference of the two answers, computed."""
     plain, vibrating = (_chord(bent) for bent in (answer.quasi_static, answer.deflection))
-    vibrating_peak = np.abs(vibrating).max(axis=(1, 2))
+    members = members_of(answer.deflection.motion.mechanism)
+    vibrating_peak = members.greatest(np.abs(vibrating).max(axis=(1, 2)))
     stretch = np.abs(sample(answer.deflection, "u", np.ones(1)))
     greatest = np.maximum(reference_deflection(vibrating_peak), max(STRAIGHT * stretch.max(initial=0.0), TINY))
-    history = np.abs(vibrating - plain).max(axis=(1, 2)) / greatest
-    peak = np.abs(np.abs(plain).max(axis=(1, 2)) - vibrating_peak) / greatest
+    history = members.greatest(np.abs(vibrating - plain).max(axis=(1, 2))) / greatest
+    peak = np.abs(members.greatest(np.abs(plain).max(axis=(1, 2))) - vibrating_peak) / greatest
     return TheoryError(history, peak, large_displacement_error(answer))
 
 
@@ -68,7 +70,8 @@ def second_order_error(vibration: Vibration, bent: Deflection) -> float:
     rotation = np.abs(sample(bent, "phi", np.linspace(0.0, 1.0, STATIONS))).max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
-    share = _greatest(more) / reference_deflection(_greatest(linear))
+    members = members_of(answer.deflection.motion.mechanism)
+    share = _greatest(more) / reference_deflection(members.greatest(_greatest(linear)))
     return float(share.max() + rotation**2)
 
 

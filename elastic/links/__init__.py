@@ -2,13 +2,18 @@
 
 from elastic.links.added_loads import AddedLoads, map_loads
 from elastic.links.beam_trees import acting_points, in_line, lined_up
+from elastic.links.members import Run, Runs, members_of, spans_of
 
 __all__ = [
     "AddedLoads",
+    "Run",
+    "Runs",
     "acting_points",
     "in_line",
     "lined_up",
     "map_loads",
+    "members_of",
+    "spans_of",
 ]
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from elastic import JointCompliance, Section, reference_deflection
+from elastic.links import Runs, members_of
 from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
 from fem_check.nonlinear.marching import POINTS, Marcher, slopes
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
@@ -161,17 +162,18 @@ class _Problem:
 
     def refined(self) -> RefinedDeflection:
         """The deflection to the tolerance."""
+        members = members_of(self.mechanism)
         here = self._solved_anyhow(self.system(ELEMENTS[0]), self._first_steps(), None)
         step = mesh = changed = np.inf
         while step > STEP_SHARE * self.tolerance and 2 * here.steps <= MOST:
             finer, before = self._solved_anyhow(here.system, 2 * here.steps, here), changed
-            changed = _change(here.chord, finer.chord) if finer.steps == 2 * here.steps else np.inf
+            changed = _change(here.chord, finer.chord, members) if finer.steps == 2 * here.steps else np.inf
             falls = changed > 0.0 and np.isfinite(before) and before / changed >= STEADY
             step, here = float(changed / (min(before / changed, FASTEST) - 1 if falls else 1.0)), finer
             self._tell(f"{here.steps} steps of {ELEMENTS[0]} elements: {step:.1e} off")
         for elements in ELEMENTS[1:]:
             finer = self._solved_anyhow(self.system(elements), here.steps, here)
-            mesh, here = _change(here.chord, finer.chord) / (2**MESH_ORDER - 1), finer
+            mesh, here = _change(here.chord, finer.chord, members) / (2**MESH_ORDER - 1), finer
             self._tell(f"{elements} elements: {mesh:.1e} off")
             if mesh <= (1 - STEP_SHARE) * self.tolerance:
                 break
@@ -253,7 +255,7 @@ class _Problem:
         count = max((len(along) for along in system.nodes.along), default=0) or 2
         xi = np.linspace(0.0, 1.0, count)
         w = np.stack([displacements(system, k, xi, q, rigid)[1] for k in range(len(self.sections))])
-        return w - w[..., :1] * (1 - xi) - w[..., -1:] * xi
+        return members_of(system.mechanism).from_chord(w, xi)
 
 
 def _stiffer(system: System, factor: float) -> System:
@@ -261,9 +263,9 @@ def _stiffer(system: System, factor: float) -> System:
     return replace(system, nodes=replace(system.nodes, elements=elements))
 
 
-def _change(coarse: Reals, fine: Reals) -> float:
-    """Greatest difference of two deflections, as a share of the largest of the worst beam."""
-    base = reference_deflection(np.abs(fine).max(axis=(1, 2)))
+def _change(coarse: Reals, fine: Reals, members: Runs) -> float:
+    """Greatest difference of two deflections, as a share of the largest of the worst member."""
+    base = reference_deflection(members.greatest(np.abs(fine).max(axis=(1, 2))))
     stride = (fine.shape[-1] - 1) // (coarse.shape[-1] - 1)
     apart = np.abs(fine[..., ::stride] - coarse).max(axis=(1, 2))
     return float((apart / np.where(base > 0, base, 1.0)).max(initial=0.0))

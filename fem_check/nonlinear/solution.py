@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastic import Section
+from elastic.links import members_of
 from fem_check.nonlinear.couplings import CouplingKind
 from fem_check.nonlinear.end_shares import inertia_shares, line_shares
 from fem_check.nonlinear.loads import line_loads
@@ -111,7 +112,7 @@ def solution_of(system: System, sections: tuple[Section, ...], elements: int, in
     drive = system.drives(instants.time) - system.ties.winding
     fields = np.stack([_fields(system, k, xi, instants) for k in range(len(sections))] or [np.zeros((6, 0, 0))], axis=1)
     w = fields[1]
-    chord = w - w[..., :1] * (1 - xi) - w[..., -1:] * xi if len(sections) else w
+    chord = members_of(system.mechanism).from_chord(w, xi)
     return NonlinearSolution(
         mechanism=system.mechanism,
         sections=sections,

@@ -107,7 +107,8 @@ def _differences(deflection: Deflection, solid: SolidSolution) -> tuple[Reals, R
     differences = np.zeros((3, len(solid.xi)))
     for k, (xi, chord) in enumerate(zip(solid.xi, solid.chord, strict=True)):
         stations = xi if len(xi) else np.linspace(0.0, 1.0, STATIONS)
-        beam = sample(deflection, "chord", stations)[k]
+        start, end = np.moveaxis(sample(deflection, "chord", [0.0, 1.0])[k], -1, 0)[..., None]
+        beam = sample(deflection, "chord", stations)[k] - start * (1.0 - stations) - end * stations
         rows = (
             (beam, chord - beam, chord) if len(xi) else (beam, np.full(beam.shape, np.nan), np.full(beam.shape, np.nan))
         )

@@ -11,6 +11,7 @@ import numpy as np
 
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
+from elastic.links import members_of
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
@@ -74,7 +75,7 @@ def _nonlinear(
     ]
     given = scene.mechanism, sections, course.laws, instants, end, closed, tolerance, scene.joints, _damping(results)
     refined = refined_deflection(*given, progress)
-    largest = np.abs(refined.chord).max(axis=(1, 2))
+    largest = members_of(scene.mechanism).greatest(np.abs(refined.chord).max(axis=(1, 2)))
     base = reference_deflection(largest)
 
     def apart(bent: Deflection) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastic import FIELDS, PRIMARY
 from elastic.assessment import LIMITS
+from elastic.links import members_of
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
@@ -218,7 +219,16 @@ def _greatest(results: Results, field: str) -> dict[str, Any] | None:
     beam = greatest(peaks)
     if beam is None:
         return None
-    return {"label": results.scene.labels[beam], **_peak(results, field, peaks[beam], beam)}
+    run = members_of(results.mechanism).runs[members_of(results.mechanism).number[beam]]
+    at = run.beams.index(beam)
+    length = results.deflection.length[beam].item()
+    along = (float(run.start[at]) / abs(float(run.width[at])) + (-1 if run.turned[at] else 1) * peaks[beam].xi) * length
+    return {
+        "label": results.scene.labels[beam],
+        "member": results.scene.member_names[beam],
+        "along_member": figure(along, "m"),
+        **_peak(results, field, peaks[beam], beam),
+    }
 
 
 def point_figures(results: Results) -> dict[str, dict[str, Any]]:

@@ -19,6 +19,7 @@ from elastic.elastodynamics import (
     theory_error,
     transient,
 )
+from elastic.links import members_of
 from kinelast.figures.cycle import too_many_beams
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
@@ -176,9 +177,8 @@ def _round_off(bent: Deflection) -> float:
     chord = np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
     known = np.isfinite(bent.condition) & np.isfinite(chord).all(axis=0)
     chord, condition = chord[:, known], bent.condition[known]
-    share = (chord / np.maximum(reference_deflection(chord.max(axis=1, initial=0.0)), TINY)[:, None]).max(
-        axis=0, initial=0.0
-    )
+    greatest = members_of(bent.motion.mechanism).greatest(chord.max(axis=1, initial=0.0))
+    share = (chord / np.maximum(reference_deflection(greatest), TINY)[:, None]).max(axis=0, initial=0.0)
     return max(EPS, float((np.minimum(EPS * condition, 1.0) * share).max(initial=0.0)))
 
 

@@ -304,11 +304,11 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
         if not alike:
             continue
-        worst = max(alike, key=lambda each: each.figure)
-        names = [results.scene.labels[each.beam] for each in alike if each.beam is not None and each is not worst]
-        words = (
-            _sentence(worst.message) if worst.beam is None else f"{results.scene.labels[worst.beam]} {worst.message}"
-        )
+        worst, members = max(alike, key=lambda each: each.figure), results.scene.member_names
+        name = "" if worst.beam is None else members[worst.beam]
+        names = dict.fromkeys(members[each.beam] for each in alike if each.beam is not None)
+        names.pop(name, None)
+        words = f"{name} {worst.message}" if name else _sentence(worst.message)
         words += f" (limits: {_limits(kind)})"
         if kind == "slenderness" and worst.beam is not None:
             words += _without_shear(results, worst.beam)

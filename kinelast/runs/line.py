@@ -15,14 +15,14 @@ def headline(figures: Mapping[str, Any]) -> str:
     words = ["nothing bends: no link has beams" if not figures["links"] else "no position could be computed"]
     largest, accepted = figures["largest_deflection"], figures["acceptance"]
     if largest:
-        place = quantity(largest["along"]["value"], "m", 3)
+        place = quantity(largest["along_member"]["value"], "m", 3)
         drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
         size = quantity(abs(largest["value"]), largest["unit"])
-        words = [f"largest deflection {size} ({largest['label']}, {place} along it, {', '.join(drives)})"]
+        words = [f"largest deflection {size} ({largest['member']}, {place} along it, {', '.join(drives)})"]
     stress = figures["largest_stress"]
     if stress:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['label']}{_safe(safety)})")
+        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['member']}{_safe(safety)})")
     condition = figures["run"]["largest_condition"]["value"]
     if condition is not None:
         words.append(f"condition {number(condition, 3)}")

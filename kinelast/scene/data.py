@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
 from typing import Any
 
 import numpy as np
 
 from elastic import Deflection, JointCompliance, Section, deflection
+from elastic.links import members_of
 from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
@@ -113,6 +115,19 @@ class Scene:
         counts = {"link": len(self.mechanism.links), "beam": len(self.labels), "drive": len(self.laws)}
         counts["position"] = self.run.positions
         return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+
+    @cached_property
+    def member_names(self) -> tuple[str, ...]:
+        """Of every beam the name of its member: its link's, and from where to where it goes where that has several."""
+        mechanism, members = self.mechanism, members_of(self.mechanism)
+        owners = [mechanism.beams[run.beams[0]][0] for run in members.runs]
+        names = []
+        for run, at in zip(members.runs, owners, strict=True):
+            first, last = (mechanism.beams[run.beams[end]][1] for end in (0, -1))
+            start, end = first.end if run.turned[0] else first.start, last.start if run.turned[-1] else last.end
+            more = f" from {start} to {end}" if owners.count(at) > 1 else ""
+            names.append(mechanism.links[at].name + more)
+        return tuple(names[number] for number in members.number)
 
     @property
     def mechanism(self) -> Mechanism:

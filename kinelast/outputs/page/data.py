@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, coefficients
+from elastic.links import Runs, members_of
 from kinelast.figures.cycle import EXTREME_FIELDS, drive_words
 from kinelast.figures.results import Results
 from kinelast.scene.numbers import REPORT_UNITS
@@ -206,7 +207,7 @@ def _joint_points(results: Results) -> Iterator[tuple[int, str]]:
 
 def _beams(results: Results) -> list[dict[str, Any]]:
     """Per beam: label, link, ends, length, and the factors from N, V and M to stresses along it."""
-    rows = []
+    rows, members = [], members_of(results.mechanism)
     for number, label in enumerate(results.scene.labels):
         at, beam = results.mechanism.beams[number]
         section = results.deflection.sections[number]
@@ -218,6 +219,7 @@ def _beams(results: Results) -> list[dict[str, Any]]:
                 "start": beam.start,
                 "end": beam.end,
                 "length": float(np.ravel(results.deflection.length[number])[0]),
+                "member": _member(members, number),
                 "area": _first(section.area),
                 "inertia": _first(section.inertia),
                 "fibre": _first(section.fibre),
@@ -228,6 +230,21 @@ def _beams(results: Results) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _member(members: Runs, number: int) -> dict[str, Any]:
+    """Ends of a beam's member, each as beam, xi and sign across this beam; where the beam begins on it, how it goes."""
+    run = members.runs[members.number[number]]
+    at = run.beams.index(number)
+    ends = (
+        (run.beams[end], float((end == 0) == run.turned[end]), 1 if run.turned[end] == run.turned[at] else -1)
+        for end in (0, -1)
+    )
+    return {
+        **dict(zip(("first", "last"), ends, strict=True)),
+        "begin": _first(run.start[at]),
+        "rise": _first(run.width[at]),
+    }
 
 
 def _first(value: Any) -> float:

@@ -70,7 +70,7 @@ const share = (part) => `${number(100 * part, 2)} %`;
 
 function tiles() {
   const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check, theory, nonlinear_check: nonlinear } = summary;
-  const where = (figure) => [figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
+  const where = (figure) => [figure.member ?? figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
   const shown = [];
   if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
   if (moved) shown.push(tile("Displaced most", quantity(Math.abs(moved.value), moved.unit), where(moved), { means: "largest deflection from where a rigid link would be, whatever carries it there", at: moved }));

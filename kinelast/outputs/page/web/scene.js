@@ -86,7 +86,11 @@ const MEANINGS = {
   shear: "the largest shear stress of the section", mises: "what is compared with the yield stress", axial: "axial force over area",
 };
 const OWN = {
-  chord: (beam, i, xi) => basic("w", beam, i, xi) - basic("w", beam, i, 0) * (1 - xi) - basic("w", beam, i, 1) * xi,
+  chord: (beam, i, xi) => {
+    const { first, last, begin, rise } = model.beams[beam].member; // ends of the member: beam, xi, sign across this beam
+    const [from, to] = [first, last].map(([at, end, sign]) => sign * basic("w", at, i, end));
+    return basic("w", beam, i, xi) - from - (to - from) * (begin + rise * xi);
+  },
   axial: stress((s) => s.axial), left: stress((s) => s.axial - s.bending), right: stress((s) => s.axial + s.bending), shear: stress((s) => s.shear),
 };
 

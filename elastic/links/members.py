@@ -1,0 +1,168 @@
+"""Members: straight runs of beams of one link, which bend as one and by which a link is judged.
+
+A load, a mass, a joint or another section on its way ends a beam and not the member, nor does a corner that is no more
+than the digits of a drawing. What a member may buckle between are its joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import accumulate
+
+import numpy as np
+
+from elastic.arrays import AtStations, PerBeam
+from elastic.links.beam_trees import in_line
+from rigid import Beam, Mechanism, structure
+from rigid.arrays import Columns, Integers, Reals
+
+STRAIGHT = 1e-3  # [rad] by which beams may turn off and yet be one member: points are drawn with few digits
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Beams one behind the other.
+
+    Attributes
+    ----------
+    beams
+        Their numbers.
+    turned
+        Of each, whether it goes the other way.
+    start, width
+        Of each, where it begins in the run's own xi and how long it is there, below zero where it is turned: numbers,
+        or arrays of shape (designs, 1).
+    """
+
+    beams: tuple[int, ...]
+    turned: tuple[bool, ...]
+    start: tuple[Columns, ...]
+    width: tuple[Columns, ...]
+
+    def line(self, at: int, first: Columns, last: Columns) -> tuple[Columns, Columns]:
+        """Across one of its beams, the line through the ends of the run: its value at the beam's start and its rise.
+
+        Parameters
+        ----------
+        first, last
+            Deflection of the run's first end and of its last, each across the beam that is there.
+        """
+        begin, end = (-w if turned else w for w, turned in ((first, self.turned[0]), (last, self.turned[-1])))
+        sign = -1.0 if self.turned[at] else 1.0
+        return sign * (begin + (end - begin) * self.start[at]), sign * (end - begin) * self.width[at]
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """All beams of a mechanism in runs."""
+
+    runs: tuple[Run, ...]
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether every run is one beam."""
+        return all(len(run.beams) == 1 for run in self.runs)
+
+    @cached_property
+    def number(self) -> Integers:
+        """Of every beam, that of its run, shape (beams,)."""
+        numbers = np.zeros(sum(len(run.beams) for run in self.runs), int)
+        for number, run in enumerate(self.runs):
+            numbers[[*run.beams]] = number
+        return numbers
+
+    def greatest(self, values: PerBeam) -> PerBeam:
+        """Of every beam the greatest value of its run, shape (beams, ...)."""
+        if self.whole:
+            return values
+        result = np.array(values)
+        for run in self.runs:
+            rows = [*run.beams]
+            result[rows] = values[rows].max(axis=0)
+        return result
+
+    def from_chord(self, w: AtStations, stations: Reals) -> AtStations:
+        """Deflection from the line through the displaced ends of every run.
+
+        Parameters
+        ----------
+        w
+            Deflection across every beam from the rigid link, shape (beams, ..., stations).
+        stations
+            xi, shape (stations,), the first 0 and the last 1.
+        """
+        chord = w.copy()
+        for run in self.runs:
+            first, last = (w[run.beams[end], ..., end if not run.turned[end] else -1 - end] for end in (0, -1))
+            for at, beam in enumerate(run.beams):
+                begin, rise = run.line(at, first, last)
+                chord[beam] -= begin[..., None] + rise[..., None] * stations
+        return chord
+
+
+@lru_cache(maxsize=64)
+def members_of(mechanism: Mechanism) -> Runs:
+    """The members of a mechanism."""
+    return Runs(tuple(_run(mechanism, chain) for chain in _chains(mechanism)))
+
+
+@lru_cache(maxsize=64)
+def spans_of(mechanism: Mechanism) -> Runs:
+    """Its members from joint to joint, between which they may buckle."""
+    joined = {(at, joint.point(at)) for joint in structure(mechanism).joints for at in (joint.parent, joint.child)}
+    spans: list[list[tuple[int, bool]]] = []
+    for member in members_of(mechanism).runs:
+        for place, (number, turned) in enumerate(zip(member.beams, member.turned, strict=True)):
+            at, beam = mechanism.beams[number]
+            if not place or (at, beam.end if turned else beam.start) in joined:
+                spans.append([])
+            spans[-1].append((number, turned))
+    return Runs(tuple(_run(mechanism, span) for span in spans))
+
+
+def _run(mechanism: Mechanism, chain: list[tuple[int, bool]]) -> Run:
+    lengths = [_length(mechanism, number) for number, _ in chain]
+    ends = [*accumulate(lengths, initial=0.0 * lengths[0])]
+    turned = tuple(way for _, way in chain)
+    start = tuple(ends[at + way] / ends[-1] for at, way in enumerate(turned))
+    width = tuple((-length if way else length) / ends[-1] for length, way in zip(lengths, turned, strict=True))
+    return Run(tuple(number for number, _ in chain), turned, start, width)
+
+
+def _length(mechanism: Mechanism, number: int) -> Columns:
+    at, beam = mechanism.beams[number]
+    length: Columns = np.abs(mechanism.links[at].points[beam.end] - mechanism.links[at].points[beam.start])
+    return length
+
+
+def _chains(mechanism: Mechanism) -> Iterator[list[tuple[int, bool]]]:
+    """Beams of every member in order, each with whether it is turned; in the order of their first beams."""
+    left = dict(enumerate(mechanism.beams))
+    for first in range(len(mechanism.beams)):
+        if first not in left:
+            continue
+        del left[first]
+        chain = [(first, False)]
+        while follower := _next(mechanism, chain[-1], left):
+            chain.append(follower)
+        while follower := _next(mechanism, (chain[0][0], not chain[0][1]), left):
+            chain.insert(0, (follower[0], not follower[1]))
+        yield chain
+
+
+def _next(mechanism: Mechanism, last: tuple[int, bool], left: dict[int, tuple[int, Beam]]) -> tuple[int, bool] | None:
+    """The beam that goes on in line where another ends, taken out of those that are left."""
+    at, beam = mechanism.beams[last[0]]
+    points = mechanism.links[at].points
+    begin, end = (beam.end, beam.start) if last[1] else (beam.start, beam.end)
+    for number in left:
+        owner, other = mechanism.beams[number]
+        if owner == at and end in (other.start, other.end):
+            turned = other.end == end
+            far = other.start if turned else other.end
+            if in_line(points[end] - points[begin], points[far] - points[end], STRAIGHT):
+                del left[number]
+                return number, turned
+    return None
