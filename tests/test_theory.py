@@ -450,6 +450,7 @@ positions = 24
 """
 WHOLE = ('["A", "E"]', "")
 DIVIDED = ('["A", "B", "C", "D", "E"]', 'beams = [["A", "B"], ["B", "C"], ["C", "D"], ["D", "E"]]')
+BENT = PRESSED.replace("C = [0.25, 0.0]", "C = [0.25, 0.003]")  # no straight link
 
 
 @pytest.mark.parametrize(("points", "beams"), [WHOLE, DIVIDED], ids=["one beam", "four beams"])
@@ -470,7 +471,7 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
         raise np.linalg.LinAlgError("Matrix is not positive definite")
 
     monkeypatch.setattr("elastic.elastodynamics.structural_buckling._least_factor", none)
-    text = PRESSED.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
+    text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "5")
     results = computed(scene_from_text(text), Request())
     assert np.isnan(buckling_factor(results.quasi_static)).all()
     (told,) = (finding for finding in findings(results) if finding.heading == "Not judged")
@@ -483,12 +484,12 @@ def test_a_buckling_load_that_cannot_be_found_is_told(monkeypatch):
 def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     """A run that is gone through in chunks looks at the whole mechanism where its links are pressed most."""
     monkeypatch.setattr("kinelast.runs.compute.LONG", 1)
-    text = PRESSED.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
+    text = BENT.replace("{points}", DIVIDED[0]).replace("{beams}", DIVIDED[1]).replace("{force}", "100")
     (tmp_path / "rod.toml").write_text(text)
     main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])
     summary = json.loads((tmp_path / "out" / "rod" / "summary.json").read_text())
-    found = [one for one in summary["cautions"] if one["kind"] == "axial force"]
-    assert [(one["label"], one["severe"]) for one in found] == [(None, True)]
+    found = [one for one in summary["cautions"] if one["kind"] == "axial force" and one["label"] is None]
+    assert [one["severe"] for one in found] == [True]
     assert found[0]["figure"] == pytest.approx(100 / (np.pi**2 * 2 / 0.4**2), rel=0.03)
     assert summary["theory"]["name"] == "quasi-static"
     assert summary["theory"]["without_vibration"] is not None

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastic import FIELDS, Deflection, Kind, Largest
 from elastic.assessment import LIMITS, Exceedance, least_axial_force, stress_ends
+from elastic.links import spans_of
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle, too_many_beams
 from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.registry import NAMES, figures_of
@@ -211,8 +212,8 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
 
 
 def divided(mechanism: Mechanism) -> list[int]:
-    """Numbers of the links of several beams."""
-    owners = np.array([at for at, _ in mechanism.beams], int)
+    """Numbers of the links of several spans from joint to joint: each alone tells too little of how they buckle."""
+    owners = np.array([mechanism.beams[span.beams[0]][0] for span in spans_of(mechanism).runs], int)
     return np.flatnonzero(np.bincount(owners, minlength=1) > 1).tolist()
 
 
@@ -233,7 +234,7 @@ KIND = "axial force"
 
 
 def divided_links(scene: Scene, pressed: Mapping[int, Peak]) -> list[tuple[Exceedance, Peak]]:
-    """Share of the whole mechanism's buckling load, past its limit, and where; nothing where all links are one beam.
+    """Share of the whole mechanism's buckling load, past its limit, and where; nothing where all links are one span.
 
     Where the load at which it buckles cannot be found, that is told by a figure of nan.
 
