@@ -70,7 +70,7 @@ def second_order_error(vibration: Vibration, bent: Deflection) -> float:
     rotation = np.abs(sample(bent, "phi", np.linspace(0.0, 1.0, STATIONS))).max(initial=0.0)
     if not linear.size or not linear.any():
         return float(rotation**2)
-    members = members_of(answer.deflection.motion.mechanism)
+    members = members_of(bent.motion.mechanism)
     share = _greatest(more) / reference_deflection(members.greatest(_greatest(linear)))
     return float(share.max() + rotation**2)
 
