@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from skfem import FacetBasis, LinearForm, condense, solve
 from test_fem_beam import held
 
-from elastic import RIGID, Section, Taper, deflection, sample
+from elastic import RIGID, Section, Taper, deflection, i_section, sample, section_of
 from fem_check import compare_solid, solve_solid, write_solid_vtu_series
 from fem_check.solid.body import SolidLink
 from fem_check.solid.outline import Outline, Strip
@@ -215,6 +215,13 @@ class TestHousehold:
         nothing = compare_solid(deflection(motion_of(case), [RIGID] * 3))
         assert nothing.compared == 0
         assert np.isnan(nothing.relative)
+
+    def test_thin_walls_are_left_out(self):
+        case = steel_four_bar(6)
+        walls = section_of(i_section(0.02, 0.02, 0.002, 0.003), 210e9, 0.3)
+        found = compare_solid(deflection(motion_of(case), [case.sections[0], walls, case.sections[2]]))
+        assert set(found.left_out) == {"coupler"}
+        assert found.left_out["coupler"].startswith("a beam is hollow or an I")
 
     def test_one_line_each(self):
         case = steel_four_bar(6)

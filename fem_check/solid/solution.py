@@ -36,8 +36,8 @@ class SolidSolution:
     bodies, loads
         By number of the link: its unit responses, and its loads in their order, shape (loads, positions).
     left_out
-        By name of the link, why it is no plane body: a beam is rigid, a slider's block moves along it, or its beams
-        make no outline.
+        By name of the link, why it is no plane body: a beam is rigid or has thin walls, a slider's block moves along
+        it, or its beams make no outline.
     xi, chord
         Per beam places on its axis, and their displacement across the line through the mean places of its two pins [m],
         shape (positions, stations); empty of the beams of links that are no bodies.
@@ -153,10 +153,15 @@ def solve_solid(
     )
 
 
+FULL = 1.6  # largest shear stress over the mean one: 1.5 of rectangles, 4/3 of circles; more has thin walls
+
+
 def _no_body(frame: Frame, at: int, sections: Sequence[Section]) -> str | None:
     """Why a link is no plane body with loads in place; None where it may be one."""
     if not all(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections):
         return "a beam is rigid"
+    if any(np.ravel(section.peak_shear)[0] > FULL for section in sections):
+        return "a beam is hollow or an I, which shears as no plane body does"
     blocks = frame.spots[len(frame.motion.mechanism.beams) :]
     return "a slider's block moves along it" if any(frame.bodies[k].link == at for k, _ in blocks) else None
 
