@@ -1,15 +1,18 @@
-"""Spoil shipped scenes at random and see that the command answers every one: one status, short messages, no more.
+"""Answer scenes that are spoilt or drawn at random: one status, short messages, whole files, no warning, no more.
 
-`python benchmarks/fuzz_scenes.py --cases 3000 --seed 1 --jobs 2` spoils scenes in processes that may take so much
-memory and time; tests/test_fuzz.py does some hundred of the cases. A case is its seed and number: `--only 17` does
-one again.
+`python benchmarks/fuzz_scenes.py --cases 3000 --seed 1 --jobs 2` spoils shipped scenes in processes that may take so
+much memory and time; `--kind drawn` has scenes and options by drawn_scenes.py. `--note` adds a row a hundred cases to
+results/fuzz_scenes.csv, and goes on behind them. tests/test_fuzz.py does some hundred of the cases. A case is its seed
+and number: `--only 17` does one again.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
 import io
+import json
 import os
 import random
 import re
@@ -17,11 +20,16 @@ import signal
 import sys
 import tempfile
 import time
+import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NoReturn
+from unittest import mock
+
+from drawn_scenes import drawn_case
 
 from kinelast.cli.command import main
 from kinelast.tasks.task import shipped_scenes, shipped_structures
@@ -30,6 +38,13 @@ SECONDS = 20  # that a case may take of a processor, and ten times that of a clo
 MEMORY = 8 << 30  # bytes
 LONGEST = 2500  # letters of all messages
 DOCUMENTED = (0, 1, 2)
+BAD_INPUT = 2
+EVERY = 100  # cases to a row
+RESULTS = Path(__file__).parent / "results" / "fuzz_scenes.csv"
+NOTICE = re.compile(
+    r"take about|takes about|, about [\d.]+ (?:s|min|h)|seconds a step|\d+ of \d+"
+)  # before what takes long
+NOT_A_NUMBER = re.compile(r"(?<![\w\"'.])(?:nan|inf|NaN|Infinity)(?![\w\"'])")
 TOKEN = re.compile(r'"[^"\n]*"|[-+]?\d[\w.+-]*|[A-Za-z_][\w-]*|[\[\]{}=,.\n#]')
 JUNK = (
     "0", "-1", "1", "2", "1e-300", "5e-324", "1e-9", "1e300", "1e18", "inf", "-inf", "nan", "true", "[]", "{}",
@@ -143,35 +158,97 @@ def _letters(text: str, chance: random.Random) -> str:
 
 
 def fault_of(seed: int, number: int, place: Path) -> tuple[int, str]:
-    """Exit status of a case, and what is wrong with how the command answered it; empty where all is well."""
+    """Exit status of a spoilt scene, and what is wrong with how the command answered it; empty where all is well."""
     chance = random.Random(f"{seed} {number}")
+    content = spoilt(chance)
+    words = [*chance.choice(OPTIONS)]
+    if "--structure" not in words:
+        words += ["--positions", str(chance.choice((1, 2, 5)))]
+    return answered(content, words, place, f"case{number}")
+
+
+def drawn_fault(seed: int, number: int, place: Path) -> tuple[int, str]:
+    """Exit status of a drawn scene under drawn options, and what is wrong with how the command answered it."""
+    case = drawn_case(seed, number)
     (place / "in").mkdir(parents=True)
-    scene = place / "in" / f"case{number}.toml"
-    scene.write_bytes(spoilt(chance))
+    (place / "in" / "designs.csv").write_text("links.crank.length\n0.05\n0.06\n", encoding="utf-8")
+    content = case.text.encode("utf-8", "replace")
+    if number % 4 == 0:
+        return answered(content, case.words, place, f"case{number}")
+    with mock.patch("kinelast.outputs.page.report_page", return_value=b"<html></html>"):  # half of the time
+        return answered(content, case.words, place, f"case{number}")
+
+
+def answered(content: bytes, options: Sequence[str], place: Path, name: str) -> tuple[int, str]:
+    """Exit status of a scene's command, and what is wrong with what it says and writes."""
+    (place / "in").mkdir(parents=True, exist_ok=True)
+    scene = place / "in" / f"{name}.toml"
+    scene.write_bytes(content)
     before = set(place.rglob("*"))
-    call = [str(scene), "-o", str(place / "out"), *chance.choice(OPTIONS)]
-    if "--structure" not in call:
-        call += ["--positions", str(chance.choice((1, 2, 5)))]
+    call = [str(scene), "-o", str(place / "out"), *options]
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), _watched():
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), _heard(said), _watched():
             status = main(call)
     except Hang:
-        return -1, f"no answer within {SECONDS} s"
+        told = "--quiet" in options or NOTICE.search(said.getvalue())
+        return (-2, "") if told else (-1, f"no answer within {SECONDS} s, nor a notice: {said.getvalue()[-300:]}")
     words = said.getvalue()
     made = set(place.rglob("*")) - before
     strays = [path for path in made if place / "out" not in (path, *path.parents)]
     hidden = [path for path in made if path.name.startswith(".")]
+    short = "--structure" in options or "--list" in options or (status == 2 and "usage:" in words)
     for wrong, what in (
         (status not in DOCUMENTED or "Traceback" in words, f"status {status}: {words[-900:]}"),
         (strays, f"wrote elsewhere: {strays[:3]}"),
         (hidden, f"left half done: {hidden[:3]}"),
-        ("--structure" not in call and len(words) > LONGEST, f"says {len(words)} letters: {words[:200]}"),
+        (not short and len(words) > LONGEST, f"says {len(words)} letters: {words[:200]}"),
         (re.search(r"[\x00-\x09\x0b-\x1f\x7f]", words), f"control characters: {words[:200]!r}"),
+        (re.search(r"Warning\b", words), f"a warning: {words[:300]}"),
+        (status < BAD_INPUT and NOT_A_NUMBER.search(words), f"no number: {words[:300]}"),
     ):
         if wrong:
             return status, what
-    return status, ""
+    return status, "" if status >= BAD_INPUT else _fault_of_files(place / "out")
+
+
+def _fault_of_files(out: Path) -> str:
+    """What is wrong with the files of results."""
+
+    def refuse(word: str) -> NoReturn:
+        raise ValueError(word)
+
+    for path in out.rglob("*.json"):
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+        except ValueError as error:
+            return f"{path.name}: {error}"
+        for row in (content.get("acceptance") or {}).get("limits", ()) if path.name == "summary.json" else ():
+            unstressed = row["kind"] == "safety"  # whose factor is infinite, which JSON does not tell
+            if row["passed"] and row["found"]["value"] is None and not unstressed:
+                return f"a limit is kept by a figure that is not known: {row}"
+    for path in (each for each in out.rglob("*.csv")):
+        if found := NOT_A_NUMBER.search(path.read_text(encoding="utf-8")):
+            return f"{path.name}: {found[0]}"
+    return ""
+
+
+@contextlib.contextmanager
+def _heard(said: io.StringIO) -> Iterator[None]:
+    """Note every warning of Python, and all that compiled code writes to the standard error."""
+    sys.__stderr__.flush()
+    with tempfile.TemporaryFile() as file, warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        kept = os.dup(2)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            file.seek(0)
+            said.write(file.read().decode("utf-8", "replace"))
+            said.write("".join(f"{each.category.__name__}: {each.message}\n" for each in heard))
 
 
 @contextlib.contextmanager
@@ -199,34 +276,89 @@ def _limited() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def _case(seed: int, number: int) -> tuple[int, int, str, float]:
-    begin = time.monotonic()
+def _case(kind: str, seed: int, number: int) -> tuple[int, int, str, float]:
+    begin = time.process_time()
     with tempfile.TemporaryDirectory() as place:
-        status, fault = fault_of(seed, number, Path(place))
-    return number, status, fault, time.monotonic() - begin
+        status, fault = {"spoilt": fault_of, "drawn": drawn_fault}[kind](seed, number, Path(place))
+    return number, status, fault, time.process_time() - begin
+
+
+def _went(kind: str, seed: int, numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, int, str, float]]:
+    """How cases went, in their order; one that ends its process is status -9."""
+    left = list(numbers)
+    while left:
+        with ProcessPoolExecutor(jobs, initializer=_limited) as pool:
+            coming = [pool.submit(_case, kind, seed, number) for number in left]
+            for number, answer in zip(list(left), coming, strict=True):
+                try:
+                    yield answer.result()
+                except BrokenProcessPool:
+                    if jobs > 1:
+                        raise
+                    yield number, -9, "its process died", 0.0
+                    left.remove(number)
+                    break
+                left.remove(number)
 
 
 def run() -> int:
-    """Spoil scenes, print the counts; 1 where an answer was wrong."""
+    """Answer scenes, print and note the counts; 1 where an answer was wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kind", choices=("spoilt", "drawn"), default="spoilt")
     parser.add_argument("--cases", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--only", type=int, help="the number of one case")
+    parser.add_argument("--note", action="store_true", help="note every hundred, and go on behind those noted")
     options = parser.parse_args()
-    numbers = [options.only] if options.only is not None else range(options.cases)
-    counts: Counter[int] = Counter()
-    wrong, slowest = 0, (0.0, 0)
-    with ProcessPoolExecutor(options.jobs, initializer=_limited) as pool:
-        for number, status, fault, seconds in pool.map(_case, [options.seed] * len(numbers), numbers, chunksize=8):
-            counts[status] += 1
-            slowest = max(slowest, (seconds, number))
-            if fault:
-                wrong += 1
-                print(f"case {number} of seed {options.seed}: {fault}", flush=True)
-    print(f"{sum(counts.values())} cases, statuses {dict(sorted(counts.items()))}, {wrong} wrong")
-    print(f"slowest {slowest[0]:.1f} s, case {slowest[1]}")
+    numbers = range(options.cases) if options.only is None else range(options.only, options.only + 1)
+    wrong = 0
+    for start in range(numbers.start, numbers.stop, EVERY):
+        if options.note and (options.kind, options.seed, start) in _noted():
+            continue
+        row = _of_a_block(options, range(start, min(start + EVERY, numbers.stop)))
+        wrong += row["wrong"]
+        print(row, flush=True)
+        if options.note:
+            _note(row)
     return 1 if wrong else 0
+
+
+def _of_a_block(options: argparse.Namespace, numbers: range) -> dict[str, Any]:
+    counts: Counter[int] = Counter()
+    wrong, slowest, total = 0, (0.0, 0), 0.0
+    for number, status, fault, seconds in _went(options.kind, options.seed, numbers, options.jobs):
+        counts[status] += 1
+        slowest, total = max(slowest, (seconds, number)), total + seconds
+        if fault:
+            wrong += 1
+            print(f"case {number} of seed {options.seed}: {fault}", flush=True)
+    row = {"kind": options.kind, "seed": options.seed, "first": numbers.start, "cases": len(numbers)}
+    row |= {f"status {status}": counts[status] for status in DOCUMENTED}
+    row |= {
+        "told to take long": counts[-2],
+        "wrong": wrong,
+        "slowest [s]": round(slowest[0], 1),
+        "its case": slowest[1],
+    }
+    return row | {"processor [s]": round(total, 1)}
+
+
+def _noted() -> set[tuple[str, int, int]]:
+    """Blocks that are noted."""
+    if not RESULTS.exists():
+        return set()
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        return {(row["kind"], int(row["seed"]), int(row["first"])) for row in csv.DictReader(file)}
+
+
+def _note(row: dict[str, Any]) -> None:
+    head = not RESULTS.exists()
+    with RESULTS.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(row))
+        if head:
+            writer.writeheader()
+        writer.writerow(row)
 
 
 if __name__ == "__main__":

@@ -10,11 +10,14 @@ from scene_texts import ARM, QUICK_RETURN, edited
 from elastic import Section
 from elastic.elastodynamics import elastodynamic, solution
 from kinelast.cli.command import main
+from kinelast.designs.studies import sensitivity_study
 from kinelast.figures.cycle import MOST_BEAMS
+from kinelast.figures.speeds import speeds
 from kinelast.scene.data import scene_deflection, scene_motion
-from kinelast.scene.document import scene_from_text
+from kinelast.scene.document import document_from_text, scene_from_text
 from kinelast.scene.error import SceneError
 from kinelast.structure import structure_text
+from kinelast.tasks.progress import Progress
 from rigid import Link, Lump, Mechanism, PinDrive, motion
 from rigid.dynamics import Effort, ForwardError, forward
 from rigid.topology import Contact
@@ -95,8 +98,13 @@ def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp
     count = MOST_BEAMS + 1
     points = {f"P{k}": f"[{0.2 * k / count!r}, 0]" for k in range(1, count)}
     names = ", ".join(f'"{name}"' for name in ("O", *points, "A"))
+    masses = ", ".join(f'{name} = "1 mg"' for name in points)  # points at which nothing acts divide no beam
     drawn = "".join(f"{name} = {place}\n" for name, place in points.items())
-    text = edited(ARM, ("A = [0.2, 0]\n", f"A = [0.2, 0]\n{drawn}"), ('points = ["O", "A"]', f"points = [{names}]"))
+    text = edited(
+        ARM,
+        ("A = [0.2, 0]\n", f"A = [0.2, 0]\n{drawn}"),
+        ('points = ["O", "A"]', f"points = [{names}]\nmasses = {{ {masses} }}"),
+    )
     file = tmp_path / "long.toml"
     file.write_text(text)
     assert main([str(file), "--positions", "4", "--out", str(tmp_path / "out")]) == 0
@@ -106,3 +114,28 @@ def test_vibration_of_very_many_beams_is_said_to_be_unknown_before_it_starts(tmp
     assert figures["theory"]["name"] == "quasi-static"
     assert figures["theory"]["error"] is None
     assert any(f"{count} beams" in finding["text"] for finding in figures["trust"])
+
+
+class Heard(Progress):
+    """Stages that were told."""
+
+    def __init__(self):
+        self.stages = []
+
+    def __call__(self, stage, done, total):
+        self.stages.append((stage, done, total))
+
+
+def test_designs_that_are_computed_one_by_one_are_told_one_by_one():
+    """As those are that are integrated, each of which may take seconds."""
+    text = edited(ARM, ("speed = 50.0", 'effort = "0.1 N m"'), ("positions = 8", "positions = 3\nduration = 0.02"))
+    heard = Heard()
+    sensitivity_study(document_from_text(text), ["sections.bar.depth"], heard)
+    assert [done for _, done, _ in heard.stages] == list(range(len(heard.stages)))
+    assert len(heard.stages) > 4
+
+
+def test_speeds_tell_how_finely_the_motion_is_resolved():
+    heard = Heard()
+    speeds(scene_from_text(ARM), (20.0, 60.0, 2), heard)
+    assert any("positions of the cycle" in stage for stage, _, _ in heard.stages)

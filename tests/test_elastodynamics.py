@@ -727,3 +727,20 @@ def test_loads_at_several_speeds_are_side_by_side_in_every_part():
                 )
         for found, given in ((both.gaps, each.gaps), (both.turns, each.turns)):
             np.testing.assert_array_equal([part[row] for part in found], [np.broadcast_to(p, 6) for p in given])
+
+
+def test_links_without_mass_do_not_vibrate():
+    """Loads that act on them bend them quasi-statically, in a cycle and from rest alike."""
+    case = FOUR_BAR
+    light = [
+        replace(link, beams=tuple(Beam(beam.start, beam.end) for beam in link.beams)) for link in case.mechanism.links
+    ]
+    pressed = replace(case.mechanism, links=tuple(light), loads=(PointLoad("rocker", "B", 100.0),))
+    moved, period = turning(pressed, 100.0)
+    motion_at = moved(np.arange(12) / 12 * period)
+    for found in (
+        elastodynamic(motion_at, moved, period, case.sections),
+        transient(motion_at, moved, case.sections),
+    ):
+        assert (found.coordinates, found.lowest) == (0, math.inf)
+        assert difference(found.deflection, found.quasi_static) == 0.0

@@ -368,7 +368,7 @@ def test_names_that_are_no_text_and_long_ones_are_written_all_the_same(tmp_path,
 
 
 @pytest.mark.parametrize(
-    "argument", ["n" * 300, "n" * 300 + ".toml", "a\0b.toml", "/dev/zero", "[", "*.none", "\x1b[2J"]
+    "argument", ["n" * 300, "n" * 300 + ".toml", "a\0b.toml", "/dev/zero", "[", "*.none", "\x1b[2J", "", " "]
 )
 def test_arguments_that_name_no_scene_are_refused(argument, tmp_path, capsys):
     assert main([argument, "-o", str(tmp_path / "out")]) == 2

@@ -294,6 +294,8 @@ MISTAKES = [
     ("a bare speed of sliding where lengths are in mm", 'units = "mm"' + SLIDER_CRANK, [('link = "crank"', 'slider = "guide"'),
      ("speed = 100", "speed = 3")], "drives[1]", "speed", "in quotes with its unit"),
     ("joint of no name", FOUR_BAR, [add('[joints.P]\ncompliance = 1')], "joints", "P", 'there is no joint "P"'),
+    ("two pins of a name that give way", FOUR_BAR, [add('[links.weight]\npoints = ["B"]\nmass = 1\n[joints.B]\ncompliance = 1e-8')],
+     "joints.B", "", "^2 joints are called so: which of them gives way"),
     ("pin without moment", FOUR_BAR, [add("[joints.B]\nrotation = 1")], "joints.B", "rotation", "carries no moment"),
     ("contacts", FOUR_BAR, [add('[contacts.mesh]\nlinks = ["crank", "rocker"]\nat = [0, 0]')], "contacts", "", "add structure_only = true"),
     # Sections.

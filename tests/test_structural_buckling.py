@@ -12,7 +12,7 @@ from mechanisms import cantilever, propped, steel_four_bar, still, supported
 from elastic import JointCompliance, Section, deflection
 from elastic.assessment import euler_ratio
 from elastic.elastodynamics import buckling_factor
-from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Spring, motion
+from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, motion
 
 EI = 3.0
 SLENDER = Section(EA=1e9, EI=EI)
@@ -106,3 +106,13 @@ def test_several_designs_are_refused():
     bent = deflection(motion(case.mechanism, case.drive, 100.0), sections)
     with pytest.raises(ValueError, match="one design"):
         buckling_factor(bent)
+
+
+def test_of_joints_that_hold_the_same_place_twice_it_is_unknown():
+    """A pin on the ground in a slot of the ground too."""
+    arm = Link("arm", {"O": 0.0, "A": 1.0, "B": 2.0}, (Beam("O", "A", 1.0), Beam("A", "B", 1.0)))
+    block = Link("block", {"O": 0.0})
+    slot = Slider("slot", "block", "ground", "O", 0.0, 1.0)
+    links, places = (Link("ground", {"O": 0.0}), arm, block), {"O": 0.0, "B": 2.0}
+    mechanism = Mechanism(links, (PinDrive("arm", "O"),), places, (slot,))
+    assert np.isnan(buckling_factor(deflection(still(mechanism), [SLENDER] * 2))).all()

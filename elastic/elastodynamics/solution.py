@@ -142,7 +142,8 @@ def _coordinates(
         return structure, None
     slow = with_rates(motion, 0.0)
     loaded = [deflection(each, sections, joints) for each in (motion, slow)]
-    return structure, cycle_of(structure, motion, loaded)
+    cycle = cycle_of(structure, motion, loaded)
+    return structure, cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
 
 
 def checked(motion: Motion) -> Motion:

@@ -145,7 +145,7 @@ class SpeedAnswers:
     ) -> None:
         model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
         if model.cycle is None:
-            raise ValueError("nothing vibrates: all beams and joints are rigid")
+            raise ValueError("nothing vibrates: all beams and joints are rigid or without mass")
         self.damping, self.omega = model.damping, model.cycle.omega
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)

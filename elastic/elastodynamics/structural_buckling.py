@@ -45,7 +45,10 @@ def buckling_factor(deflection: Deflection) -> Reals:
         return factor
     chosen = chosen_points(motion.mechanism)
     carried = rigid_body_modes(structure, motion)
-    basis = own_basis(structure, carried, np.eye(len(structure.stiffness)))
+    try:
+        basis = own_basis(structure, carried, np.eye(len(structure.stiffness)))
+    except np.linalg.LinAlgError:  # joints that hold rigidly what others hold too
+        return np.full(motion.columns, np.nan)
     moved = unit_displacements(structure, motion, carried, basis, chosen)
     felt = geometric_stiffness(structure, deflection, chosen)
     pressed = felt.stiffness(moved, moved)

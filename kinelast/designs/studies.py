@@ -51,13 +51,14 @@ def _figures_of(
 ) -> Callable[[np.ndarray], Designs]:
     """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
     base = base_of(document, paths, figures)
+    part = PART if any(base.on_axis) else 1  # one by one where they cannot be on one axis of arrays: that takes long
 
     def found(values: np.ndarray) -> Designs:
         parts = []
-        for first in range(0, len(values), PART):
+        for first in range(0, len(values), part):
             if stage:
                 progress(stage, first, len(values))
-            parts.append(evaluated(base, values[first : first + PART]))
+            parts.append(evaluated(base, values[first : first + part]))
         if len(parts) == 1:
             return parts[0]
         places = {name: None for part in parts for name in part.place}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,8 @@ from kinelast.figures.theory import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit
-from kinelast.tasks.progress import one_thread
-from rigid import ConstantSpeed, MechanismError
+from kinelast.tasks.progress import SILENT, Progress, one_thread
+from rigid import ConstantSpeed, MechanismError, Motion
 from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
@@ -123,8 +122,10 @@ class Speeds:
 
 
 @one_thread()
-def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
+def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = SILENT) -> Speeds:
     """The answer at speeds from one to another, and at those between them at which something happens.
+
+    The progress is how finely the motion is resolved.
 
     Raises
     ------
@@ -138,12 +139,21 @@ def speeds(scene: Scene, asked: tuple[float, float, int]) -> Speeds:
     nominal = abs(float(scene.laws[0].speed))
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
     ratios = (np.linspace(*asked) / nominal).tolist()
+
+    def moved(times: Reals) -> Motion:
+        progress(f"{scene.name}: speeds, {len(times)} positions of the cycle", 0, asked[2])
+        return scene.course.at(times)
+
+    def measured(bent: Deflection) -> Reals:
+        progress(f"{scene.name}: speeds, {bent.motion.columns[-1]} positions of the cycle", 0, asked[2])
+        return _largest(scene, figures, bent)
+
     try:
         answers = SpeedAnswers(
-            scene.course.at,
+            moved,
             float(scene.run.cycle),
             scene.sections,
-            partial(_largest, scene, figures),
+            measured,
             scene.joints,
             damping_of(scene),
         )

@@ -192,7 +192,7 @@ def _speeds(
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
 
     progress(f"{scene.name}: speeds", 0, 1)
-    found = speeds(scene, asked)
+    found = speeds(scene, asked, progress)
     write_table(part / "speeds.csv", speed_table(scene, found), others)
     draw_speeds(part / "speeds.svg", scene, found)
     return speed_figures(found, scene)

@@ -137,6 +137,8 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
             continue
         where = f"joints.{name}"
         known_name("joints", name, name, [*pins, *sliders], "joint")
+        if (count := max(shared[name] - 1, 0) + (name in sliders)) > 1:
+            raise fault(where, "", f"{count} joints are called so: which of them gives way is not told")
         for key in ("rotation", "turn"):
             if getattr(table, key) is not None and name not in (*sliders, *driven, *scene.welds):
                 raise fault(where, key, "a pin that no drive turns carries no moment: leave it out")

@@ -52,6 +52,8 @@ def scene_paths(arguments: Iterable[str]) -> tuple[list[Path], list[str]]:
 
 def _paths(argument: str) -> list[Path] | str:
     """The files that an argument names, or the problem with it."""
+    if not argument.strip():  # as of a variable of the shell that is not set: not all of the working folder
+        return "a scene without a name was given: name a .toml file or a shipped scene, see --list"
     path, shown = Path(argument), plain(argument, LINE)
     if path.is_file() or (path.suffix == ".toml" and not path.is_dir() and not has_magic(argument)):
         return [path]

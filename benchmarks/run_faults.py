@@ -1,0 +1,366 @@
+"""Runs of the command that are disturbed at a random moment: signals, lost workers, full and read-only disks.
+
+`python benchmarks/run_faults.py [RUNS] [SEED]`. A report, a batch, a sweep and a structure are run once undisturbed.
+Then each run is disturbed, looked at, and gone on with by `--resume`: it must come to the same bytes, with nothing
+left over beside them. A process is a fork of this one, which has loaded all; one of ten is started anew. Counts are
+written to results/run_faults.csv every fifty runs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import measuring
+from sweeping import tree
+
+import kinelast.sweep.output as sweeps
+from kinelast.cli.command import main
+from kinelast.tasks.task import shipped_scenes, shipped_structures
+
+ANEW = 10  # every so many runs, by an interpreter of its own
+EVERY = 50  # runs, after which the counts are written
+RESULTS = measuring.RESULTS / "run_faults.csv"
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL", "SIGSTOP")
+FAULTS = (*SIGNALS, "SIGINT twice", "worker killed", "worker stopped", "files too large", "disk full", "read only")
+SHARE = 0.7  # of what the results take that a small disk holds, at most
+CHUNK = 0.02  # [s] of a sweep's chunk, so that small sweeps have many
+VARIES = {
+    "index.html",
+    "summary.parquet",
+    "summary.csv",
+    "summary.html",
+    "summary.json",
+}  # at the top of a batch: with seconds of a run
+
+
+@dataclass(frozen=True)
+class Job:
+    """A call of the command: its words besides the folder, and whether it has workers."""
+
+    name: str
+    words: tuple[str, ...]
+
+    @property
+    def works_apart(self) -> bool:
+        """Whether it has processes at work."""
+        return "--jobs" in self.words
+
+    @property
+    def has_chunks(self) -> bool:
+        """Whether it goes on with parts of a scene."""
+        return "--sweep" in self.words
+
+
+@dataclass
+class Undisturbed:
+    """A job's results and duration without a fault."""
+
+    files: dict[str, bytes]
+    seconds: float
+
+    @property
+    def size(self) -> int:
+        """Bytes of all results."""
+        return sum(map(len, self.files.values()))
+
+
+@dataclass
+class Count:
+    """How disturbed runs of a job by a fault went."""
+
+    runs: int = 0
+    early: int = 0  # ended by the fault
+    same: int = 0
+    wrong: list[str] = field(default_factory=list)
+    statuses: Counter[int] = field(default_factory=Counter)
+
+
+def jobs_in(place: Path) -> list[Job]:
+    """The calls, over small scenes in a folder."""
+    few = place / "few"
+    few.mkdir()
+    for name in ("steel_four_bar", "quick_return", "offset_slider_crank"):
+        text = shipped_scenes()[name].read_text(encoding="utf-8").replace("positions = 360", "positions = 8")
+        (few / f"{name}.toml").write_text(text, encoding="utf-8")
+    sweep = shipped_scenes()["press_sweep"].read_text(encoding="utf-8")
+    for old, new in (("count = 21", "count = 9"), ("count = 13", "count = 5"), ("positions = 90", "positions = 12")):
+        assert old in sweep, old
+        sweep = sweep.replace(old, new)
+    (place / "swept.toml").write_text(sweep, encoding="utf-8")
+    report = (str(few / "steel_four_bar.toml"), "--positions", "8", "--fields", "--stations", "5")
+    batch = (str(few), "--positions", "6", "--tables", "html")
+    swept = (str(place / "swept.toml"), "--sweep", "--pages", "2")
+    structure = (str(shipped_structures()["car_hood"]), str(shipped_structures()["vise_grips"]), "--structure")
+    return [
+        Job("a report", report),
+        Job("a batch", batch),
+        Job("a batch, 2 processes", (*batch, "--jobs", "2")),
+        Job("a sweep", swept),
+        Job("a sweep, 2 processes", (*swept, "--jobs", "2")),
+        Job("structures", structure),
+    ]
+
+
+def started(words: list[str], said: Path, anew: bool, largest: int = 0) -> int:
+    """Number of a new process that runs the command, with what it says in a file."""
+    if anew:
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))) if largest else None
+        with said.open("wb") as file:
+            command = [sys.executable, "-m", "kinelast", *words]
+            return subprocess.Popen(command, stdout=file, stderr=file, preexec_fn=limit, start_new_session=True).pid  # noqa: PLW1509 - no threads
+    if number := os.fork():
+        return number
+    status = 3
+    try:
+        os.setsid()
+        file = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+        if largest:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+        sys.stdout, sys.stderr = (os.fdopen(each, "w", closefd=False) for each in (1, 2))
+        status = main(words)
+    except BaseException as error:
+        os.write(2, f"Traceback: {error!r}\n".encode())
+    finally:
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+        os._exit(status)
+
+
+def waited(number: int, seconds: float = 120.0) -> int:
+    """The exit status of a process, negative of a signal; a process that does not end is killed, and is status -99."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        process, state = os.waitpid(number, os.WNOHANG)
+        if process:
+            return os.waitstatus_to_exitcode(state)
+        time.sleep(0.005)
+    os.killpg(number, signal.SIGKILL)
+    os.waitpid(number, 0)
+    return -99
+
+
+def gone(group: int, seconds: float = 20.0) -> bool:
+    """Whether all processes of a group end within some time."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.02)
+    os.killpg(group, signal.SIGKILL)
+    return False
+
+
+def workers(parent: int) -> list[int]:
+    """Processes that a process has started to compute."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            owner = int(entry.read_text().rpartition(")")[2].split()[1])
+            if owner == parent and b"spawn_main" in (entry.parent / "cmdline").read_bytes():
+                found.append(int(entry.parent.name))
+    return found
+
+
+@contextlib.contextmanager
+def disk(folder: Path, size: int) -> Iterator[bool]:
+    """A memory file system of so many bytes at a folder; whether it could be mounted."""
+    folder.mkdir()
+    call = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    mounted = subprocess.run(call, check=False, capture_output=True).returncode == 0
+    try:
+        yield mounted
+    finally:
+        if mounted:
+            subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def remounted(folder: Path, options: str) -> None:
+    """Change a file system that is mounted."""
+    subprocess.run(["mount", "-o", f"remount,{options}", str(folder)], check=True)
+
+
+class Runs:
+    """Runs of the command in a folder."""
+
+    def __init__(self, place: Path, chance: random.Random) -> None:
+        self.place, self.chance, self.number = place, chance, 0
+        self.said = place / "said"
+
+    def undisturbed(self, job: Job) -> Undisturbed:
+        """The results of a job."""
+        out = self.place / "whole"
+        start = time.monotonic()
+        status = waited(started([*job.words, "-o", str(out)], self.said, anew=False))
+        assert status in (0, 1), self.said.read_text()
+        seconds = time.monotonic() - start
+        files = results(out)
+        shutil.rmtree(out)
+        return Undisturbed(files, seconds)
+
+    def disturbed(self, job: Job, fault: str, whole: Undisturbed) -> tuple[int, list[str]]:
+        """The status of a job under a fault, and all that is wrong with what it left and what came of it then."""
+        self.number += 1
+        top = self.place / f"run{self.number}"
+        anew = self.number % ANEW == 0
+        wrong: list[str] = []
+        size = max(16384, int(self.chance.uniform(0.0, SHARE) * whole.size))
+        needs_disk = fault in ("disk full", "read only")
+        with disk(top, size if fault == "disk full" else 1 << 28) if needs_disk else folder_at(top):
+            out = top / "out"
+            words = [*job.words, "-o", str(out)]
+            largest = (
+                int(self.chance.uniform(0.02, 0.9) * max(map(len, whole.files.values())))
+                if fault == "files too large"
+                else 0
+            )
+            number = started(words, self.said, anew, largest)
+            if fault not in ("files too large", "disk full"):
+                time.sleep(self.chance.uniform(0.0, 1.1) * whole.seconds + (0.3 if anew else 0.0))
+                self._strike(number, fault, top)
+            status = waited(number)
+            said = self.said.read_text("utf-8", "replace")
+            wrong += self._looked_at(number, status, said, fault, top)
+            if fault == "disk full":
+                remounted(top, "size=256m")
+            elif fault == "read only":
+                remounted(top, "rw")
+            first = results(out)
+            again = waited(started([*words, "--resume"], self.said, anew=False))
+            if again not in (0, 1):
+                wrong.append(f"--resume ends with {again}: {self.said.read_text('utf-8', 'replace')[-300:]}")
+            wrong += differences(results(out), whole.files)
+            wrong += [f"not in {name}: {each}" for name, each in untold(out)]
+            wrong += [f"left over: {path.name}" for path in top.rglob("*") if path.name.startswith(".")]
+            wrong += [f"lost: {name}" for name in first if name not in results(out) and name in whole.files]
+        shutil.rmtree(top, ignore_errors=True)
+        return status, wrong
+
+    def _strike(self, number: int, fault: str, top: Path) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            match fault:
+                case "SIGINT twice":
+                    for _ in range(2):
+                        os.kill(number, signal.SIGINT)
+                        time.sleep(self.chance.uniform(0, 0.05))
+                case "SIGSTOP":
+                    os.killpg(number, signal.SIGSTOP)
+                    time.sleep(self.chance.uniform(0, 0.5))
+                    os.killpg(number, signal.SIGCONT)
+                case "worker killed" | "worker stopped":
+                    for worker in workers(number)[:1]:
+                        os.kill(worker, signal.SIGKILL if fault == "worker killed" else signal.SIGSTOP)
+                        if fault == "worker stopped":
+                            time.sleep(self.chance.uniform(0, 0.5))
+                            os.kill(worker, signal.SIGCONT)
+                case "read only":
+                    with contextlib.suppress(subprocess.CalledProcessError):  # busy: a file is open for writing
+                        for _ in range(50):
+                            remounted(top, "ro")
+                            break
+                case _:
+                    os.kill(number, getattr(signal, fault))
+
+    def _looked_at(self, process: int, status: int, said: str, fault: str, top: Path) -> list[str]:
+        """All that is wrong with the end of a disturbed run."""
+        number = getattr(signal, fault, 0)
+        expected = {0, 1, 2, 128 + number, -number} if number not in (0, signal.SIGSTOP) else {0, 1, 2}
+        expected |= {130, -signal.SIGINT} if "SIGINT" in fault else set()
+        expected |= {3} if fault == "worker killed" else set()  # told as such, of its scene
+        wrong = [] if status in expected else [f"status {status}: {said[-300:]}"]
+        if "Traceback" in said or "please report" in said:
+            wrong.append(f"says {said[-600:]}")
+        if number != signal.SIGKILL and fault != "read only":
+            wrong += [f"half done: {path.name}" for path in top.rglob(".kinelast-*")]
+        return wrong if gone(process) else [*wrong, "a process is left"]
+
+
+@contextlib.contextmanager
+def folder_at(path: Path) -> Iterator[bool]:
+    """A plain folder."""
+    path.mkdir()
+    yield True
+
+
+def results(out: Path) -> dict[str, bytes]:
+    """All results by their names, without what tells of a single run."""
+    return {name: content for name, content in tree(out).items() if name not in VARIES} if out.exists() else {}
+
+
+def untold(out: Path) -> list[tuple[str, str]]:
+    """Scenes that a table of all scenes does not name."""
+    scenes = [each.name for each in out.iterdir() if each.is_dir()]
+    tables = [out / name for name in ("index.html", "summary.csv") if len(scenes) > 2]
+    texts = {path.name: path.read_text(encoding="utf-8") if path.exists() else "" for path in tables}
+    return [(name, scene) for name, text in texts.items() for scene in scenes if scene not in text]
+
+
+def differences(found: dict[str, bytes], expected: dict[str, bytes]) -> list[str]:
+    """Names of files that differ."""
+    return [
+        f"{'missing' if name not in found else 'stray' if name not in expected else 'other bytes'}: {name}"
+        for name in sorted(found.keys() | expected.keys())
+        if found.get(name) != expected.get(name)
+    ]
+
+
+def run(count: int, seed: int) -> int:
+    """Disturb so many runs; how many went wrong."""
+    chance = random.Random(seed)
+    sweeps.CHUNK = CHUNK  # of this process and its forks
+    counts: dict[tuple[str, str], Count] = {}
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        with disk(place / "try", 1 << 20) as mounts:
+            faults = [fault for fault in FAULTS if mounts or fault not in ("disk full", "read only")]
+        runs = Runs(place, chance)
+        wholes = [(job, runs.undisturbed(job)) for job in jobs_in(place)]
+        wholes = [(job, runs.undisturbed(job)) for job, _ in wholes]  # all is loaded now
+        for number in range(count):
+            job, whole = wholes[number % len(wholes)]
+            having = [each for each in faults if job.works_apart or not each.startswith("worker")]
+            fault = having[number // len(wholes) % len(having)]
+            status, wrong = runs.disturbed(job, fault, whole)
+            entry = counts.setdefault((job.name, fault), Count())
+            entry.runs += 1
+            entry.early += status not in (0, 1)
+            entry.same += not wrong
+            entry.statuses[status] += 1
+            if wrong:
+                entry.wrong.append(wrong[0])
+                print(f"run {number}, {job.name}, {fault}: {wrong[:4]}", flush=True)
+            if number % EVERY == EVERY - 1 or number == count - 1:
+                write(counts, seed)
+    return sum(len(entry.wrong) for entry in counts.values())
+
+
+def write(counts: dict[tuple[str, str], Count], seed: int) -> None:
+    """Write the counts."""
+    with RESULTS.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(("of", "fault", "runs", "ended early", "same bytes at last", "statuses", "seed"))
+        for (job, fault), entry in sorted(counts.items()):
+            statuses = " ".join(f"{status}:{often}" for status, often in sorted(entry.statuses.items()))
+            writer.writerow((job, fault, entry.runs, entry.early, entry.same, statuses, seed))
+
+
+if __name__ == "__main__":
+    words = [*map(int, sys.argv[1:])]
+    sys.exit(min(run(*(words or [1000]), *([1] if len(words) < 2 else [])), 1))
