@@ -16,6 +16,7 @@ from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
 from kinelast.designs.studies import problem_of
 from kinelast.figures.cycle import NOISE, Cycle
+from kinelast.figures.entry import LEAST
 from kinelast.figures.limits import judged, magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
@@ -24,6 +25,7 @@ from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
 from kinelast.runs.compute import computed, long_results
 from kinelast.scene.error import SceneError
+from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.tasks.request import Request
 from rigid import posture
@@ -47,6 +49,18 @@ DRAWN = [tables_of(text, 12) for text in (FOUR_BAR, SLIDER_CRANK, QUICK_RETURN)]
 
 def summary_of(tables):
     return summary(computed(scene_from_dict(tables), Request()))
+
+
+def test_every_key_under_limits_is_that_of_a_figure_bounded_from_its_side():
+    limits = {"deflection": 1.0, "chord": 1.0, "safety": 2.0, "output": 1.0}
+    assert {*limits, "links"} == {*LimitsTable.__struct_fields__}
+    scene = scene_from_dict({**DRAWN[0], "limits": limits})
+    figures = {figure.limit: figure for figure in figures_of(output_of(scene)) if figure.limit}
+    assert figures.keys() == limits.keys()
+    for limit in scene.limits:
+        figure = figures[limit.kind]
+        assert (limit.figure, limit.least) == (figure.key, figure.over == LEAST)
+        assert limit.unit in (figure.unit, "" if limit.kind == "output" else None)
 
 
 @st.composite

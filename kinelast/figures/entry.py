@@ -46,6 +46,8 @@ class Figure:
         Whether it stands in a design's row where none is asked for by name.
     asked
         Whether it is computed only where it is asked for by name.
+    limit
+        Key under `[limits]` that bounds it; empty where none does.
     error
         From a cycle to how far the items' values may be off, in the figure's unit, shape (items, ...); None where that
         is not known.
@@ -61,6 +63,7 @@ class Figure:
     everywhere: bool = False
     asked: bool = False
     told: bool = False
+    limit: str = ""
     error: Callable[[Cycle], Any] | None = None
 
     def units(self, scene: Scene) -> list[str]:

@@ -12,16 +12,14 @@ import numpy as np
 
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.entry import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.figures.registry import ALONG_BEAMS
 from kinelast.figures.results import Results, figure
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from rigid.arrays import Reals
 
-PLACES = {
-    "deflection": "w",
-    "chord": "chord",
-    "safety": "mises",
-}  # figures of beams, and the fields that have their place
+PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit}
+"""Keys under `[limits]` of figures of beams, and the fields that have their place."""
 
 
 @dataclass(frozen=True, eq=False)

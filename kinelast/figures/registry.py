@@ -122,13 +122,15 @@ def _rubbing(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
 
 
 TOLD = ("w", "chord", "mises")  # fields that a design's row tells
+LIMITS = {"w": "deflection", "chord": "chord"}  # keys under [limits] of their figures
 ALONG_BEAMS: tuple[Figure, ...] = (
     *(
         Figure(NAMES.get(key, key), FIELDS[key].name, FIELDS[key].unit, BEAM, partial(_along, key=key), fields=(key,),
-               told=key in TOLD)
+               told=key in TOLD, limit=LIMITS.get(key, ""))
         for key in (*TOLD, *(key for key in EXTREME_FIELDS if key not in TOLD))
     ),
-    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True),
+    Figure("safety", "yield stress over the largest stress", "1", BEAM, _safety, LEAST, ("mises",), told=True,
+           limit="safety"),
     Figure("buckling", "compression over Euler's load", "1", BEAM, each(lambda cycle: cycle.euler_ratio)),
 )  # fmt: skip
 OF_THE_MACHINE: tuple[Figure, ...] = (
@@ -175,11 +177,11 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
         def moved(cycle: Cycle) -> Complexes:
             return displacement_of(cycle.deflection, output.link, output.point)
 
-        return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True),)
+        return (Figure(OUTPUT_ERROR, "error of the output", "m", SCENE, whole(moved), told=True, limit="output"),)
     swing = partial(_swing, link=output.link)
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
-               lambda cycle: sole(_angle_error(cycle, output.link)), told=True),
+               lambda cycle: sole(_angle_error(cycle, output.link)), told=True, limit="output"),
         Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[0]), LEAST,
                asked=True),
         Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,

@@ -11,7 +11,8 @@ import numpy as np
 from kinelast.scene.error import SceneError, fault, known_name, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.numbers import real
-from kinelast.scene.tables import Amount, LimitsTable, LinkLimitsTable, RangeTable, ToleranceTable
+from kinelast.scene.tables import Amount, LinkLimitsTable, RangeTable, ToleranceTable
+from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
 
@@ -98,14 +99,12 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant)
 
 
-def _of_links(table: LimitsTable | LinkLimitsTable, link: str) -> Iterator[Limit]:
-    for kind, value, unit in (
-        ("deflection", table.deflection, "m"),
-        ("chord", table.chord, "m"),
-        ("safety", table.safety, "1"),
-    ):
+def _of_links(table: LinkLimitsTable, link: str) -> Iterator[Limit]:
+    for kind in LinkLimitsTable.__struct_fields__:
+        value = getattr(table, kind)
         if value is not None:
-            yield Limit(kind, real(value), kind == "safety", link, unit)
+            unit = value.units[0] if isinstance(value, Quantity) else "1"
+            yield Limit(kind, real(value), unit == "1", link, unit)
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

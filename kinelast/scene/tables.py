@@ -177,19 +177,16 @@ Factor = Annotated[float, Meta(gt=0)]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):
-    """Limits of one link."""
+    """Limits of one link, by the figures that they bound: a quantity is the most allowed, a factor the least."""
 
     deflection: Size | None = None
     chord: Size | None = None
     safety: Factor | None = None
 
 
-class LimitsTable(StrictTable, frozen=True, kw_only=True):
+class LimitsTable(LinkLimitsTable, frozen=True, kw_only=True):
     """Limits of the mechanism: of every link, of single links, and of its output."""
 
-    deflection: Size | None = None
-    chord: Size | None = None
-    safety: Factor | None = None
     output: Allowance | None = None
     links: dict[str, LinkLimitsTable] = field(default_factory=dict)
 
