@@ -88,6 +88,12 @@ class Mechanism:
         """Sliders and welds: the parts that hold the angle of one link on another."""
         return *self.sliders, *self.welds
 
+    @cached_property
+    def size(self) -> float:
+        """Greatest distance of drawn points from the first, of the first design [m]; 1 where there is none."""
+        places = np.array([np.ravel(place)[0] for place in self.drawing.values()], complex)
+        return float(np.abs(places - places[:1]).max(initial=0.0)) or 1.0
+
     def slider(self, name: str) -> Slider:
         """The slider of a name."""
         return next(slider for slider in self.sliders if slider.name == name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -134,12 +133,7 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 def error_unknown(results: Results) -> str:
     """Reason why nobody knows how far the figures of moving links are off; nothing where that is known or not asked."""
     answer = results.answer
-    if answer is None or not math.isnan(answer.error) or not np.any(results.motion.drive_rate):
-        return ""
-    if answer.unanswered:
-        return answer.unanswered
-    unstable = answer.vibrating is not None and not answer.vibrating.stable
-    return "the links have no steady state, their vibration grows" if unstable else "vibration is not known"
+    return "" if answer is None or not np.any(results.motion.drive_rate) else answer.unknown
 
 
 def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:

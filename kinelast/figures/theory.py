@@ -23,6 +23,7 @@ from elastic.links import members_of
 from kinelast.figures.cycle import too_many_beams
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
+from kinelast.scene.numbers import number
 from kinelast.tasks.progress import one_thread
 from rigid import MechanismError, Motion
 
@@ -73,6 +74,16 @@ class Answer:
     def error(self) -> float:
         """All parts together, as if they added up; nan where one is not known."""
         return math.fsum(self.errors.values())
+
+    @property
+    def unknown(self) -> str:
+        """Reason why nobody knows how far the answer is off; empty where that is known."""
+        if not math.isnan(self.error):
+            return ""
+        if not self.unanswered and self.vibrating and not self.vibrating.stable:
+            grown = number(self.vibrating.growth, 3)
+            return f"the links have no steady state, their vibration grows by {grown} every cycle"
+        return self.unanswered or "vibration is not known"
 
     @property
     def accurate(self) -> bool | None:

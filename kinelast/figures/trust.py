@@ -234,9 +234,7 @@ def _theory(results: Results) -> Iterator[Finding]:
     parts = ", ".join(f"{name} {percent(share)}" for name, share in answer.errors.items())
     vibrating = answer.vibrating
     if vibrating and not vibrating.stable:
-        grown = number(vibrating.growth, 3)
-        text = f"Parametric resonance: free vibrations grow by {grown} every cycle, no steady state comes about."
-        yield Finding(POOR, THEORY, text)
+        yield Finding(POOR, THEORY, f"Parametric resonance: {answer.unknown}.")
         return
     damping = _damping(results)
     how = f"Quasi-static: vibration would change the answer by {percent(answer.missed)}{damping}."

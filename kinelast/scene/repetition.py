@@ -137,12 +137,6 @@ def _away(course: Course, drives: Repetition, most: int) -> tuple[Reals, float]:
     steps = STEPS * int(np.max(np.ceil(drives.period / drives.turn))) if len(course.laws) > 1 else 1
     motion = course.at(drives.period * (np.arange(most * steps + 1) / steps))
     origin, direction = (part[..., ::steps] for part in (motion.origin, motion.direction))
-    size = _size(course)
+    size = course.mechanism.size
     apart = np.maximum(np.abs(origin - origin[..., :1]), size * np.abs(direction - direction[..., :1]))
     return np.asarray(apart[..., 1:].max(axis=0)), size
-
-
-def _size(course: Course) -> float:
-    """Greatest distance of drawn points from the first [m]."""
-    places = np.array([np.ravel(place)[0] for place in course.mechanism.drawing.values()], complex)
-    return float(np.abs(places - places[0]).max(initial=0.0)) or 1.0

@@ -139,13 +139,7 @@ def first_ways(mechanism: Mechanism, drive: Any) -> list[float]:
 def drive_strides(mechanism: Mechanism) -> Reals:
     """How far apart knots are along every drive [rad or m]."""
     _, slides, _ = drawn_drives(mechanism)
-    return np.where(slides, size_of(mechanism) / SLIDES, STRIDE)
-
-
-def size_of(mechanism: Mechanism) -> float:
-    """Greatest distance of drawn points [m]."""
-    places = np.array([np.ravel(place)[0] for place in mechanism.drawing.values()], complex)
-    return float(np.abs(places - places[0]).max(initial=0.0)) or 1.0 if len(places) else 1.0
+    return np.where(slides, mechanism.size / SLIDES, STRIDE)
 
 
 @lru_cache(maxsize=64)

@@ -13,7 +13,6 @@ from rigid.decomposition.groups import Group
 from rigid.joint_places import joint_place
 from rigid.joints import Joint
 from rigid.plane import ROUND_OFF, number
-from rigid.positions.drive_path import size_of
 from rigid.positions.partial_posture import PartialPosture
 from rigid.postures import Posture
 
@@ -40,7 +39,7 @@ def correct(placed: PartialPosture, group: Group, near: Posture) -> Columns:
 
 def require_closed(placed: PartialPosture, group: Group) -> None:
     """Make a driven group nan where surplus joints do not fit."""
-    size = size_of(placed.mechanism) if group.cut or group.rings else 1.0
+    size = placed.mechanism.size if group.cut or group.rings else 1.0
     for joint in group.cut + group.rings:
         closed = joint.closes(placed, FITS, FITS * size)
         placed.origin[joint.child] = placed.origin[joint.child] + np.where(closed, 0.0, np.nan)
@@ -68,7 +67,7 @@ def newton(placed: PartialPosture, group: Group, coordinates: Reals, steps: int 
     free = [group.tree[number] for number in group.free]
     column = (-1, *[1] * (coordinates.ndim - 1))
     sense = np.array([joint.sense for joint in free]).reshape(column)
-    size = size_of(placed.mechanism)
+    size = placed.mechanism.size
     unit = np.where(group.angles, 1.0, size).reshape(column)
     done = np.zeros(coordinates.shape[1:], bool)
     before: Any = np.inf

@@ -11,7 +11,7 @@ from rigid.arrays import Reals
 from rigid.decomposition.groups import Structure
 from rigid.mechanism import Mechanism
 from rigid.positions.branch import Branch
-from rigid.positions.drive_path import BLOCK, STILL, Path, drawn_drives, size_of
+from rigid.positions.drive_path import BLOCK, STILL, Path, drawn_drives
 from rigid.positions.knots import located
 from rigid.positions.trace import Trace
 
@@ -111,7 +111,7 @@ def _returns(branch: Branch, first: float, last: float) -> bool:
     at_begin, at_end = (
         {name: branch.table[name][ends[:, k]] for name in ("origin", "direction", "sign")} for k in (0, 1)
     )
-    size = size_of(branch.mechanism)
+    size = branch.mechanism.size
     away = [
         np.abs(at_begin["origin"] - at_end["origin"]).max() / size,
         np.abs(at_begin["direction"] - at_end["direction"]).max(),
