@@ -61,7 +61,7 @@ def inertia_load(vibration: Vibration, residual: ResidualResponse) -> Reals:
     kinds = terms.kinematics
     moved = mass_rows(kinds.structure, vibration.motion, kinds.chosen, residual.moved)[1:]
     inertia = (speed**2 * masses(kinds.structure))[:, None] * terms.grid.derivative(moved, 2)
-    load = (np.conj(kinds.rows[1:]).swapaxes(-1, -2) @ inertia).real + felt.stiffness(kinds.unit, residual.moved)[1:]
+    load = (kinds.rows[1:].swapaxes(-1, -2) @ np.conj(inertia)).real + felt.stiffness(kinds.unit, residual.moved)[1:]
     return -(load + terms.strains.swapaxes(-1, -2) @ residual.viscous(vibration.problem)[..., None])[..., 0]
 
 

@@ -69,11 +69,10 @@ class Displaced:
     @property
     def accelerations(self) -> Complexes:
         """Of the displacements of all masses and moments of inertia, at the points, shape (points, masses), complex."""
-        terms, (x, x1, x2) = self.vibration.problem.terms, self.history
+        terms = self.vibration.problem.terms
         kinds = terms.kinematics
         rows = mass_rows(kinds.structure, self.vibration.motion, kinds.chosen, self.residual.moved)
-        of_coordinates = terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None]
-        return of_coordinates[..., 0] + terms.grid.derivative(rows[1:, :, 0], 2)
+        return terms.accelerations(self.history) + terms.grid.derivative(rows[1:, :, 0], 2)
 
     @property
     def viscous(self) -> Reals:

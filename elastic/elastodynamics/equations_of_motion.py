@@ -155,9 +155,6 @@ class MotionTerms:
 
     Attributes
     ----------
-    moving
-        Acceleration of the masses in the grid's time, per amplitude, twice its rate, and its acceleration, shape
-        (points, masses, 3 r).
     mass, carried_rate, carried
         Inertia of the amplitudes' accelerations, rates and of themselves, shape (points, r, r).
     strains, strain_rate
@@ -169,7 +166,6 @@ class MotionTerms:
     kinematics: Kinematics
     grid: Grid
     damping: Damping
-    moving: Complexes
     mass: Reals
     carried_rate: Reals
     carried: Reals
@@ -179,14 +175,23 @@ class MotionTerms:
     viscous: Reals
     viscous_rate: Columns
 
+    def accelerations(self, history: tuple[Reals, Reals, Reals]) -> Complexes:
+        """Accelerations of the masses in the grid's time, of amplitudes and their rates, (points, masses), complex."""
+        rows, grid = self.kinematics.rows, self.grid
+        steady = (rows[1:] @ history[2][..., None])[..., 0]
+        return steady + grid.rates_times(rows, (2 * history[1], history[0]))
+
 
 def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms:
     """Terms of the equations of motion that depend on the positions at the nodes of a grid alone."""
     structure, basis = kinds.structure, kinds.basis
-    rate, acceleration = grid.rates(kinds.rows)
-    rows = kinds.rows[1:]
-    heavy = (np.conj(rows) * masses(structure)[:, None]).swapaxes(-1, -2)
-    inertia = [(heavy @ part).real for part in (rows, rate, acceleration)]
+    inertia = np.empty((3, len(kinds.rows) - 1, basis.shape[-1], basis.shape[-1]))
+    weights = masses(structure)[:, None]
+    for part, (nodes, points) in grid.parts(kinds.rows[0].size):
+        rows = kinds.rows[nodes]
+        heavy = (np.conj(rows[1:]) * weights).swapaxes(-1, -2)
+        for order, moving in enumerate((rows[1:], *part.rates(rows))):
+            inertia[order, points] = (heavy @ moving).real
     strains = strain_rows(structure, basis)
     strain_rate: Columns = 0.0
     if basis.ndim == 3:
@@ -198,7 +203,6 @@ def motion_terms(kinds: Kinematics, grid: Grid, damping: Damping) -> MotionTerms
         kinds,
         grid,
         damping,
-        np.concatenate((acceleration, rate, rows), axis=-1),
         inertia[0],
         2 * inertia[1],
         inertia[2],

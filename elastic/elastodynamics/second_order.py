@@ -67,8 +67,8 @@ def _nearer(vibration: Vibration, x: Reals) -> Reals:
     own = own_basis(structure, kinds.carried, shorter[..., None])
     moved = unit_displacements(structure, motion, kinds.carried, own, kinds.chosen)
     acceleration = terms.grid.rates(mass_rows(structure, motion, kinds.chosen, moved))[1]
-    heavy = np.conj(kinds.rows[1:]) * masses(structure)[:, None]
-    return -(vibration.problem.speed**2) * (heavy.swapaxes(-1, -2) @ acceleration)[..., 0].real
+    inertia = np.conj(acceleration) * masses(structure)[:, None]
+    return -(vibration.problem.speed**2) * (kinds.rows[1:].swapaxes(-1, -2) @ inertia)[..., 0].real
 
 
 def chord_of(vibration: Vibration, along: Complexes, stations: Reals) -> Reals:

@@ -38,7 +38,7 @@ ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
-MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude, of 16 bytes: a GB with all that is made of them
+MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude: half a GB with all that is made of them
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
 SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
@@ -188,14 +188,16 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         return Elastodynamic(plain, plain, model.damping, np.inf, none, 0, 0, 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
+    found: Any = None
     for _ in range(ROUNDS):
+        found = None  # it makes room for the finer one
         found, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
         unstable = np.abs(multipliers).max(initial=0.0) > 1 + NEUTRAL
         finer = (
             None
             if reduced <= tolerance or unstable or in_elements > discretization.resolved
-            else discretization.finer(reduced)
+            else discretization.finer(reduced, MOST_NUMBERS // numbers_per_amplitude(discretization, grid))
         )
         if finer is None or numbers_of(finer, grid) > MOST_NUMBERS:
             break
@@ -222,8 +224,12 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
 
 def numbers_of(discretization: Discretization, grid: Grid) -> int:
     """Numbers in the accelerations of the masses per amplitude, by far the largest array of a discretization."""
-    heavy, amplitudes = len(masses(discretization.model.structure)), discretization.basis.shape[1]
-    return 3 * len(grid.nodes) * heavy * int(amplitudes)
+    return numbers_per_amplitude(discretization, grid) * int(discretization.basis.shape[1])
+
+
+def numbers_per_amplitude(discretization: Discretization, grid: Grid) -> int:
+    """The same of a single amplitude."""
+    return 3 * len(grid.nodes) * len(masses(discretization.model.structure))
 
 
 def resolved_in_time(
@@ -235,7 +241,9 @@ def resolved_in_time(
         discretization.basis,
         chosen_points(discretization.model.structure.mechanism),
     )
+    found: Any = None
     while True:
+        found = bent = terms = None  # they make room for the finer ones
         motion = checked(model.motion_at(grid.nodes))
         bent = deflection(motion, model.sections, model.joints)
         terms = motion_terms(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
@@ -303,8 +311,11 @@ class Discretization:
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
-    def finer(self, error: float) -> Discretization | None:
-        """More coordinates, or shorter elements where these gain nothing; None where neither does."""
+    def finer(self, error: float, most: float = math.inf) -> Discretization | None:
+        """More coordinates, or shorter elements where these gain nothing; None where neither does.
+
+        None, too, where it would be more than `most` amplitudes.
+        """
         stalled = error > self.before / 2
         if stalled and self.stalled:
             return None
@@ -312,6 +323,8 @@ class Discretization:
         following = replace(self, before=error, in_time=in_time, stalled=stalled)
         if in_time:
             return replace(following, resolved=self.resolved / FINER)
+        if 2 * self.modes > most:
+            return None
         inner, known = self.model.inner + 2, self.model
         structure, cycle = _coordinates(known.looked_at, known.sections, known.joints, inner)
         model = replace(known, structure=structure, cycle=cycle, inner=inner)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -13,6 +13,7 @@ from numpy.polynomial import legendre
 from rigid.arrays import Complexes, Integers, Numbers, Reals
 
 STAGES = 8
+CACHED = 200_000  # numbers worked on at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +107,41 @@ class Grid:
         found = (own.first @ elements) * per, (own.second @ elements) * per**2
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
+
+    def rates_times(self, values: Numbers, amplitudes: tuple[Reals, Reals]) -> Numbers:
+        """Sum of the first and second derivatives in time of values at the nodes, each times amplitudes at the points.
+
+        Parameters
+        ----------
+        values
+            Shape (nodes, n, r).
+        amplitudes
+            Shape (points, r) each.
+
+        Returns
+        -------
+        Shape (points, n).
+        """
+        own = scheme(self.stages)
+        total = np.empty((len(amplitudes[0]), values.shape[1]), values.dtype)
+        for part, (nodes, points) in self.parts(values[0].size):
+            first_node = np.arange(len(part.steps))[:, None] * self.stages
+            elements = values[nodes][first_node + np.arange(self.stages + 1)]
+            found: Any = 0.0
+            for order, (matrix, each) in enumerate(zip((own.first, own.second), amplitudes, strict=True), 1):
+                there = each[points].reshape(len(part.steps), self.stages, -1).swapaxes(-1, -2)
+                moved = elements @ there[:, None]
+                found = found + np.einsum("ij,ejni->ein", matrix, moved) / part.steps[:, None, None] ** order
+            total[points] = found.reshape(-1, values.shape[1])
+        return total
+
+    def parts(self, size: int) -> Iterator[tuple[Grid, tuple[slice, slice]]]:
+        """Runs of elements with their nodes and points, so many that `size` numbers at every node stay in cache."""
+        count = max(1, CACHED // (size * self.stages))
+        for first in range(0, len(self.steps), count):
+            edges = self.edges[first : first + count + 1]
+            begin, end = first * self.stages, (first + len(edges) - 1) * self.stages
+            yield Grid(edges, self.stages), (slice(begin, end + 1), slice(begin, end))
 
     def derivative(self, values: Numbers, order: int) -> Numbers:
         """Derivative in time of values at all points but the start, shape (points, ...), element by element.

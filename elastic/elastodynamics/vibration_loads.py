@@ -110,11 +110,11 @@ def vibration_loads(
 
     `motion` is that at the grid's nodes; `residual` is there besides.
     """
-    x, x1, x2 = history
+    x, x1, _ = history
     terms, kinds = found.terms, found.terms.kinematics
     structure = kinds.structure
     directions = beam_directions(motion).T[1:]
-    acceleration = (terms.moving @ np.concatenate((x, 2 * x1, x2), axis=1)[..., None])[..., 0]
+    acceleration = terms.accelerations(history)
     slope = (kinds.unit.slope[1:] @ x[:, None, :, None])[..., 0]
     if residual is not None:
         rows = mass_rows(structure, motion, kinds.chosen, residual.moved)[1:, :, 0]
