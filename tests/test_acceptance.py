@@ -1,6 +1,7 @@
 """Limits of a scene and its output: what is held against what, what the command answers, who causes the error."""
 
 import json
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -73,7 +74,7 @@ UNSTABLE = STEEL.replace('speed = "100 rad/s"', 'speed = "460 rad/s"').replace(
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"), [(STEEL + RUBBING, 'friction of "B" is not known'), (UNSTABLE, "have no steady state")]
+    ("text", "reason"), [(STEEL + RUBBING, 'friction of "B" is not known'), (UNSTABLE, "unstable at 460 rad/s")]
 )
 def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     """Quasi-statically they seem to; the flagship without friction does not."""
@@ -86,6 +87,20 @@ def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     assert acceptance["passed"] is None
     assert reason in acceptance["problem"]
     assert acceptance["limits"][0]["passed"]
+
+
+def test_the_speed_below_which_vibration_dies_out_is_told():
+    """Runs of their own on either side of it, and at the speed that was asked for."""
+    told = computed(scene_from_text(UNSTABLE), Request()).instability
+    grows, border = (float(part.split()[0]) for part in re.findall(r"(?:by|below) ([\d.]+ (?:%|rad/s))", told))
+    growth = {}
+    for speed in (460.0, 0.985 * border, 1.0005 * border):
+        text = UNSTABLE.replace("460 rad/s", f"{speed} rad/s").replace("[run]", '[run]\ntheory = "elastodynamic"')
+        answer = computed(scene_from_text(text), Request()).answer
+        growth[speed] = answer.vibrating.growth
+    asked, below, above = growth.values()
+    assert below < 1 < above
+    assert 100 * (asked - 1) == pytest.approx(grows, rel=0.05)
 
 
 def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):

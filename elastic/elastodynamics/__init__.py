@@ -2,7 +2,7 @@
 
 from elastic.elastodynamics.geometrically_exact import geometrically_exact
 from elastic.elastodynamics.solution import Elastodynamic
-from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map
+from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch
 from elastic.elastodynamics.steady_state import elastodynamic
@@ -26,6 +26,7 @@ __all__ = [
     "geometrically_exact",
     "large_displacement_error",
     "speed_map",
+    "stable_below",
     "theory_error",
     "transient",
 ]

@@ -45,6 +45,7 @@ COARSER = 30.0  # times as fine as asked, from where the next speed may do with 
 MULTIPLES = 6  # of the cycle's frequency, that are looked at where they meet a natural one
 
 Measure = Callable[[Deflection], Any]
+LOOK, SLOWEST = 0.01, 0.3  # shares of a speed: apart, and down to which, stability is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +193,44 @@ class SpeedAnswers:
         course.level = len(course.grids) - 1
         problems = [course.problem(ratio) for ratio in (ends[0], math.sqrt(ends[0] * ends[1]), ends[1])]
         return speed_scan(course.here()[0], problems, ends[1])
+
+
+def stable_below(
+    motion_at: MotionAt,
+    period: float,
+    sections: Sequence[Section],
+    joints: Mapping[str, JointCompliance] | None = None,
+    damping: Damping | float | None = None,
+) -> float:
+    """Speed of the drives below which all free vibrations die out, of a cycle that is unstable at the speed of ratio 1.
+
+    Looked at is every `LOOK` of the speed down to `SLOWEST`; ranges that are narrower are not seen. Between the last
+    two the border is found by bisection.
+
+    Parameters
+    ----------
+    motion_at, period, sections, joints, damping
+        As for `elastodynamic`.
+
+    Returns
+    -------
+    Ratio to the speed, to `LOOK`/16; nan where the slowest is unstable too.
+    """
+    answers = SpeedAnswers(motion_at, period, sections, _nothing, joints, damping)
+    answers.find([1.0])
+    looked_at = np.arange(1.0, SLOWEST, -LOOK)
+    unstable = [float(ratio) for ratio in looked_at if not answers.stable(float(ratio))]
+    if not unstable or unstable[-1] == looked_at[-1]:
+        return math.nan if unstable else 1.0
+    low, high = unstable[-1] - LOOK, unstable[-1]
+    while high - low > LOOK / 16:
+        middle = (low + high) / 2
+        low, high = (middle, high) if answers.stable(middle) else (low, middle)
+    return low
+
+
+def _nothing(bent: Deflection) -> Reals:
+    return np.zeros((1, *bent.motion.columns[:-1]))
 
 
 def critical_speeds(omega: Reals, multiples: int = MULTIPLES) -> dict[int, tuple[float, float]]:

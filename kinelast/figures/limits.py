@@ -133,7 +133,9 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 def error_unknown(results: Results) -> str:
     """Reason why nobody knows how far the figures of moving links are off; nothing where that is known or not asked."""
     answer = results.answer
-    return "" if answer is None or not np.any(results.motion.drive_rate) else answer.unknown
+    if answer is None or not np.any(results.motion.drive_rate):
+        return ""
+    return results.instability or answer.unknown
 
 
 def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:

@@ -17,8 +17,9 @@ from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_bea
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.scene.numbers import percent, quantity
 from kinelast.tasks.progress import one_thread
-from rigid import Mechanism, Motion, Reals
+from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:
@@ -130,6 +131,28 @@ class Results:
     def vibrates(self) -> bool:
         """Whether the answer is that of vibrating links."""
         return self.answer is not None and self.answer.theory != QUASI_STATIC
+
+    @cached_property
+    @one_thread()
+    def instability(self) -> str:
+        """How quickly vibration grows where no steady state comes about, and below which speed one does; else nothing.
+
+        Where speeds of the drives mean anything: the whole cycle passes more slowly.
+        """
+        vibrating = self.answer.vibrating if self.answer else None
+        if vibrating is None or vibrating.stable:
+            return ""
+        from elastic.elastodynamics import stable_below
+
+        laws, words = self.scene.laws, f"vibration grows by {percent(vibrating.growth - 1)} a cycle"
+        sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
+        at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3)}"
+        given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
+        ratio = stable_below(*given) if math.isfinite(self.period) else math.nan
+        if math.isnan(ratio):
+            return f"unstable {at}: {words}, and at lower speeds too"
+        border = percent(ratio) + " of it" if sole is None else quantity(ratio * abs(float(sole)), "rad/s", 3)
+        return f"unstable {at}: {words}; stable below {border}"
 
     @property
     def quasi_static(self) -> Deflection:

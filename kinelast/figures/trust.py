@@ -234,7 +234,9 @@ def _theory(results: Results) -> Iterator[Finding]:
     parts = ", ".join(f"{name} {percent(share)}" for name, share in answer.errors.items())
     vibrating = answer.vibrating
     if vibrating and not vibrating.stable:
-        yield Finding(POOR, THEORY, f"Parametric resonance: {answer.unknown}.")
+        text = f"{_sentence(results.instability)}. This is parametric resonance: no steady state comes about, and the"
+        text += " figures are those of links that do not vibrate. Run slower, or make the links stiffer or more damped."
+        yield Finding(POOR, THEORY, text)
         return
     damping = _damping(results)
     how = f"Quasi-static: vibration would change the answer by {percent(answer.missed)}{damping}."
