@@ -64,6 +64,50 @@ def _harmonic(z: Reals) -> Triple:
     return (1 - np.cos(turn)) / 2, pi / 2 * np.sin(turn), pi**2 / 2 * np.cos(turn)
 
 
+def _trapezoidal(z: Reals) -> Triple:
+    """A third at constant acceleration, a third at constant speed, a third at constant deceleration."""
+    early, late = z < 1 / 3, z > 2 / 3
+    value = np.select([early, late], [2.25 * z**2, 1 - 2.25 * (1 - z) ** 2], 1.5 * z - 0.25)
+    rate = np.select([early, late], [4.5 * z, 4.5 * (1 - z)], 1.5)
+    return value, rate, np.select([early, late], [4.5, -4.5], 0.0)
+
+
+def _sine_constant_cosine(sine: float, cosine: float) -> Callable[[Reals], Triple]:
+    """Curves with an acceleration that grows and falls like a sine, is constant, and passes zero like a cosine.
+
+    Norton's SCCA family. `sine` is the share of the time for both ends together, `cosine` that in the middle.
+    """
+    b, d = sine, cosine
+    ends, flat = b / 2, (1 - d) / 2
+    # Speed and coordinate where the pieces meet, at an acceleration of 1 in the constant one; half of the rise is 1/2.
+    speed = 2 * ends / pi
+    way = ends**2 * (2 / pi) * (1 - 2 / pi)
+    lasts = flat - ends
+    later_way, later = way + speed * lasts + lasts**2 / 2, speed + lasts
+    peak = 1 / (2 * (later_way + later * d / 2 + (d / pi) ** 2))
+
+    def half(z: Reals) -> Triple:
+        """The first half of the rise."""
+        first, third = z < ends, z > flat
+        turn = pi * z / b if b else np.zeros(np.shape(z))
+        swing = pi * (z - flat) / d if d else np.zeros(np.shape(z))
+        on, rest = z - ends, z - flat
+        value = np.select(
+            [first, third],
+            [b / pi * (z - b / pi * np.sin(turn)), later_way + later * rest + (d / pi) ** 2 * (1 - np.cos(swing))],
+            way + speed * on + on**2 / 2,
+        )
+        rate = np.select([first, third], [b / pi * (1 - np.cos(turn)), later + d / pi * np.sin(swing)], speed + on)
+        return peak * value, peak * rate, peak * np.select([first, third], [np.sin(turn), np.cos(swing)], 1.0)
+
+    def curve(z: Reals) -> Triple:
+        back = z > 0.5
+        value, rate, acceleration = half(np.where(back, 1 - z, z))
+        return np.where(back, 1 - value, value), rate, np.where(back, -acceleration, acceleration)
+
+    return curve
+
+
 CURVES: Mapping[str, Callable[[Reals], Triple]] = {
     "dwell": _polynomial(0.0),
     "constant-speed": _polynomial(0.0, 1.0),
@@ -71,6 +115,10 @@ CURVES: Mapping[str, Callable[[Reals], Triple]] = {
     "cycloidal": _cycloidal,
     "polynomial-345": _polynomial(0, 0, 0, 10, -15, 6),
     "polynomial-4567": _polynomial(0, 0, 0, 0, 35, -84, 70, -20),
+    "trapezoidal-velocity": _trapezoidal,
+    "constant-acceleration": _sine_constant_cosine(0.0, 0.0),
+    "modified-trapezoid": _sine_constant_cosine(0.25, 0.25),
+    "modified-sine": _sine_constant_cosine(0.25, 0.75),
 }
 """Curves by name: z in 0..1, any shape, to s, ds/dz and d2s/dz2 of the same shape."""
 

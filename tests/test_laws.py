@@ -8,7 +8,8 @@ import pytest
 from rigid import ConstantSpeed, LawError, Segment, SegmentedLaw
 from rigid.laws import CURVES
 
-RISES = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567")
+SMOOTH = ("harmonic", "cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine")
+RISES = (*SMOOTH, "trapezoidal-velocity", "constant-acceleration")
 
 # Greatest velocity h/T and acceleration h/T^2 of the double-dwell curves, as in the tables of peak factors of
 # R. L. Norton, Design of Machinery, chapter 8, in closed form: 30 z^2 (1 - z)^2 and 140 z^3 (1 - z)^3 at z = 1/2; their
@@ -18,6 +19,11 @@ PEAKS = {
     "cycloidal": (2.0, 2 * pi),
     "polynomial-345": (1.875, 10 / sqrt(3)),
     "polynomial-4567": (2.1875, 84 / (5 * sqrt(5))),
+    # Speed of 1 gained in the ramps; a modified trapezoid's and sine's acceleration from a rise of 1, by integration.
+    "trapezoidal-velocity": (1.5, 4.5),
+    "constant-acceleration": (2.0, 4.0),
+    "modified-trapezoid": (2.0, 8 * pi / (2 + pi)),
+    "modified-sine": (4 * pi / (4 + pi), 4 * pi**2 / (4 + pi)),
 }
 
 
@@ -42,7 +48,7 @@ def test_rises_have_the_peaks_of_the_handbook(curve):
     assert np.abs(acceleration).max() == pytest.approx(bend * 3.0 / 0.2**2, rel=1e-7)
 
 
-@pytest.mark.parametrize("curve", RISES)
+@pytest.mark.parametrize("curve", SMOOTH)
 def test_rises_begin_and_end_at_rest_and_are_derivatives_of_one_another(curve):
     law = SegmentedLaw(1.0, (Segment(curve, 0.5, -2.0),))
     value, rate, _ = law(np.array([0.0, 0.25, 0.5]))
@@ -51,7 +57,20 @@ def test_rises_begin_and_end_at_rest_and_are_derivatives_of_one_another(curve):
     assert_consistent(law, np.linspace(0.01, 0.49, 97), 1e-7)
 
 
-@pytest.mark.parametrize("curve", ["cycloidal", "polynomial-345", "polynomial-4567"])
+@pytest.mark.parametrize("curve", ["trapezoidal-velocity", "constant-acceleration"])
+def test_curves_of_constant_acceleration_are_its_integrals(curve):
+    z = fine(1.0)
+    value, rate, acceleration = CURVES[curve](z)
+    gained = np.concatenate([[0.0], np.cumsum((acceleration[1:] + acceleration[:-1]) / 2 * np.diff(z))])
+    gone = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(z))])
+    assert rate == pytest.approx(gained, abs=1e-3)
+    assert value == pytest.approx(gone, abs=1e-8)
+    assert value[-1] == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    "curve", ["cycloidal", "polynomial-345", "polynomial-4567", "modified-trapezoid", "modified-sine"]
+)
 def test_accelerations_begin_and_end_at_zero_but_not_the_harmonic(curve):
     assert CURVES[curve](np.array([0.0, 1.0]))[2] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert CURVES["harmonic"](np.array([0.0, 1.0]))[2] == pytest.approx([pi**2 / 2, -(pi**2) / 2])

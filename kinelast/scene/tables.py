@@ -30,7 +30,18 @@ from kinelast.scene.quantities import (
 
 Place = tuple[Length, Length]
 Name = Annotated[str, Meta(pattern="^[A-Za-z0-9_-]+$")]
-Curve = Literal["dwell", "constant-speed", "harmonic", "cycloidal", "polynomial-345", "polynomial-4567"]
+Curve = Literal[
+    "dwell",
+    "constant-speed",
+    "harmonic",
+    "cycloidal",
+    "polynomial-345",
+    "polynomial-4567",
+    "trapezoidal-velocity",
+    "constant-acceleration",
+    "modified-trapezoid",
+    "modified-sine",
+]
 LengthUnit = Literal["m", "cm", "mm", "in"]
 PER_LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 Interpolation = Literal["linear", "cubic"]
