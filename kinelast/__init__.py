@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from kinelast.version import VERSION as __version__
+
 if TYPE_CHECKING:
     from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
     from kinelast.notebook.inline import film, picture, report
@@ -20,6 +22,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "StructureScene",
+    "__version__",
     "deflection",
     "film",
     "load",
