@@ -15,6 +15,7 @@ from kinelast.figures.speeds import FIELDS, prominences, speeds
 from kinelast.figures.theory import damping_of
 from kinelast.outputs.speeds import speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
+from kinelast.scene.error import SceneError
 from kinelast.tasks.task import shipped_scenes
 
 # A drawn four-bar of little damping; its 5th harmonic meets its first mode near 455 rad/s.
@@ -47,6 +48,19 @@ speed = 501.41251043566666
 [run]
 damping_ratio = 0.002
 """
+TWO_CRANKS = (
+    shipped_scenes()["steel_four_bar"].read_text().replace('points = ["D", "B"]', 'points = ["C", "B"]')
+    .replace('speed = "100 rad/s"', "speed = {}").replace("D = [0.35, 0.0]", "D = [0.35, 0.0]\nC = [0.4, 0.0]")
+    + """
+[links.second]
+points = ["D", "C"]
+section = "bar"
+material = "steel"
+[[drives]]
+link = "second"
+speed = {}
+"""
+)  # fmt: skip
 CHORD = '[limits]\nchord = "29.1775 mm"\n'
 
 
@@ -73,7 +87,9 @@ class TestLimitSpeed:
         assert found.asked.sum() == asked[2]
         figures = speed_figures(found, scene_from_text(LIGHTLY_DAMPED + CHORD))
         expected = "(rocker, deflection from the chord: 5th harmonic meets the 1st mode (mostly rocker))"
-        assert figures["words"][0] == f"all limits hold up to {found.highest:.4g} rad/s {expected}"
+        assert figures["words"][0].startswith(
+            f"all limits hold up to {found.highest:.4g} rad/s {expected}; figures there"
+        )
 
     @pytest.mark.parametrize(("bound", "highest"), [("1 m", 40.0), ("1 nm", 0.0)])
     def test_limits_may_hold_everywhere_or_nowhere(self, bound, highest):
@@ -89,6 +105,28 @@ class TestLimitSpeed:
         found = speeds(scene_from_text(weightless + f"[limits]\nchord = {4 * chord}\n"), (slow, 3 * slow, 2))
         assert found.highest == pytest.approx(2 * slow, rel=4e-3)
         assert found.limit.resonance is None
+
+
+class TestWhatGoesWithTheSpeed:
+    @pytest.mark.slow
+    def test_several_drives_keep_their_ratio(self):
+        """Two cranks at 40 and 60 rad/s: the row at 80 is that of the scene at 80 and 120, of two turns a cycle."""
+        found = speeds(scene_from_text(TWO_CRANKS.format(40, 60)), (60.0, 80.0, 2))
+        other = speeds(scene_from_text(TWO_CRANKS.format(80, 120)), (60.0, 80.0, 2))
+        np.testing.assert_allclose(found.map.values[-1], other.map.values[-1], rtol=5e-3)
+        words = speed_figures(found, scene_from_text(TWO_CRANKS.format(40, 60)))["words"]
+        assert words[0] == "speeds are those of crank, the other drives keep their ratio to it"
+
+    def test_loads_by_time_do_not(self):
+        load = '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [1, 2]]\nextend = "hold"\n'
+        with pytest.raises(SceneError, match="cannot scale a load by time"):
+            speeds(scene_from_text(FOUR_BAR + load), (1.0, 2.0, 2))
+
+    @pytest.mark.slow
+    def test_loads_by_angle_do(self):
+        load = '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [1, 0]\ntable = [[0, 1], [1, 2]]\nextend = "hold"\n'
+        by_angle = load.replace("[1, 2]", "[0.5, 2]") + 'against = {link = "crank"}\n'
+        assert speeds(scene_from_text(FOUR_BAR + by_angle), (1.0, 2.0, 2)).map.stable.all()
 
 
 class TestUnstableRanges:

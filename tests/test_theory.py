@@ -394,9 +394,9 @@ class TestSpeeds:
         assert all(0 < float(row["error [1]"]) < 4e-3 for row in rows)
         assert "<svg" in (tmp_path / "bars" / "speeds.svg").read_text()
 
-    def test_it_takes_one_steady_drive(self):
+    def test_it_takes_steady_drives(self):
         scene = read_scene(shipped_scenes()["drs_push_up"])
-        with pytest.raises(SceneError, match="one drive, at constant speed"):
+        with pytest.raises(SceneError, match="drives at constant speed, all in one ratio"):
             speeds(scene, (1.0, 2.0, 2))
 
     @pytest.mark.parametrize("words", ["20:40", "40:20:3", "20 mm:40 mm:3", "20:40:1", "0:40:3"])

@@ -131,6 +131,7 @@ def speed_map(
 class SpeedAnswers:
     """Steady states at speeds that are asked for one after the other; see `speed_map`.
 
+    `still` is measured of the answers without vibration, the same as of the others where left out;
     `least_damping` is the least damping ratio of a natural mode: half the relative width of its peaks.
     """
 
@@ -143,6 +144,7 @@ class SpeedAnswers:
         joints: Mapping[str, JointCompliance] | None = None,
         damping: Damping | float | None = None,
         tolerance: float = TOLERANCE,
+        still: Measure | None = None,
     ) -> None:
         model = vibrating_model(motion_at, 0.0, period, sections, joints or {}, damping)
         if model.cycle is None:
@@ -150,7 +152,7 @@ class SpeedAnswers:
         self.damping, self.omega = model.damping, model.cycle.omega
         betas = [*model.damping.beams[model.damping.beams > 0], *([model.damping.joints] * (model.damping.joints > 0))]
         self.least_damping = float(min(betas, default=0.0) * self.omega.min() / 2)
-        self._measure, self._tolerance = measure, tolerance
+        self._measure, self._still, self._tolerance = measure, still or measure, tolerance
         grids = [Grid(np.linspace(0.0, period, ELEMENTS + 1))]
         self._course = _Course(first_discretization(model, tolerance), grids)
         self._rows: dict[float, _Row] = {}
@@ -164,7 +166,7 @@ class SpeedAnswers:
             course, resolved = self._course, self._course.resolved
             for first in range(0, len(left), SIDE_BY_SIDE):
                 steady = [_at_speed(course, ratio, self._tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
-                self._rows |= _measured(course, steady, self._measure)
+                self._rows |= _measured(course, steady, self._measure, self._still)
             errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
             left = [
                 ratio
@@ -356,7 +358,7 @@ def _passed(base: Motion, ratio: Any) -> Motion:
     )
 
 
-def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> dict[float, _Row]:
+def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure, still: Measure) -> dict[float, _Row]:
     """Measures with and without vibration; nan where the steady state is unstable.
 
     At as many positions, evenly in time, as the finest of the grids has points.
@@ -367,11 +369,12 @@ def _measured(course: _Course, steady: Sequence[_Steady], measure: Measure) -> d
     rows: dict[float, _Row] = {}
     for part in design_chunks((len(steady),), count, columns_of(base.mechanism, count)):
         some = steady[part]
-        plain = _together(course.model, base, some, measure)
-        values = np.full(plain.shape, np.nan)
+        plain = _together(course.model, base, some, still)
         stable = [row for row, each in enumerate(some) if each.loads]
+        known = _together(course.model, base, [some[k] for k in stable] or some[:1], measure, bool(stable))
+        values = np.full((len(some), *known.shape[1:]), np.nan)
         if stable:
-            values[stable] = _together(course.model, base, [some[k] for k in stable], measure, True)
+            values[stable] = known
         for row, each in enumerate(some):
             rows[each.ratio] = _Row(
                 values[row], plain[row], each.growth, each.time_error, each.reduction_error, each.large_displacement

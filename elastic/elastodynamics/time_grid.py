@@ -205,8 +205,13 @@ class Grid:
 
 def interpolation(nodes: Reals, places: Reals) -> Reals:
     """From values at nodes on [0, 1] to those at places of the polynomial through them, shape (places, nodes)."""
-    series = np.eye(len(nodes))
-    return _values(places, series) @ np.linalg.inv(_values(nodes, series))
+    return _values(places, np.eye(len(nodes))) @ _to_series(tuple(nodes.tolist()))
+
+
+@lru_cache(maxsize=32)
+def _to_series(nodes: tuple[float, ...]) -> Reals:
+    """From values at nodes on [0, 1] to Legendre's series, shape (nodes, nodes)."""
+    return np.asarray(np.linalg.inv(_values(nodes, np.eye(len(nodes)))), float)
 
 
 @lru_cache(maxsize=8)

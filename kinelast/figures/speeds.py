@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +25,7 @@ from rigid.arrays import Flags, Reals
 
 FIELDS = {"w": "deflection", "chord": "chord", "mises": "stress"}  # that are told of every beam, and their figures
 SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # rows of a scan, by the figures that limits bound
+CLOCK = 24  # positions at which loads are asked whether they go by the clock
 PROMINENT = 0.1  # of itself that a peak rises above the valleys beside it, from where it is told
 AMPLIFIED = 1.2  # times the answer without vibration, below which no resonance is told of a value
 
@@ -130,14 +131,12 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     Raises
     ------
     SceneError
-        Not one drive at constant speed moves the scene, or vibration cannot be answered.
+        Other than drives at constant speed move the scene, loads go by the clock, or vibration cannot be answered.
     """
-    if len(scene.laws) != 1 or not isinstance(scene.laws[0], ConstantSpeed) or not scene.laws[0].speed:
-        raise SceneError(scene.path, "drives", "", "--speeds takes a scene with one drive, at constant speed")
-    if scene.run.no_cycle:
-        raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
-    nominal = abs(float(scene.laws[0].speed))
+    nominal = _nominal(scene)
     figures = [figure for figure in figures_of(output_of(scene)) if not figure.asked]
+    needed = {*FIELDS.values(), *(limit.figure for limit in scene.limits)}
+    still = [figure for figure in figures if figure.key in needed]
     ratios = (np.linspace(*asked) / nominal).tolist()
 
     def moved(times: Reals) -> Motion:
@@ -156,22 +155,24 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             measured,
             scene.joints,
             damping_of(scene),
+            still=lambda bent: _largest(scene, still, bent),
         )
         answers.find(ratios)
         search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)))
         search.find_peaks()
         unstable = search.find_borders()
-        limit = _limit(scene, figures, search, nominal) if scene.limits else None
+        limit = _limit(scene, figures, still, search, nominal) if scene.limits else None
     except (MechanismError, ValueError) as error:
         raise SceneError(scene.path, "", "", f"--speeds: {error}") from None
     steady = answers.map()
-    values, plain = (_by_figure(scene, figures, each) for each in (steady.values, steady.quasi_static))
+    values, plain = _by_figure(scene, figures, steady.values), _by_figure(scene, still, steady.quasi_static)
     told = replace(steady, values=np.moveaxis(_curves(values), -1, 0), quasi_static=np.moveaxis(_curves(plain), -1, 0))
     measures = {
         name: (measure, measure.among(values[measure.figure.key]))
         for name, measure in measures_of(scene, figures).items()
     }
-    spans = critical_speeds(steady.omega).items()
+    per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # speed of the drive over that of the cycle
+    spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not scene.limits else limit.speed if limit else asked[1]
     drawn, curves = search.between()
     speed, own = steady.ratio * nominal, np.isin(steady.ratio, ratios)
@@ -188,6 +189,41 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         tuple((low * nominal, high * nominal) for low, high in unstable),
         {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
     )
+
+
+def leading_drive(scene: Scene) -> int:
+    """Number of the drive that speeds are of: the first that moves; the others keep their ratio to it."""
+    return next((number for number, law in enumerate(scene.laws) if getattr(law, "speed", 0.0)), 0)
+
+
+def _nominal(scene: Scene) -> float:
+    """Speed of the leading drive in the scene [rad/s or m/s].
+
+    Raises
+    ------
+    SceneError
+        The motion, or a load, does not go with the speed of the drives.
+    """
+    lead = scene.laws[leading_drive(scene)]
+    if not all(isinstance(law, ConstantSpeed) for law in scene.laws) or not isinstance(lead, ConstantSpeed):
+        problem = "--speeds scales drives at constant speed, all in one ratio; laws of time and efforts are not scaled"
+        raise SceneError(scene.path, "drives", "", problem)
+    if not lead.speed:
+        raise SceneError(scene.path, "drives", "", "--speeds scales drives at constant speed, and none moves")
+    if scene.run.no_cycle:
+        raise SceneError(scene.path, "drives", "", f"--speeds takes cycles: {scene.run.no_cycle}")
+    laws = (getattr(load, "law", None) for load in scene.mechanism.loads)
+    if any(_by_the_clock(scene, law) for law in laws if law is not None):
+        problem = "--speeds cannot scale a load by time: give its table against the angle of a link"
+        raise SceneError(scene.path, "loads", "", problem)
+    return abs(float(lead.speed))
+
+
+def _by_the_clock(scene: Scene, law: Any) -> bool:
+    """Whether a factor changes with time where all positions and rates are the same."""
+    motion = scene.course.at(float(scene.run.cycle) * np.arange(CLOCK) / CLOCK)
+    now, later = (np.asarray(law(each)) for each in (motion, replace(motion, time=0.61 * motion.time)))
+    return not np.allclose(now, later, rtol=1e-9, atol=1e-12 * np.abs(now).max(initial=0.0))
 
 
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection) -> Reals:
@@ -209,7 +245,9 @@ def _curves(values: Mapping[str, Any]) -> Reals:
     return np.array([values[key] for key in FIELDS.values()])
 
 
-def _limit(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal: float) -> SpeedLimit | None:
+def _limit(
+    scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
+) -> SpeedLimit | None:
     """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
     of_beams = {figure.key for figure in figures if figure.of == BEAM}
     rows = [
@@ -231,10 +269,11 @@ def _limit(scene: Scene, figures: Sequence[Figure], search: SpeedSearch, nominal
     if np.isnan(shares).any():
         return SpeedLimit(low * nominal, above * nominal, None, -1, None)
     limit, beam = rows[int(shares.argmax())]
-    amplified = _amplified(search.answers.map([above]), scene, figures)
-    return SpeedLimit(
-        low * nominal, above * nominal, limit, beam, search.model.resonance(above) if amplified(limit, beam) else None
-    )
+    found = search.answers.map([above])
+    parts = _by_figure(scene, figures, found.values), _by_figure(scene, still, found.quasi_static)
+    one, other = (float(_used(limit, part[limit.figure], max(beam, 0))[0]) for part in parts)
+    met = search.model.resonance(above) if one > AMPLIFIED * other else None
+    return SpeedLimit(low * nominal, above * nominal, limit, beam, met)
 
 
 def _used(limit: Limit, values: Any, item: int) -> Any:
@@ -244,17 +283,6 @@ def _used(limit: Limit, values: Any, item: int) -> Any:
     bound = np.ravel(limit.bound)[0]
     with np.errstate(divide="ignore"):
         return bound / values[item] if limit.least else values[item] / bound
-
-
-def _amplified(found: SpeedMap, scene: Scene, figures: Sequence[Figure]) -> Callable[[Limit, int], bool]:
-    """Whether vibration adds much to the figure that a limit bounds, at one speed."""
-    with_, without = (_by_figure(scene, figures, each) for each in (found.values, found.quasi_static))
-
-    def much(limit: Limit, beam: int) -> bool:
-        one, other = (each[limit.figure][max(beam, 0), 0] for each in (with_, without))
-        return bool(other > AMPLIFIED * one if limit.least else one > AMPLIFIED * other)
-
-    return much
 
 
 def _peaks(told: SpeedMap, search: SpeedSearch, nominal: float) -> Iterator[SpeedPeak]:
@@ -296,5 +324,5 @@ def prominences(values: Any) -> Iterator[tuple[int, float]]:
 
 
 def speed_unit(scene: Scene) -> str:
-    """Unit of the speed of the drive."""
-    return "rad/s" if scene.mechanism.drives[0].turns else "m/s"
+    """Unit of the speed of the leading drive."""
+    return "rad/s" if scene.mechanism.drives[leading_drive(scene)].turns else "m/s"

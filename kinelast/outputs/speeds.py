@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics import Resonance
-from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, speed_unit
+from kinelast.figures.cycle import drive_words
+from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
 from kinelast.figures.theory import ACCURACY
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import Scene
 from kinelast.scene.numbers import percent, quantity
 
+TOLD = 0.01  # error at the limit speed, from which it is told beside it
 LABEL_ROOM = 0.04  # of the range of speeds, that the label of a peak takes
 UNITS = dict(zip(FIELDS, ("m", "m", "Pa"), strict=True))
 
@@ -193,13 +195,18 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:
     """Sentences on the speeds: the highest within the limits, those without a steady state, and the error."""
     unit = speed_unit(scene)
+    if sum(bool(getattr(law, "speed", 0.0)) for law in scene.laws) > 1:
+        name = drive_words(scene.mechanism)[leading_drive(scene)][0]
+        yield f"speeds are those of {name}, the other drives keep their ratio to it"
     if result.highest is not None:
         if not result.highest:
             yield f"limits do not hold at the lowest speed, {quantity(result.speed[0], unit)}"
         elif result.limit is None:
             yield f"all limits hold up to {quantity(result.highest, unit)}, the highest speed asked for"
         else:
-            yield f"all limits hold up to {quantity(result.highest, unit)} ({limit_words(result.limit, scene)})"
+            error = result.error[np.searchsorted(result.speed, result.highest)]
+            off = f"; figures there are about {percent(error)} off" if error > TOLD else ""
+            yield f"all limits hold up to {quantity(result.highest, unit)} ({limit_words(result.limit, scene)}){off}"
     for low, high in result.unstable:
         yield f"no steady state from {quantity(low, unit)} to {quantity(high, unit)}: the links' vibration grows"
     wanted = ACCURACY if scene.theory.accuracy is None else scene.theory.accuracy

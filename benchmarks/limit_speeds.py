@@ -1,0 +1,142 @@
+"""Limit speeds and peaks that are found from ten speeds, beside two thousand speeds: shipped scenes and drawn ones."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+import measuring
+import numpy as np
+from random_scenes import scenes
+
+from elastic import cycle_maxima
+from elastic.elastodynamics import Bounded, SpeedAnswers, SpeedMap, SpeedSearch
+from kinelast.figures.speeds import prominences
+from kinelast.figures.theory import damping_of
+from kinelast.scene.data import Scene
+from kinelast.scene.document import read_scene
+from kinelast.tasks.task import shipped_scenes
+from rigid import ConstantSpeed, MechanismError
+
+SHIPPED = "steel_four_bar", "utenov_four_bar", "offset_slider_crank", "quick_return", "simeon_slider_crank"
+DRAWN, SEED = 10, 1919
+DENSE, ASKED = 2000, 10
+FROM, TO = 1 / 12, 1 / 2.5  # of the lowest natural frequency, the frequency of the cycle
+SHARE = 0.4  # of the highest peak that the dense speeds see: the limit
+DAMPING = 0.01, 0.003  # of drawn scenes, in turns
+FIELDS = "w", "chord", "M"
+VISIBLE, NEGLIGIBLE = 0.02, 1e-3  # prominence of a peak of the dense speeds, and its size beside the largest link's
+
+
+def answers_of(scene: Scene) -> SpeedAnswers:
+    """Answers whose values are those of `FIELDS` on every beam."""
+
+    def measure(bent: Any) -> Any:
+        found = cycle_maxima(bent, FIELDS, period=bent.motion.time[:, -1])
+        return np.concatenate([found[field].value for field in FIELDS])
+
+    course = scene.course
+    return SpeedAnswers(course.at, float(scene.run.cycle), scene.sections, measure, scene.joints, damping_of(scene))
+
+
+def curves(known: SpeedMap) -> Any:
+    """Of `FIELDS`, shape (3, beams, speeds)."""
+    return known.values.T.reshape(len(FIELDS), -1, len(known.ratio))
+
+
+def missed(known: SpeedMap, dense: SpeedMap, width: float) -> tuple[int, float]:
+    """How many peaks the dense speeds see, and the greatest share by which one is higher than any known nearby."""
+    count, worst = 0, 0.0
+    for ours, theirs in zip(curves(known), curves(dense), strict=True):
+        for own, other in zip(ours, theirs, strict=True):
+            for at, share in prominences(other):
+                if share < VISIBLE or other[at] < NEGLIGIBLE * np.nanmax(theirs):
+                    continue
+                near = np.abs(np.log(known.ratio / dense.ratio[at])) < 2 * width
+                told = max(np.interp(dense.ratio[at], known.ratio, own), np.nanmax(own[near], initial=0.0))
+                count, worst = count + 1, max(worst, 1 - told / other[at])
+    return count, worst
+
+
+def row(scene: Scene) -> measuring.Row:
+    """A scene's limit speed and peaks by both."""
+    first = answers_of(scene)
+    base = 2 * math.pi / float(scene.run.cycle)
+    low, high = (share * float(first.omega.min()) / base for share in (FROM, TO))
+    start = time.process_time()
+    first.find(np.geomspace(low, high, DENSE).tolist())
+    brute = time.process_time() - start
+    dense = first.map()
+    chord = curves(dense)[1]
+    bound = SHARE * float(np.nanmax(chord))
+    passed = ~(chord <= bound).all(axis=0)
+    limit = float(dense.ratio[passed.argmax()]) if passed.any() else math.nan
+    start = time.process_time()
+    answers = answers_of(scene)
+    answers.find(np.linspace(low, high, ASKED).tolist())
+    search = SpeedSearch(answers, curves)
+    search.find_peaks()
+    unstable = search.find_borders()
+    beams = range(len(scene.labels))
+    bracket = search.find_limit(Bounded(lambda known: curves(known)[1] / bound, [1] * len(beams), beams))
+    taken = time.process_time() - start
+    found = answers.map()
+    seen, worst = missed(found, dense, search.width)
+    asked = np.linspace(low, high, ASKED)
+    on_grid = ~(np.array([curves(answers.map([ratio]))[1] <= bound for ratio in asked])[..., 0]).all(axis=1)
+    return {
+        "scene": scene.title[:40],
+        "damping": search.width,
+        "speeds": len(found.ratio),
+        "s": taken,
+        "s, 2,000 speeds": brute,
+        "limit speed / 2,000 speeds": bracket[1] / limit if bracket else math.nan,
+        "of ten speeds alone": float(asked[max(int(on_grid.argmax()) - 1, 0)]) / limit
+        if on_grid.any()
+        else high / limit,
+        "peaks seen": seen,
+        "worst missed": worst,
+        "unstable, found": sum(end - begin for begin, end in unstable) / (high - low),
+        "unstable, 2,000 speeds": float((~dense.stable * np.gradient(dense.ratio)).sum() / (high - low)),
+    }
+
+
+def chosen() -> Iterator[Scene]:
+    """Shipped scenes with one drive at constant speed, and drawn ones."""
+    for name in SHIPPED:
+        yield read_scene(shipped_scenes()[name])
+    single = (
+        scene
+        for scene in scenes(SEED)
+        if len(scene.laws) == 1 and isinstance(scene.laws[0], ConstantSpeed) and "loads of time" not in scene.title
+    )
+    for number, scene in enumerate(islice(single, DRAWN)):
+        run = replace(scene.course.run, cycle=scene.course.run.duration)
+        theory = replace(scene.theory, damping_ratio=DAMPING[number % len(DAMPING)])
+        yield replace(scene, course=replace(scene.course, run=run), theory=theory)
+
+
+def rows(some: Sequence[Scene]) -> Iterator[measuring.Row]:
+    for scene in some:
+        try:
+            yield row(scene)
+        except MechanismError as error:
+            print(f"{scene.title}: {error}", file=sys.stderr)
+
+
+def main() -> None:
+    claim = "Limit speeds found from ten speeds are those of two thousand, and no peak that these see is missed."
+    table = []
+    for each in rows([*chosen()]):
+        print(measuring.as_text([each]), flush=True)
+        table.append(each)
+    measuring.report("limit_speeds", claim, {"": table})
+
+
+if __name__ == "__main__":
+    main()
