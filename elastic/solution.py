@@ -254,7 +254,8 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
             return _compatible(problem, more, friction, flank)
         return balancing_forces(motion, more, flank, friction)
 
-    forces = with_friction(motion, balance)
+    vibrating = {number: (rate, creep) for number, rate, creep in added.sliding} if added is not None else {}
+    forces = with_friction(motion, balance, vibrating)
     return forces, *bent_links(problem, forces)
 
 

@@ -27,6 +27,7 @@ from elastic.elastodynamics.vibration_loads import (
     ResidualResponse,
     of_strain_rates,
     openings,
+    sliding_rates,
     strain_rates,
     to_powers,
 )
@@ -141,6 +142,7 @@ def exact_loads(now: Displaced) -> ExactLoads:
             turns,
             np.stack([gathered.positions_last(free @ series), np.zeros_like(q)]),
             np.stack([gathered.positions_last(part @ series) for part in (more, damped_M)]),
+            sliding_rates(problem, motion, *now.history[:2]),
         ),
         residual,
     )

@@ -1,10 +1,12 @@
-"""Geometrically exact elastodynamics: the exact equations of displaced links, by steps of the linear ones.
+"""Nonlinear elastodynamics: friction, and the exact equations of displaced links, by steps of the linear ones.
 
 The residual of the exact equations is that of the quasi-static answer under the loads of displaced links. What an
 answer changes of the displacements before is a quasi-static response; the linear equations of motion in the reduced
 coordinates make it a dynamic one. The first step is the second order of large displacement; steps are mixed after
 Anderson (Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (1965) 547-560) until both what
 one changes and the residual are below the tolerance: the residual has what steps smooth in time, and never feel.
+Where friction is hard, that is where such steps do not halve what is left, each step takes it as viscous, as so much
+per rate as there was at the last one: Coulomb's law is met by ever nearer secants, which joints that stick allow too.
 Derivation: docs/theory.md.
 """
 
@@ -18,20 +20,28 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics.correction import displacements_of, inertia_load
-from elastic.elastodynamics.displaced_links import Displaced, exact_loads
-from elastic.elastodynamics.displaced_points import require_known
+from elastic.elastodynamics.displaced_links import Displaced, ExactLoads, exact_loads
 from elastic.elastodynamics.displacements import Displacements
+from elastic.elastodynamics.point_effects import sliding_rows
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.samples import along_beams
 from elastic.elastodynamics.second_order import chord_of
 from elastic.elastodynamics.strains import given_forces, rigidities, strain_rows
-from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
+from elastic.elastodynamics.time_elements import Equations, propagation
+from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled, vibration_loads
 from elastic.links import members_of
 from elastic.sampling import reference_deflection
 from elastic.solution import Deflection, deflection
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Columns, Complexes, Numbers, Reals
+from rigid.kinetostatics import friction_per_rate
 
-STEPS = 30
+Sliding = tuple[tuple[int, Columns, Columns], ...]  # as of `AddedLoads.sliding`
+Response = Callable[[Reals], tuple[Reals, Reals, Reals]]  # from a load to the history that it makes
+
+STEPS, RUBBING = 30, 50  # at most, without friction and with it
+BLUNT = 100.0  # times the creep that hard friction begins with, which would never settle where it changes at once
+SHARPER = 3.0  # times as sharp is friction at the next step
+FALL = 0.5  # of what a step changes by the next one, below which friction is hard
 BEAMS = 10.0  # times the tolerance that the deflection of a single beam may be off
 STATIONS = 21
 MIXED = 5  # steps before, of which the next is mixed
@@ -49,26 +59,32 @@ class Settled:
         The links.
     change, residual
         Of the beams' displacements [m], complex, shape (points, beams, Gauss points): by one more step, and that of the
-        exact equations, the quasi-static answer under the loads of displaced links less their displacement.
+        exact equations, the quasi-static answer under the loads of displaced links less their displacement. Without
+        beams of the links' rotations [rad], shape (points, links, 1), and of shifts.
     steps
         How many were made, with the one more.
+    sliding
+        Rates of the joints with friction, where it is hard.
     """
 
     displaced: Displaced
     change: Complexes
     residual: Complexes
     steps: int
+    sliding: Sliding = ()
 
     @property
     def share(self) -> float:
         """The change or the residual, the greater, of the largest displacement."""
-        greatest = np.abs(self.displaced.moved.beams).max(initial=TINY)
+        greatest = np.abs(_places(self.displaced.moved)).max(initial=TINY)
         return float(max(np.abs(off).max(initial=0.0) for off in (self.change, self.residual)) / greatest)
 
     @cached_property
     def worst(self) -> float:
         """As `share`, of the deflection from the chord, of the largest of the member for which that is most."""
         linear, stations = self.displaced.vibration, np.linspace(0.0, 1.0, STATIONS)
+        if not self.displaced.moved.beams.size:
+            return 0.0
         parts = (self.displaced.moved.beams[1:, ..., 0], self.change, self.residual)
         chord, *off = (np.abs(chord_of(linear, part, stations)).max(axis=(1, 2), initial=0.0) for part in parts)
         base = reference_deflection(members_of(linear.motion.mechanism).greatest(chord))
@@ -80,36 +96,81 @@ class Settled:
         return max(self.share, self.worst / BEAMS)
 
 
-def settled_links(linear: Vibration, tolerance: float, fastest: float) -> Settled:
+def with_friction(
+    linear: Vibration, tolerance: float, fastest: float, sliding: Sliding = ()
+) -> tuple[Vibration, Settled]:
+    """The vibration of small displacements with friction in the joints by its own forces and rates.
+
+    Parameters and the second result as for `settled_links`.
+    """
+    rubbed = settled_links(linear, tolerance, fastest, _linear_loads, sliding)
+    return replace(linear, history=rubbed.displaced.history, residual=rubbed.displaced.residual), rubbed
+
+
+def _linear_loads(now: Displaced) -> ExactLoads:
+    """Loads of small displacements, which leave sections as they are."""
+    linear = now.vibration
+    added = vibration_loads(linear.problem, linear.motion, now.history, now.residual)
+    return ExactLoads(added, np.zeros_like(now.force[1:]))
+
+
+def settled_links(
+    linear: Vibration,
+    tolerance: float,
+    fastest: float,
+    loads_of: Callable[[Displaced], ExactLoads] = exact_loads,
+    sliding: Sliding = (),
+) -> Settled:
     """Links displaced by any amount; they are open by more than the tolerance where steps do not get there.
 
     Parameters
     ----------
     fastest
         Angular frequency [rad/s] up to which accelerations of what the linear coordinates do not follow are taken.
-
-    Raises
-    ------
-    MechanismError
-        A gear, or a slider along an elastic link.
+    loads_of
+        Loads of displaced links.
+    sliding
+        Rates of the joints with friction that the first step takes, as `AddedLoads` has them; their own without.
     """
-    require_known(linear.motion)
-    now = _begin(linear)
+    now, last = _begin(linear), np.inf
+    response: Response = linear.under
     before: list[tuple[Displaced, Complexes]] = []
     best: Settled | None = None
-    for count in range(1, STEPS + 1):
-        after, residual = _step(now, fastest)
-        change = (after.moved.beams - now.moved.beams)[1:, ..., 0]
-        found = Settled(now, change, residual, count)
-        if best and not found.open < LOST * best.open:
+    hard, blunt = False, 1.0
+    for count in range(1, (RUBBING if linear.motion.mechanism.friction else STEPS) + 1):
+        loads = loads_of(now)
+        loads = _rubbed(loads, sliding if sliding and count == 1 else loads.added.sliding, blunt)
+        after, residual, bent = _step(now, response, loads, fastest)
+        change = _places(after.moved) - _places(now.moved)
+        found = Settled(now, change, residual, count, loads.added.sliding if hard else ())
+        if best and not hard and not found.open < LOST * best.open:
             break
-        best = found if best is None or found.open < best.open else best
-        if best.open <= tolerance:
+        best = found if best is None or found.open < best.open or blunt > 1.0 else best
+        if best.open <= tolerance and blunt <= 1.0:
             break
+        size = float(np.abs(change).max(initial=0.0))
+        if bent.forces.friction and (hard or sliding or size > FALL * last):
+            blunt = max(blunt / SHARPER, 1.0) if hard or sliding else BLUNT
+            hard, response, before = True, _held_back(linear, bent, loads.added.sliding), []
+        last = size
         before = [*before[-MIXED:], (after, change)]
         now = _mixed(before)
     assert best is not None
     return best
+
+
+def _rubbed(loads: ExactLoads, sliding: Sliding, blunt: float) -> ExactLoads:
+    """Loads with rates of the joints with friction, and so many times the creep."""
+    creeping = tuple((number, rate, creep * blunt) for number, rate, creep in sliding)
+    return replace(loads, added=replace(loads.added, sliding=creeping))
+
+
+def _places(moved: Displacements) -> Complexes:
+    """Displacements of one kind at the points, as of `Settled.change`."""
+    places: Complexes = moved.beams
+    if not places.size:
+        places = np.concatenate((moved.angle, moved.moves), axis=1)[:, :, None].astype(complex)
+    return places[1:, ..., 0]
 
 
 def _mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
@@ -152,15 +213,35 @@ def _forces(linear: Vibration, bent: Deflection) -> tuple[Complexes, Complexes]:
     return N - 1j * V, np.array(joints, complex).reshape(len(joints), -1).T
 
 
-def _step(now: Displaced, fastest: float) -> tuple[Displaced, Complexes]:
-    """Displaced links under their exact loads, with the vibration that this change makes in the linear equations.
+def _held_back(linear: Vibration, bent: Deflection, sliding: Sliding) -> Response:
+    """Response of the linear equations with Coulomb's friction as if it were viscous: as much per rate as there is."""
+    posed = linear.problem
+    kinds, grid = posed.terms.kinematics, posed.terms.grid
+    per_rate = friction_per_rate(bent.motion, bent.forces, {number: creep for number, _, creep in sliding})
+    damping, stiffness = posed.equations.damping, posed.equations.stiffness
+    for viscosity, row in zip(per_rate.values(), sliding_rows(bent.motion, kinds.chosen), strict=True):
+        unit = row(kinds.unit)
+        felt = posed.speed * (viscosity[:, None] * unit)[1:, :, None]
+        damping = damping + felt * unit[1:, None]
+        stiffness = stiffness + felt * grid.rates(unit)[0][:, None]
 
-    With them the residual of the beams' displacements, as of `Settled`.
+    def response(load: Reals) -> tuple[Reals, Reals, Reals]:
+        steps = propagation(grid, Equations(posed.equations.mass, damping, stiffness, load))
+        return steps.history(steps.periodic_start() if linear.cyclic else np.zeros(2 * load.shape[1]))
+
+    return response
+
+
+def _step(
+    now: Displaced, response: Response, loads: ExactLoads, fastest: float
+) -> tuple[Displaced, Complexes, Deflection]:
+    """Displaced links under given loads, with the vibration that this change makes by a response to loads.
+
+    With them the residual of the beams' displacements, as of `Settled`, and the quasi-static answer under those loads.
     """
     linear = now.vibration
     terms = linear.problem.terms
     structure, unit, grid = terms.kinematics.structure, terms.kinematics.unit, terms.grid
-    loads = exact_loads(now)
     plain, added = linear.quasi_static, replace(loads.added, section=None)
     bent = deflection(plain.motion, plain.sections, plain.joints, resampled(added, grid.at_nodes))
     force, joints = _forces(linear, bent)
@@ -175,10 +256,10 @@ def _step(now: Displaced, fastest: float) -> tuple[Displaced, Complexes]:
     static: Any = np.linalg.solve((strains.swapaxes(-1, -2) * stiff) @ strains, push[..., None])[..., 0]
     change = displacements_of(linear, bent) - now.moved
     rest = ResidualResponse(change - unit @ static[..., None], more - made_by(static)).smoothed(grid, fastest)
-    moving = linear.under(push[1:] + inertia_load(linear, rest))
+    moving = response(push[1:] + inertia_load(linear, rest))
     x, x1, x2 = (part + added for part, added in zip(now.history, moving, strict=True))
     after = Displaced(linear, (x, x1, x2), now.residual + rest, force + grid.at_nodes(loads.residual), joints)
-    return after, change.beams[1:, ..., 0]
+    return after, _places(change), bent
 
 
 def exact_deflection(now: Displaced, bent: Deflection, sampler: Callable[[Any], Any]) -> Deflection:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from elastic.elastodynamics.displaced_points import require_known
 from elastic.elastodynamics.exact_steps import exact_deflection, settled_links
-from elastic.elastodynamics.solution import ROUNDS, TOLERANCE, Elastodynamic, resolved_in_time, time_error
+from elastic.elastodynamics.solution import ROUNDS, TOLERANCE, TWICE, Elastodynamic, resolved_in_time, time_error
 
-TWICE = 2.0  # the lowest natural frequency that the coordinates leave out: faster, what lies beside them would grow
 BESIDE = 4.0  # times as much as of the coordinates do elements leave open of what lies beside them, at most
 
 
@@ -44,6 +44,7 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
         or not vibration.problem.terms.kinematics.structure.weights.size
     ):
         return linear
+    require_known(vibration.motion)
     for _ in range(ROUNDS):
         exact = settled_links(vibration, tolerance, TWICE * discretization.left_out)
         moving = replace(vibration, history=exact.displaced.history)

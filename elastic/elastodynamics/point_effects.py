@@ -26,6 +26,7 @@ from rigid import (
     velocity_of,
 )
 from rigid.arrays import Columns, Complexes, Reals
+from rigid.kinetostatics import rubbing_joints
 from rigid.plane import dot
 from rigid.plane import number as plain
 
@@ -55,6 +56,11 @@ class PointRow:
         component: Reals = total
         return component
 
+    def times(self, factor: float) -> PointRow:
+        """So many times the component."""
+        ways, shares = ({point: factor * value for point, value in part.items()} for part in (self.ways, self.shares))
+        return PointRow(ways, shares)
+
     def __getitem__(self, positions: Any) -> PointRow:
         """At some of the positions."""
         ways, shares = (
@@ -68,7 +74,8 @@ class PointRow:
 class PointEffect:
     """The force -(stiffness cause + damping d cause/dt) along `felt`, shape (positions,).
 
-    `elastic` where it is a spring's own stiffness, and not that of forces that displaced points carry along.
+    `elastic` where it is a spring's own stiffness, and not that of forces that displaced points carry along; `rubs`
+    where it is friction, which the joint forces hold.
     """
 
     felt: PointRow
@@ -76,6 +83,7 @@ class PointEffect:
     stiffness: Reals
     damping: Any = 0.0
     elastic: bool = False
+    rubs: bool = False
 
     def __getitem__(self, positions: Any) -> PointEffect:
         """At some of the positions."""
@@ -114,6 +122,10 @@ def chosen_points(mechanism: Mechanism) -> tuple[tuple[int, str], ...]:
             points.append((joint.block, joint.point(joint.block) or ""))
             if number in rails:
                 points.append((joint.owner, under(number)))
+    for number, _ in rubbing_joints(mechanism):
+        joint = structure(mechanism).joints[number]
+        if joint.turns:
+            points += [(at, joint.point(at) or "") for at in (joint.child, joint.parent) if at]
     return tuple(dict.fromkeys(points))
 
 
@@ -127,6 +139,10 @@ def point_effects(bent: Deflection, chosen: Points) -> list[PointEffect]:
     motion = bent.motion
     numbers = {where: number for number, where in enumerate(chosen)}
     effects = [*_lump_arms(motion, numbers), *_rigid_links(bent, numbers), *_blocks(bent, numbers)]
+    still = np.zeros(motion.columns)
+    for (_, friction), row in zip(rubbing_joints(motion.mechanism), sliding_rows(motion, chosen), strict=True):
+        if friction.viscosity:
+            effects.append(PointEffect(row, row, still, friction.viscosity, rubs=True))
     for load in motion.mechanism.loads:
         if isinstance(load, Spring):
             effects += _spring(motion, load, numbers)
@@ -188,17 +204,41 @@ def _blocks(bent: Deflection, numbers: Numbers) -> Iterator[PointEffect]:
         joint, owner = place.joint, place.joint.owner
         if joint.turns or not owner:
             continue
-        link = motion.mechanism.links[owner]
-        point = under(number) if link.beams else next(iter(link.points))
-        on_block = force * joint.sense
-        block, held = numbers[joint.block, joint.point(joint.block) or ""], numbers[owner, point]
-        arm = 0.0 if link.beams else place.arm(owner) - motion.direction[owner] * link.points[point]
-        along = np.broadcast_to(place.along, motion.columns)
-        slide = PointRow({block: along, held: -along}, {held: -dot(along, 1j * arm)})
+        slide, held = _slide(motion, number, numbers)
         turn = PointRow(shares={held: 1.0})
-        across = dot(1j * along, on_block)
+        across = dot(1j * np.broadcast_to(place.along, motion.columns), force * joint.sense)
         yield PointEffect(slide, turn, across)
         yield PointEffect(turn, slide, across)
+
+
+def _slide(motion: Motion, number: int, numbers: Numbers) -> tuple[PointRow, int]:
+    """Displacement of a block along the line of a moving link, seen from it, and that link's chosen point."""
+    place = motion.places[number]
+    joint, owner = place.joint, place.joint.owner
+    link = motion.mechanism.links[owner]
+    point = under(number) if link.beams else next(iter(link.points))
+    block, held = numbers[joint.block, joint.point(joint.block) or ""], numbers[owner, point]
+    arm = 0.0 if link.beams else place.arm(owner) - motion.direction[owner] * link.points[point]
+    along = np.broadcast_to(place.along, motion.columns)
+    return PointRow({block: along, held: -along}, {held: -dot(along, 1j * arm)}), held
+
+
+def sliding_rows(motion: Motion, chosen: Points) -> list[PointRow]:
+    """Displacements along the coordinates of the joints with friction, child from parent, as of `rubbing_joints`."""
+    numbers = {where: number for number, where in enumerate(chosen)}
+    rows = []
+    for number, _ in rubbing_joints(motion.mechanism):
+        place = motion.places[number]
+        joint = place.joint
+        if joint.turns:
+            ends = ((joint.child, 1.0), (joint.parent, -1.0))
+            rows.append(PointRow(shares={numbers[at, joint.point(at) or ""]: share for at, share in ends if at}))
+        elif joint.owner:
+            rows.append(_slide(motion, number, numbers)[0].times(joint.sense))
+        else:
+            along = joint.sense * np.broadcast_to(place.along, motion.columns)
+            rows.append(PointRow({numbers[joint.block, joint.point(joint.block) or ""]: along}))
+    return rows
 
 
 def _spring(motion: Motion, spring: Spring, numbers: Numbers) -> Iterator[PointEffect]:

@@ -14,7 +14,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
-from elastic.elastodynamics.exact_steps import Settled
+from elastic.elastodynamics.exact_steps import Settled, Sliding, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
@@ -38,8 +38,13 @@ ORDER = 5  # with which the error in time falls at worst, for the next guess
 SHORTEST = 1e-4  # element, as a share of the whole stretch of time
 MOST_PARTS = 4  # into which an element is divided at once
 ROUNDS = 6
+RUBBED = 2  # rounds with friction, of which more coordinates seldom are what its steps lack
 MOST_NUMBERS = 16_000_000  # accelerations of masses per amplitude: half a GB with all that is made of them
 FINER = 20.0  # times as fine as asked, where time holds back what finer coordinates gain
+TWICE = 2.0  # the lowest natural frequency that the coordinates leave out: faster, what lies beside them would grow
+LOST = 10.0  # times what it should be settled to, beyond which finer elements of time settle nothing
+COARSE = 1e-2  # share to which friction is settled at most, before elements of time are fine
+AHEAD = 0.1  # of the error in time, to which friction is settled on a grid that is not the last
 SAFE = 4.0  # times what elements leave open by their series the answer's error in time was at most
 NEUTRAL = 1e-6  # growth over a cycle that round-off and the method's own error leave open
 
@@ -141,7 +146,7 @@ def _coordinates(
     if not len(structure.stiffness):
         return structure, None
     slow = with_rates(motion, 0.0)
-    loaded = [deflection(each, sections, joints) for each in (motion, slow)]
+    loaded = [unlocked(deflection(each, sections, joints)) for each in (motion, slow)]
     cycle = cycle_of(structure, motion, loaded)
     return structure, cycle if cycle.values[0] > 0 else None  # without mass nothing vibrates
 
@@ -158,9 +163,6 @@ def checked(motion: Motion) -> Motion:
     """
     if len(motion.columns) != 1:
         raise ValueError(f"columns of shape {motion.columns}: expected one design")
-    if motion.mechanism.friction:
-        names = ", ".join(f'"{name}"' for name in motion.mechanism.friction)
-        raise MechanismError(f"friction of {names} is not known here: ask for the quasi-static answer")
     bad = ~(motion.condition <= SINGULAR)
     if bad.any():
         raise MechanismError(
@@ -189,7 +191,7 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
     found: Any = None
-    for _ in range(ROUNDS):
+    for _ in range(RUBBED if motion.mechanism.friction else ROUNDS):
         found = None  # it makes room for the finer one
         found, reduced, grid, in_elements = resolved_in_time(discretization, grid, tolerance)
         multipliers = found.propagation.multipliers if found.cyclic else np.zeros(0, complex)
@@ -242,16 +244,45 @@ def resolved_in_time(
         chosen_points(discretization.model.structure.mechanism),
     )
     found: Any = None
+    rubs, loose = bool(model.structure.mechanism.friction), COARSE
+    sliding: Sliding = ()
     while True:
         found = bent = terms = None  # they make room for the finer ones
         motion = checked(model.motion_at(grid.nodes))
-        bent = deflection(motion, model.sections, model.joints)
+        bent = unlocked(deflection(motion, model.sections, model.joints))
         terms = motion_terms(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
         found = vibration(terms, bent, discretization.start)
+        if rubs:
+            found, rubbed = with_friction(found, loose, TWICE * discretization.left_out, sliding)
         error, finer = time_error(found, discretization.resolved)
-        if finer is None:
+        if finer is None and not rubs:
             return *corrected(found, tolerance), grid, error
-        grid = finer
+        if (finer is None and loose <= tolerance) or (rubs and rubbed.open > LOST * loose):
+            return found, rubbed.open, grid, error
+        if rubs:
+            loose = max(tolerance, min(COARSE, AHEAD * error)) if finer else tolerance
+            sliding = _sampled(rubbed.sliding, grid, finer or grid)
+        grid = finer or grid
+
+
+def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
+    """Rates of the joints with friction at the points of another grid."""
+    sampler = known.sampler(grid.nodes[1:])
+    return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
+
+
+def unlocked(bent: Deflection) -> Deflection:
+    """A quasi-static answer, checked not to be locked by friction.
+
+    Raises
+    ------
+    MechanismError
+        Friction may lock the mechanism at a position.
+    """
+    locked = np.broadcast_to(bent.forces.locked, bent.motion.columns)
+    if locked.any():
+        raise MechanismError(f"friction may lock the mechanism at {bent.motion.time[locked][0]:.6g} s")
+    return bent
 
 
 def time_error(found: Vibration, tolerance: float) -> tuple[float, Grid | None]:

@@ -86,7 +86,7 @@ def given_forces(structure: ElasticStructure, bent: Deflection) -> Reals:
     count = len(N)
     rows = [part.reshape(count, -1) for part in (N, M, -V * sheared.reshape(-1, 1))]
     for freedom in structure.soft:
-        force, moment = bent.forces.force[freedom.joint], bent.forces.moment[freedom.joint]
+        force, moment = bent.forces.without_friction(freedom.joint)
         pushed = moment if freedom.kind == "turn" else dot(way_of(freedom, bent.motion), force)
         rows.append(-np.broadcast_to(pushed, count)[:, None])
     return np.concatenate(rows, axis=1)

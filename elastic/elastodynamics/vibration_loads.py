@@ -17,14 +17,14 @@ from numpy.polynomial import legendre
 from elastic.elastodynamics.displacements import UNDER, Displacements
 from elastic.elastodynamics.elastic_structure import ElasticStructure, way_of
 from elastic.elastodynamics.equations_of_motion import Problem, mass_rows, masses, rotary_moments
-from elastic.elastodynamics.point_effects import lumps_of
+from elastic.elastodynamics.point_effects import lumps_of, sliding_rows
 from elastic.elastodynamics.strains import rigidities
 from elastic.elastodynamics.time_grid import Grid
 from elastic.links.added_loads import AddedLoads, map_loads
 from rigid import Motion
 from rigid import structure as joints_of
 from rigid.arrays import Columns, Complexes, Numbers, Reals
-from rigid.kinetostatics import beam_directions
+from rigid.kinetostatics import beam_directions, creep_rate, rubbing_joints
 from rigid.plane import cross
 
 
@@ -130,7 +130,14 @@ def vibration_loads(
     of_lumps(gathered, motion, inertia)
     _of_effects(gathered, found, x, x1, residual)
     gaps, turns = openings(gathered, motion, viscous)
-    return AddedLoads(gathered.positions_last(gathered.q), tuple(gathered.points), tuple(gathered.blocks), gaps, turns)
+    return AddedLoads(
+        gathered.positions_last(gathered.q),
+        tuple(gathered.points),
+        tuple(gathered.blocks),
+        gaps,
+        turns,
+        sliding=sliding_rates(found, motion, x, x1),
+    )
 
 
 def _of_beams(gathered: GatheredLoads, found: Problem, motion: Motion, slope: Reals, inertia: Complexes) -> Reals:
@@ -199,6 +206,8 @@ def _of_effects(
         cause = own.cause(moved)[:, 0]
         besides = 0.0 if residual is None else effect.cause(residual.moved)[1:, 0]
         amount = own.stiffness * (cause + besides)
+        if effect.rubs:
+            continue
         if np.any(own.damping):
             cause = effect.cause(kinds.unit)
             rate = (grid.rates(cause)[0] * x + cause[1:] * x1).sum(axis=-1)
@@ -209,6 +218,21 @@ def _of_effects(
                 gathered.blocks.append((int(name.removeprefix(UNDER)), force, moment))
             else:
                 gathered.points.append((at, name, force, moment))
+
+
+def sliding_rates(found: Problem, motion: Motion, x: Reals, x1: Reals) -> tuple[tuple[int, Reals, float], ...]:
+    """Rates that vibration adds to those of the joints with friction, as `AddedLoads.sliding` has them.
+
+    Those of the coordinates: what lies beside them is known to be smooth only between changes of friction.
+    """
+    grid, kinds = found.terms.grid, found.terms.kinematics
+    rates = []
+    rubbing = rubbing_joints(motion.mechanism)
+    for (number, _), row in zip(rubbing, sliding_rows(motion, kinds.chosen), strict=True):
+        unit = row(kinds.unit)
+        rate = (grid.rates(unit)[0] * x + unit[1:] * x1).sum(axis=-1)
+        rates.append((number, found.speed * rate, creep_rate(motion, number)))
+    return tuple(rates)
 
 
 def openings(
@@ -233,7 +257,9 @@ def openings(
 def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     """Loads at other instants: `sampled` turns values at a grid's points, shape (points, k), into those."""
     columns = loads.q.shape[-1]
-    pairs = [item[-2:] for item in (*loads.points, *loads.blocks)] + list(zip(loads.gaps, loads.turns, strict=True))
+    pairs = [item[-2:] for item in (*loads.points, *loads.blocks, *loads.sliding)] + list(
+        zip(loads.gaps, loads.turns, strict=True)
+    )
     along = [part for part in (loads.q, loads.strain, loads.section) if part is not None]
     first = sum(part[..., 0].size for part in along)
     given = np.empty((first + 2 * len(pairs), columns), complex)
@@ -244,6 +270,7 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
     moved = iter(zip(whole[first::2], whole[first + 1 :: 2].real, strict=True))
     points = tuple((*item[:2], *next(moved)) for item in loads.points)
     blocks = tuple((item[0], *next(moved)) for item in loads.blocks)
+    sliding = tuple((item[0], *next(moved)) for item in loads.sliding)
     gaps, turns = zip(*moved, strict=True)
     ends = np.cumsum([part[..., 0].size for part in along])
     q, *others = (
@@ -251,7 +278,8 @@ def resampled(loads: AddedLoads, sampled: Callable[[Any], Any]) -> AddedLoads:
         for part, rows in zip(along, np.split(whole[:first], ends[:-1]), strict=True)
     )
     strain = None if loads.strain is None else others.pop(0)
-    return AddedLoads(q, points, blocks, gaps, turns, strain, *others)
+    section = None if loads.section is None else others.pop(0)
+    return AddedLoads(q, points, blocks, gaps, turns, strain, section, sliding)
 
 
 def of_several_speeds(found: Sequence[AddedLoads]) -> AddedLoads:

@@ -31,6 +31,9 @@ class AddedLoads:
     section
         By how much N + i V [N] and M [N m] of the turned sections differ from those that balance the loads about the
         rigid places, complex, shape of `strain`; None where they do not.
+    sliding
+        Of joints with friction: joint's number, rate that vibration adds to that of the motion, and creep, both [rad/s
+        or m/s], as for `rigid.kinetostatics.with_friction`.
     """
 
     q: VectorCoefficients
@@ -40,6 +43,7 @@ class AddedLoads:
     turns: tuple[Columns, ...]
     strain: VectorCoefficients | None = None
     section: VectorCoefficients | None = None
+    sliding: tuple[tuple[int, Columns, Columns], ...] = ()
 
 
 def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
@@ -64,8 +68,7 @@ def map_loads(change: Callable[..., Any], *loads: AddedLoads) -> AddedLoads:
         each(tuple(load.blocks for load in loads)),
         every(tuple(load.gaps for load in loads)),
         every(tuple(load.turns for load in loads)),
-        *(
-            None if getattr(loads[0], name) is None else change(*(getattr(one, name) for one in loads))
-            for name in ("strain", "section")
-        ),
+        None if loads[0].strain is None else change(*(load.strain for load in loads)),
+        None if loads[0].section is None else change(*(load.section for load in loads)),
+        each(tuple(load.sliding for load in loads)),
     )

@@ -178,7 +178,7 @@ def friction_figures(results: Results) -> dict[str, Any] | None:
 
 def resting(results: Results) -> Any:
     """Whether nothing slides in any joint with friction, though drives may hold it there, shape (positions,)."""
-    signs = sliding_directions(results.motion)
+    signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     found = np.all([sign == 0.0 for sign in signs.values()], axis=0)
     return found & ~results.singular
 

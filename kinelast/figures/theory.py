@@ -114,10 +114,17 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
         return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
     tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted)
+    if scene.mechanism.friction:
+        tolerance = max(tolerance, FINE * wanted)
     try:
         linear = _vibrating(scene, plain.motion, period, tolerance)
         if not named and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
-            raise SceneError(scene.path, "run", "theory", "vibration cannot be answered: it is too fine to be resolved")
+            fine = (
+                "friction sticks too hard to be settled"
+                if scene.mechanism.friction
+                else "it is too fine to be resolved"
+            )
+            raise SceneError(scene.path, "run", "theory", f"vibration cannot be answered: {fine}")
     except SceneError as error:
         if named:
             raise

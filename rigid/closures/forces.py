@@ -39,6 +39,8 @@ class JointForces:
         By the number of a joint that follows a gear with teeth: which flank is loaded, the sign of the effort.
     friction
         By the number of a joint with friction: its part of `force` or `moment`, along the free motion [N or N m].
+    sliding
+        By the same number: rate of the joint, child from parent, that friction acts against [rad/s or m/s].
     feedback
         By how much friction at most grows by what it does itself, as a share, shape (..., positions). From 1 on the
         mechanism may lock itself: balance has no answer, or several, and all forces are nan.
@@ -50,6 +52,7 @@ class JointForces:
     ground_load: tuple[Columns, Columns] = (0.0, 0.0)
     flank: dict[int, Columns] = field(default_factory=dict)
     friction: dict[int, Columns] = field(default_factory=dict)
+    sliding: dict[int, Columns] = field(default_factory=dict)
     feedback: Columns = 0.0
 
     def __repr__(self) -> str:

@@ -1,6 +1,13 @@
 """Loads of a motion, friction, and the joint forces that balance them."""
 
-from rigid.kinetostatics.friction import friction_power, rubbing_joints, sliding_directions, with_friction
+from rigid.kinetostatics.friction import (
+    creep_rate,
+    friction_per_rate,
+    friction_power,
+    rubbing_joints,
+    sliding_directions,
+    with_friction,
+)
 from rigid.kinetostatics.loads import beam_directions, beam_loads, point_loads
 from rigid.kinetostatics.statics import balancing_forces, force_condition
 
@@ -8,7 +15,9 @@ __all__ = [
     "balancing_forces",
     "beam_directions",
     "beam_loads",
+    "creep_rate",
     "force_condition",
+    "friction_per_rate",
     "friction_power",
     "point_loads",
     "rubbing_joints",

@@ -22,6 +22,7 @@ from rigid.mechanism import Mechanism
 from rigid.parts import Friction
 
 STILL = 1e-9  # share of the mechanism's speed below which a rate is round-off: nothing slides
+CREEP = 1e-3  # share of a joint's greatest rate up to which it creeps instead of sticking
 ROUNDS = 40  # of Newton's method
 EXACT = 1e-15  # change over what an effort is the sum of, at which it has converged
 SETTLED = 1e-12  # up to which it has, where round-off allows no more
@@ -43,13 +44,18 @@ def _rubbing(mechanism: Mechanism) -> tuple[tuple[int, Friction], ...]:
     return tuple((number, known[joint.name]) for number, joint in found if joint.name in known)
 
 
-def with_friction(motion: Motion, balance: Balance) -> JointForces:
+def with_friction(
+    motion: Motion, balance: Balance, vibrating: Mapping[int, tuple[Columns, Columns]] | None = None
+) -> JointForces:
     """Joint forces with the friction that they cause; those without where no joint has any.
 
     Parameters
     ----------
     balance
         The forces for given friction; they are linear in it, the flanks of gears being given.
+    vibrating
+        Rates that links which vibrate add to those of the motion, and up to which rates joints creep [rad/s or m/s], by
+        the joint's number: there Coulomb's friction rises with the rate instead of changing its sign at once.
 
     Returns
     -------
@@ -59,10 +65,15 @@ def with_friction(motion: Motion, balance: Balance) -> JointForces:
     forces = balance(None, None)
     if not rubbing:
         return forces
-    directions = sliding_directions(motion)
+    sliding = {number: sliding_rate(motion, number) for number, _ in rubbing}
+    if vibrating:
+        sliding = {number: rate + np.real(vibrating[number][0]) for number, rate in sliding.items()}
+        directions = {number: rate / np.hypot(rate, vibrating[number][1]) for number, rate in sliding.items()}
+    else:
+        directions = sliding_directions(motion, sliding)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for _ in range(FLANKS):
-            efforts, feedback = _efforts(motion, balance, forces, directions)
+            efforts, feedback = _efforts(motion, balance, forces, sliding, directions)
             rubbed = balance(efforts, None)
             turned = [rubbed.flank[number] != flank for number, flank in forces.flank.items()]
             if not np.any(turned):
@@ -70,28 +81,52 @@ def with_friction(motion: Motion, balance: Balance) -> JointForces:
             forces = balance(None, rubbed.flank)
         for differs in turned:  # neither flank agrees with what friction makes of it
             feedback = np.where(differs, np.maximum(feedback, 1.0), feedback)
-    rubbed = replace(rubbed, feedback=feedback)
+    rubbed = replace(rubbed, feedback=feedback, sliding=sliding)
     if np.any(rubbed.locked):
         rubbed.mark(rubbed.locked)
     return rubbed
 
 
-def sliding_directions(motion: Motion) -> dict[int, Reals]:
-    """Sign of the rate of every joint with friction, child from parent, by its number, shape (..., positions).
+def sliding_directions(motion: Motion, sliding: Mapping[int, Columns]) -> dict[int, Reals]:
+    """Signs of the rates of joints, child from parent, by their numbers, shape (..., positions).
 
     0.0 where nothing slides: below `STILL` of the speed of the mechanism's fastest point at that position.
     """
     fastest, spin = speeds(motion)
-    directions = {}
-    for number, _ in rubbing_joints(motion.mechanism):
-        rate = sliding_rate(motion, number)
-        directions[number] = direction_of(rate, spin if motion.places[number].turns else fastest)
-    return directions
+    return {
+        number: direction_of(np.asarray(rate), spin if motion.places[number].turns else fastest)
+        for number, rate in sliding.items()
+    }
 
 
 def direction_of(rate: Reals, scale: Reals) -> Reals:
     """Sign of a rate; 0.0 where it is round-off beside the mechanism's speed."""
     return np.where(np.abs(rate) > STILL * scale, np.sign(rate), 0.0)
+
+
+def creep_rate(motion: Motion, number: int) -> float:
+    """Rate up to which a joint creeps that would stick [rad/s or m/s]: a share of its greatest of the motion.
+
+    Of the mechanism's speed where the joint does not move by itself.
+    """
+    fastest, spin = speeds(motion)
+    scale = float(np.max(spin if motion.places[number].turns else fastest))
+    greatest = float(np.abs(sliding_rate(motion, number)).max())
+    return CREEP * (greatest if greatest > STILL * scale else scale or 1.0)
+
+
+def friction_per_rate(motion: Motion, forces: JointForces, creep: Mapping[int, Columns]) -> dict[int, Reals]:
+    """Coulomb's efforts of friction over the rates of their joints [N m s or N s/m], shape (..., positions).
+
+    By the joint's number, for the creep of `with_friction`.
+    """
+    per_rate = {}
+    for number, friction in rubbing_joints(motion.mechanism):
+        place = motion.places[number]
+        press = _pressing(place, friction, *forces.without_friction(number), motion.columns)
+        size = friction.radius * np.hypot(*press) if place.turns else np.abs(press).max(axis=0)
+        per_rate[number] = friction.coefficient * size / np.hypot(forces.sliding[number], creep[number])
+    return per_rate
 
 
 def sliding_rate(motion: Motion, number: int) -> Reals:
@@ -112,7 +147,7 @@ def speeds(motion: Motion) -> tuple[Reals, Reals]:
 
 def friction_power(motion: Motion, forces: JointForces) -> Reals:
     """Power that friction of the joints turns into heat [W], shape (..., positions)."""
-    parts = (-effort * sliding_rate(motion, number) for number, effort in forces.friction.items())
+    parts = (-effort * forces.sliding[number] for number, effort in forces.friction.items())
     return np.zeros(motion.columns) + sum(parts, start=0.0)
 
 
@@ -177,17 +212,27 @@ class _Contacts:
 
 
 def _efforts(
-    motion: Motion, balance: Balance, forces: JointForces, directions: Mapping[int, Reals]
+    motion: Motion,
+    balance: Balance,
+    forces: JointForces,
+    sliding: Mapping[int, Columns],
+    directions: Mapping[int, Reals],
 ) -> tuple[dict[int, Reals], Reals]:
     """Efforts of friction by the joint's number, and its feedback, for the flanks of given forces without friction."""
-    contacts = _contacts(motion, balance, forces, directions)
+    contacts = _contacts(motion, balance, forces, sliding, directions)
     feedback = contacts.feedback
     efforts, off = _solved(contacts, feedback < 1.0)
     feedback = np.where(off > SETTLED, np.maximum(feedback, 1.0), feedback)
     return dict(zip(directions, efforts, strict=True)), feedback
 
 
-def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions: Mapping[int, Reals]) -> _Contacts:
+def _contacts(
+    motion: Motion,
+    balance: Balance,
+    forces: JointForces,
+    sliding: Mapping[int, Columns],
+    directions: Mapping[int, Reals],
+) -> _Contacts:
     rubbing, columns = rubbing_joints(motion.mechanism), motion.columns
     places = [motion.places[number] for number, _ in rubbing]
     pins = [place.turns for place in places]
@@ -195,7 +240,7 @@ def _contacts(motion: Motion, balance: Balance, forces: JointForces, directions:
         np.broadcast_to(friction.coefficient * (friction.radius if pin else 1.0) * directions[number], columns)
         for (number, friction), pin in zip(rubbing, pins, strict=True)
     ])  # fmt: skip
-    given = np.array([np.broadcast_to(-friction.viscosity * sliding_rate(motion, number), columns)
+    given = np.array([np.broadcast_to(-friction.viscosity * sliding[number], columns)
                       for number, friction in rubbing])  # fmt: skip
 
     def pressing(found: JointForces) -> Reals:
