@@ -89,7 +89,9 @@ def test_a_little_friction_changes_no_verdict(tmp_path, capsys):
     assert deflections[1] == pytest.approx(deflections[0], rel=1e-3)
 
 
-@pytest.mark.parametrize(("text", "reason"), [(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")])
+@pytest.mark.parametrize(
+    ("text", "reason"), [(UNSTABLE, "unstable at 460 rad/s"), (STICKING, "friction sticks too hard")]
+)
 def test_figures_of_unknown_error_keep_no_limit(text, reason, tmp_path, capsys):
     (tmp_path / "one.toml").write_text(text + '\n[limits]\ndeflection = "1 m"\n')
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 1
@@ -119,7 +121,9 @@ def test_the_speed_below_which_vibration_dies_out_is_told():
 def test_an_unknown_error_is_told_without_limits(tmp_path, capsys):
     (tmp_path / "one.toml").write_text(STICKING)
     assert main([str(tmp_path / "one.toml"), "-o", str(tmp_path / "out")]) == 0
-    assert "quasi-static, error unknown: vibration cannot be answered: friction sticks too hard" in capsys.readouterr().out
+    assert (
+        "quasi-static, error unknown: vibration cannot be answered: friction sticks too hard" in capsys.readouterr().out
+    )
 
 
 def test_without_limits_there_is_no_verdict(tmp_path, capsys):

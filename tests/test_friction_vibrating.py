@@ -146,7 +146,7 @@ def test_a_map_of_speeds_has_friction():
     def at(t):
         return motion(mechanism, 100 * np.asarray(t), 100.0, 0.0, t)
 
-    mechanism = rubbing(A=Friction(0.1, 0.005))
+    mechanism = rubbing(A=Friction(0.1, 0.005), D=Friction(0.05, 0.005))
 
     def measure(bent):
         return np.abs(sample(bent, "w", np.ones(1))).max(axis=(0, -2, -1))

@@ -12,17 +12,20 @@ import numpy as np
 from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kinematics, motion_terms, problem
+from elastic.elastodynamics.exact_steps import Settled, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.solution import (
     NEUTRAL,
     ROUNDS,
+    TWICE,
     Discretization,
     Model,
     MotionAt,
     checked,
     first_discretization,
     time_error,
+    unlocked,
     vibrating_model,
 )
 from elastic.elastodynamics.speed_scan import SpeedScan, speed_scan
@@ -319,9 +322,12 @@ class _Steady:
 
 def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
+    rubbed: Settled | None = None
     while True:
         terms = course.here()[1]
-        answer = vibration(terms, course.plain(ratio), speed=ratio)
+        answer = vibration(terms, unlocked(course.plain(ratio)), speed=ratio)
+        if answer.motion.mechanism.friction:
+            answer, rubbed = with_friction(answer, tolerance, TWICE * course.discretization.left_out)
         error, finer = time_error(answer, course.resolved)
         if finer is None:
             break
@@ -333,7 +339,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     growth = float(np.abs(answer.propagation.multipliers).max())
     if growth > 1 + NEUTRAL:
         return _Steady(ratio, terms.grid, growth, error, math.nan, math.nan, None)
-    answer, reduced = corrected(answer, tolerance)
+    answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
     large = second_order_error(answer, answer.deflection)
     return _Steady(ratio, terms.grid, growth, error, reduced, large, answer.loads)
 
