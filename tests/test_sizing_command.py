@@ -97,6 +97,21 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     assert main([str(folder / "optimum.toml"), "-o", str(tmp_path / "out")]) == 0  # acceptable
 
 
+def test_an_optimum_that_no_design_in_reach_attains_is_no_success(scene, tmp_path, capsys):
+    """The scene keeps its limits; of those of its optimum the nearest design misses one, and by how much is told."""
+    wanted = {'[limits]\ndeflection = "1 mm"': '[optimize.limits]\n"deflection.rocker" = { most = "1 um" }'}
+    assert main([str(scene(**wanted)), "--optimize", "-o", str(tmp_path / "out")]) == 1
+    best = json.loads((tmp_path / "out" / "four" / "summary.json").read_text(encoding="utf-8"))["optimum"]
+    assert not best["feasible"]
+    (row,) = best["limits"]
+    value = quantity(row["value"], "m")
+    assert row["value"] > 1e-6
+    assert row["margin"] == pytest.approx(1 - row["value"] / 1e-6, rel=1e-6)
+    told = capsys.readouterr().out
+    assert f"NOT all limits can be kept: at best deflection.rocker is {value}, " in told
+    assert " % too much for at most 1 µm" in told
+
+
 def test_that_vibration_is_left_out_is_said_where_it_is_asked_for(scene, tmp_path, capsys):
     path = scene()
     path.write_text(

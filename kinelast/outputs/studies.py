@@ -103,7 +103,7 @@ def words(solved: OptimumResult) -> list[str]:
     """Sentences on an optimum."""
     task, best, unit = solved.task, solved.optimum, solved.units[solved.task.figure]
     held = best.certificate
-    kept = "all limits kept" if best.feasible else "NOT all limits can be kept: this is the nearest to that"
+    kept = "all limits kept" if best.feasible else f"NOT all limits can be kept: at best {_missed(solved)}"
     said = [f"{task.figure}: {quantity(solved.before[task.figure], unit)} -> "
             f"{quantity(solved.after[task.figure], unit)}; {kept}"]  # fmt: skip
     less = "more" if task.largest else "less"
@@ -121,6 +121,19 @@ def words(solved: OptimumResult) -> list[str]:
     if not solved.quasi_static:
         said.append("found without vibration, whatever the scene's theory or accuracy: report on optimum.toml")
     return said
+
+
+def _missed(solved: OptimumResult) -> str:
+    """The limits that the design nearest to all of them does not keep, and by how much, in words."""
+    told = []
+    for limit, margin in zip(solved.task.limits, solved.optimum.certificate.margin, strict=True):
+        if not margin >= 0:
+            value, bound = (
+                quantity(each, solved.units[limit.figure]) for each in (solved.after[limit.figure], limit.bound)
+            )
+            asked, off = ("least", "too little") if limit.least else ("most", "too much")
+            told.append(f"{limit.figure} is {value}, {percent(-margin)} {off} for at {asked} {bound}")
+    return "; ".join(told) or "they are missed by round-off"
 
 
 def optimum_table(solved: OptimumResult) -> Table:
