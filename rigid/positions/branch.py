@@ -245,10 +245,21 @@ class Branch:
 
     def end(self, number: int, row: int, sense: int, place: float) -> None:
         """Let nothing be known of a group outward of a place: the drives do not come there."""
+        ends = {sense: np.full(self.rows, sense * np.inf) for sense in (1, -1)}
+        ends[sense][row] = place
+        self._end_beyond(number, ends[-1], ends[1])
+
+    def _end_beyond(self, number: int, low: Reals, high: Reals) -> None:
+        """Let nothing be known of a group outside of two places of every design, shape (designs,) each."""
         group = self.structure.groups[number]
-        lost = (self.table["row"] == row) & ((self.table["place"] - place) * sense > 0)
-        self.table = table = some(self.table, ~lost | self.table["coarse"])
-        lost = (table["row"] == row) & ((table["place"] - place) * sense > 0)
+
+        def outside(table: Table) -> Flags:
+            row, place = table["row"], table["place"]
+            beyond: Flags = (place < low[row]) | (place > high[row])
+            return beyond
+
+        self.table = table = some(self.table, ~outside(self.table) | self.table["coarse"])
+        lost = outside(table)
         for name in ("origin", "direction"):
             for link in group.links:
                 table[name][lost, link] = np.nan
@@ -285,15 +296,15 @@ class Branch:
 
     def _stop(self, number: int) -> None:
         """Let a dyad end, outward of the drawing, at the first knot at which it is open."""
-        for row in np.unique(self.table["row"][np.isnan(self.table["sine"][:, number])]):
-            for sense in (1, -1):
-                table = self.table
-                place = table["place"][table["row"] == row][::sense]
-                sine = table["sine"][table["row"] == row, number][::sense]
-                outward = (place - self.path.begin) * sense >= 0
-                place, open_ = place[outward], np.isnan(sine[outward])
-                if open_.any():
-                    self.end(number, int(row), sense, float(place[int(open_.argmax())]))
+        open_ = np.isnan(self.table["sine"][:, number])
+        if not open_.any():
+            return
+        row, place = self.table["row"][open_], self.table["place"][open_]
+        low, high = np.full(self.rows, -np.inf), np.full(self.rows, np.inf)
+        above, below = place >= self.path.begin, place <= self.path.begin
+        np.minimum.at(high, row[above], place[above])
+        np.maximum.at(low, row[below], place[below])
+        self._end_beyond(number, low, high)
 
     def _touches(self, number: int) -> list[int]:
         """Knots nearest to where the sine of a dyad comes to zero and goes on.
