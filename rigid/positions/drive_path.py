@@ -44,6 +44,8 @@ class Path:
         s of the first, least and greatest position of the whole motion, of which those asked may be a part.
     vertices
         Coordinates of the drives at s = 0, 1, 2, ..., shape (drives, n); None for a single drive.
+    whole
+        The positions asked are the whole motion.
     """
 
     begin: float
@@ -52,10 +54,13 @@ class Path:
     turn: float
     outline: tuple[float, ...] = ()
     vertices: Reals | None = None
+    whole: bool = False
 
     @cached_property
     def span(self) -> tuple[float, float]:
         """Least and greatest s of the positions asked; the drawing's where there are none."""
+        if self.whole:
+            return self.outline[1], self.outline[2]
         if not len(self.asked):
             return self.begin, self.begin
         return self.asked.min(), self.asked.max()
@@ -101,7 +106,7 @@ def path_through(mechanism: Mechanism, drive: Reals, lead: Reals | None = None) 
     if len(drive) == 1:
         turn = 2 * np.pi if wraps and not slides[0] else 0.0
         whole = float(given[0].flat[0]), float(given[0].min()), float(given[0].max())
-        return Path(whole[0] - ways[0], drive[0], strides[0], turn, whole)
+        return Path(whole[0] - ways[0], drive[0], strides[0], turn, whole, whole=given is drive)
     if not len(drive):
         return Path(0.0, np.zeros(drive.shape[1]), 1.0, 0.0)
     given = np.concatenate([given[:, :1] - np.array(ways)[:, None], given], axis=1)
