@@ -641,7 +641,7 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
     fine, poor = (line for line in capsys.readouterr().out.splitlines() if line)
     assert "poor" not in fine
     assert "caution" not in fine
-    assert re.search(r"; poor: [a-z ,]*small displacements", poor)
+    assert re.search(r"; poor: [a-z ,]*large displacements", poor)
 
 
 @pytest.mark.parametrize(

@@ -241,8 +241,8 @@ def test_maps_show_the_sign_of_every_value():
 
 
 SUBJECTS = {
-    "Slender links": "beam theory leaves out",
-    "Small displacements": "of its length",
+    "Stubby links": "beam theory leaves out",
+    "Large displacements": "of its length",
     "Buckling": "euler's load",
     "Strength": "yield stress",
 }
@@ -255,12 +255,12 @@ def limited(stress):
 @pytest.mark.parametrize(
     ("changes", "heading", "level"),
     [
-        ({}, "Slender links", None),
-        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}}, "Slender links", "caution"),
-        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.08, "width": 0.01}}}, "Slender links", "poor"),
-        ({}, "Small displacements", None),
-        ({"run": {"positions": 1, "gravity": [0, -2e3]}}, "Small displacements", "caution"),
-        ({"run": {"positions": 1, "gravity": [0, -2e4]}}, "Small displacements", "poor"),
+        ({}, "Stubby links", None),
+        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}}, "Stubby links", "caution"),
+        ({"sections": {"bar": {"shape": "rectangle", "depth": 0.08, "width": 0.01}}}, "Stubby links", "poor"),
+        ({}, "Large displacements", None),
+        ({"run": {"positions": 1, "gravity": [0, -2e3]}}, "Large displacements", "caution"),
+        ({"run": {"positions": 1, "gravity": [0, -2e4]}}, "Large displacements", "poor"),
         ({}, "Buckling", None),
         ({"run": {"positions": 1, "gravity": [-2e4, 0]}}, "Buckling", "caution"),
         ({"run": {"positions": 1, "gravity": [-6e4, 0]}}, "Buckling", "poor"),
@@ -296,8 +296,8 @@ def test_the_worst_is_told_first_and_others_by_name():
     points = {"O": [0, 0], "A": [0.035, 0], "B": [0.065, 0]}
     drives = [{"link": "arm", "speed": 1e-3}, {"link": "stub", "on": "arm", "speed": 1e-3}]
     found = findings(results_of(links=links, points=points, drives=drives))
-    assert found[0].heading == "Slender links"
-    assert found[0].text.startswith("stub is stubby: beam theory leaves out about 7.3 % of its largest deflection")
+    assert found[0].heading == "Stubby links"
+    assert found[0].text.startswith("stub is stubby: beam theory leaves out about 7.3 % of its own largest deflection")
     assert found[0].text.endswith("less so arm.")
 
 
@@ -490,15 +490,15 @@ def test_a_check_without_beams_compares_the_momentum_alone(tmp_path, capsys):
 
 def test_advice_for_slender_links():
     bar = {"bar": {"shape": "rectangle", "depth": 0.03, "width": 0.01}}
-    (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Slender links"]
+    (text,) = [one.text for one in findings(results_of(sections=bar)) if one.heading == "Stubby links"]
     assert text.endswith('; beams = "euler-bernoulli" leaves shear out.')
     unknown = {"bar": {"shape": "properties", "A": 3e-4, "I": 0.01 * 0.03**3 / 12}}
     unknown_shear = results_of(sections=unknown, run={"positions": 1, "gravity": [0, -9.81]})
-    (text,) = [one.text for one in findings(unknown_shear) if one.heading == "Slender links"]
+    (text,) = [one.text for one in findings(unknown_shear) if one.heading == "Stubby links"]
     assert text.endswith("; its section tells neither shear_area nor kGA, so shear is left out.")
     softer = results_of(sections=bar, run={"positions": 1, "gravity": [0, -9.81]})
-    (text,) = [one.text for one in findings(softer) if one.heading == "Slender links"]
-    assert "where moments come in at its ends (" in text
+    (text,) = [one.text for one in findings(softer) if one.heading == "Stubby links"]
+    assert "where moments come in at its ends." in text
     assert "shear" not in text
     (said,) = [one.text for one in findings(softer) if one.heading == "Shear"]
     assert said == "Poisson's ratio of steel is not given: that of metals, 0.3, is taken for shear."

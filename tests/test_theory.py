@@ -142,7 +142,7 @@ def test_a_parametric_resonance_is_told():
     results = results_at("900 rad/s")
     assert not results.answer.vibrating.stable
     assert results.answer.missed == math.inf
-    assert any("Parametric resonance" in finding.text and finding.level == "poor" for finding in findings(results))
+    assert any("parametric resonance" in finding.text and finding.level == "poor" for finding in findings(results))
 
 
 def test_the_cheapest_theory_that_is_near_enough():

@@ -120,25 +120,20 @@ def _slender(deflection: Deflection, _: Extreme | None) -> Iterator[Exceedance]:
     for beam, (shear, introduced) in enumerate(zip(*parts, strict=True)):
         figure = float(max(shear, introduced))
         what = "by shear" if shear >= introduced else "where moments come in at its ends"
-        message = f"is stubby: beam theory leaves out about {_share(figure)} its largest deflection, {what}"
+        message = f"is stubby: beam theory leaves out about {_share(figure)} its own largest deflection, {what}"
         yield from _judged("slenderness", beam, None, figure, message)
 
 
 def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
     found = (known or extremes(deflection, ["w"])["w"]).value / member_lengths(deflection)
-    message = "deflects by {figure} its length: linear theory takes the loads where the rigid link would be"
+    message = "deflects by {figure} its length: loads are not quite where the rigid link has them"
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
 def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
-    message = "is pressed with {figure} Euler's load: bending is found without the axial force, "
+    message = "is pressed with {figure} the load at which it buckles"
     ratio = euler_ratio(deflection) if known is None else known
-    yield from _per_beam("axial force", over_cycle(ratio), message, _amplified)
-
-
-def _amplified(ratio: float) -> str:
-    """Effect of a share of Euler's load on the bending of a beam, in words."""
-    return "and the link buckles" if ratio >= 1 else f"which makes it about {1 / (1 - ratio):.3g} times as large"
+    yield from _per_beam("axial force", over_cycle(ratio), message)
 
 
 def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
@@ -148,11 +143,9 @@ def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance
         yield from _per_beam("yield", over_cycle(share), "is stressed to {figure} its yield stress")
 
 
-def _per_beam(
-    kind: str, peak: Largest, message: str, more: Callable[[float], str] = lambda _: ""
-) -> Iterator[Exceedance]:
+def _per_beam(kind: str, peak: Largest, message: str) -> Iterator[Exceedance]:
     for beam, (value, position) in enumerate(zip(np.abs(peak.value), peak.position, strict=True)):
-        words = message.format(figure=_share(float(value))) + more(float(value))
+        words = message.format(figure=_share(float(value)))
         yield from _judged(kind, beam, int(position), float(value), words)
 
 

@@ -32,6 +32,7 @@ FEW = 16  # positions that tell too little of a cycle
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figures that cautions are of
 WITHIN = 2.0  # times the answer's own estimate of its error that the check may find
+TWICE = 2.0  # growth of vibration in a cycle, from which it is told as a multiple
 LEAST = 0.01  # share of the largest deflection that the check itself is good to
 
 
@@ -144,15 +145,16 @@ class Results:
             return ""
         from elastic.elastodynamics import stable_below
 
-        laws, words = self.scene.laws, f"vibration grows by {percent(vibrating.growth - 1)} a cycle"
+        growth, laws = vibrating.growth, self.scene.laws
+        grows = f"by {percent(growth - 1)}" if growth < TWICE else f"{growth:.2g} times"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
         at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3)}"
         given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
         ratio = stable_below(*given) if math.isfinite(self.period) else math.nan
         if math.isnan(ratio):
-            return f"unstable {at}: {words}, and at lower speeds too"
+            return f"unstable {at}: vibration grows {grows} a cycle, and at lower speeds too"
         border = percent(ratio) + " of it" if sole is None else quantity(ratio * abs(float(sole)), "rad/s", 3)
-        return f"unstable {at}: {words}; stable below {border}"
+        return f"unstable {at}: vibration grows {grows} a cycle; stable below {border}"
 
     @property
     def quasi_static(self) -> Deflection:

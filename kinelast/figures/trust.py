@@ -26,8 +26,8 @@ INPUTS, THEORY = "Inputs", "Theory"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
-    "slenderness": "Slender links",
-    "deflection": "Small displacements",
+    "slenderness": "Stubby links",
+    "deflection": "Large displacements",
     "axial force": "Buckling",
     "yield": "Strength",
 }
@@ -48,6 +48,16 @@ WITHIN = {
     "deflection": "none deflects by more than {:.0f} % of its length",
     "axial force": "none is pressed with more than {:.0f} % of Euler's load",
     "yield": "none is stressed to more than {:.0f} % of its yield stress",
+}
+IN_THE_ERROR = {  # what an answer's own error holds, so that it is no doubt of its own
+    "slenderness": "the error that is told has it",
+    "deflection": "the answer or its error has it",
+    "axial force": "the answer or its error has what that does to bending",
+}
+ADVICE = {
+    "slenderness": "Run with --check solid to see how far the link is from a beam",
+    "axial force": "Make it thicker or shorter",
+    "yield": "Make it thicker, or of a stronger material",
 }
 LEFT_OUT, UNTOLD = (
     'beams = "euler-bernoulli" leaves shear out',
@@ -309,12 +319,35 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         names = dict.fromkeys(members[each.beam] for each in alike if each.beam is not None)
         names.pop(name, None)
         words = f"{name} {worst.message}" if name else _sentence(worst.message)
-        words += f" (limits: {_limits(kind)})"
-        if kind == "slenderness" and worst.beam is not None:
-            words += _without_shear(results, worst.beam)
-        if names:
-            words += f"; less so {', '.join(names)}"
-        yield Finding(POOR if worst.severe else CAUTION, heading, f"{words}.")
+        level = POOR if worst.severe else CAUTION
+        if kind in IN_THE_ERROR and _error_is_known(results):
+            level = _own_level(kind, worst.figure)
+            words += f"; {IN_THE_ERROR[kind]}"
+        elif kind == "axial force" and worst.beam is not None:
+            words += f"; {_amplified(worst.figure)}"
+        sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
+        words += sheared + (f"; less so {', '.join(names)}" if names else "")
+        advice = f" {ADVICE[kind]}." if level != GOOD and kind in ADVICE and not sheared else ""
+        yield Finding(level, heading, f"{words}.{advice}")
+
+
+def _error_is_known(results: Results) -> bool:
+    """Whether the answer tells how far it is off by all that beams and large displacement do."""
+    return results.answer is not None and not math.isnan(results.answer.error)
+
+
+def _own_level(kind: str, figure: float) -> str:
+    """Level of an effect that the answer or its error has: of buckling, that no link is quite straight."""
+    if kind != "axial force" or not LIMITS[kind].far_passed(figure):
+        return GOOD
+    return POOR if figure >= 1.0 else CAUTION
+
+
+def _amplified(ratio: float) -> str:
+    """Effect of a share of Euler's load on bending that is found without it, in words."""
+    if ratio >= 1.0:
+        return "it buckles"
+    return f"that makes its bending about {1 / (1 - ratio):.3g} times as large, which is left out"
 
 
 def _without_shear(results: Results, beam: int) -> str:
@@ -323,12 +356,6 @@ def _without_shear(results: Results, beam: int) -> str:
         return ""
     known = np.isfinite(results.scene.sections[beam].shear_rigidity).all()
     return f"; {LEFT_OUT if known else UNTOLD}"
-
-
-def _limits(kind: str) -> str:
-    """From where a figure is to be watched, and from where not to be relied on, in words."""
-    both = (LIMITS[kind].watch, LIMITS[kind].beyond)
-    return " and ".join(f"{number(100 * value, 2)} %" for value in both)
 
 
 def _sentence(words: str) -> str:
