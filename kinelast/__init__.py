@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from kinelast.version import VERSION as __version__
+from kinelast.version import VERSION
 
 if TYPE_CHECKING:
     from kinelast.notebook import deflection, load, motion, to_pandas, to_xarray
@@ -43,6 +43,8 @@ __all__ = [
     "to_pandas",
     "to_xarray",
 ]
+
+__version__ = VERSION
 
 _HOME = {
     "notebook.inline": ("film", "picture", "report"),
