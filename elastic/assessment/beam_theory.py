@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import comb
 from typing import Any
 
 import numpy as np
 
-from elastic.arrays import AtStations, PerBeam
+from elastic.arrays import AtStations, PerBeam, VectorCoefficients
 from elastic.beams.cross_sections import POISSON
+from elastic.beams.polynomials import added
 from elastic.beams.section import Section, Taper
+from elastic.links.added_loads import AddedLoads
 from elastic.links.beam_trees import trees_of
 from elastic.links.members import members_of
 from elastic.sampling import reference_deflection, sample
@@ -20,6 +23,7 @@ from rigid import Reals
 from rigid.arrays import Numbers
 from rigid.constants import per_row
 
+NEAR_END = 1 / 8  # of the length of a beam, within which a moment that comes in has become that of a beam
 STATIONS = 33  # along a beam, at which deflections are compared
 INTRODUCED = 0.28  # by M/kGA of a moment M that comes in at an end, a pin shifts: measured on plane bodies
 
@@ -118,14 +122,53 @@ def introduction_share(deflection: Deflection, poisson: float = POISSON) -> PerB
     Shape (beams, ...).
     """
     sections = sections_with_shear(deflection.sections, poisson)
-    moments = _introduced(deflection)
+    moments = _greatest(_introduced(deflection))
     chord = sample(deflection, "chord", np.linspace(0.0, 1.0, STATIONS))
     soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:]) for section in sections])
     return _over_largest(deflection, INTRODUCED * soft * moments, _greatest(chord))
 
 
-def _introduced(deflection: Deflection) -> PerBeam:
-    """Largest moment that comes in at either end of every beam [N m], shape (beams, ...).
+def beyond_beam_theory(deflection: Deflection, poisson: float = POISSON) -> Deflection:
+    """Deflection with an estimate of the error of beam theory: shear, and moments that come in at the ends of beams.
+
+    Solved once more: beams shear as those of `sections_with_shear`, and next to an end at which a moment comes in they
+    shift across by as much as `introduction_share` says, within about `NEAR_END` of their length. The same object
+    where nothing is left out.
+
+    Parameters
+    ----------
+    poisson
+        Poisson's ratio of beams of which no shear rigidity is known.
+    """
+    sheared = sections_with_shear(deflection.sections, poisson)
+    moments, columns = _introduced(deflection), deflection.motion.columns
+    soft = np.array([np.broadcast_to(_softest(section), moments.shape[1:-2]) for section in sheared])
+    shift = -INTRODUCED * soft.reshape(-1, *(np.shape(soft)[1:] or (1,) * (len(columns) - 1)), 1, 1) * moments
+    if sheared == deflection.sections and not shift.any():
+        return deflection
+    start, end = np.moveaxis(shift / deflection.length[..., None], -1, 0)
+    rise = round(1.0 / NEAR_END)
+    power = np.arange(rise)
+    rates = rise * np.array([start * comb(rise - 1, k) * (-1.0) ** k for k in power])
+    rates[-1] -= rise * end
+    along = np.zeros((2, rise, *start.shape), complex)
+    along[0] = 1j * rates
+    return solve(deflection.motion, sheared, deflection.joints, _strained(deflection, along))
+
+
+def _strained(deflection: Deflection, strain: VectorCoefficients) -> AddedLoads:
+    """The loads of a deflection besides the motion's, with more strain that no force makes."""
+    loads = deflection.added
+    if loads is None:
+        none = (0.0,) * len(deflection.motion.structure.joints)
+        return AddedLoads(np.zeros((1, *strain.shape[2:]), complex), (), (), none, none, strain)
+    if loads.strain is None:
+        return replace(loads, strain=strain)
+    return replace(loads, strain=np.stack([added(*parts) for parts in zip(loads.strain, strain, strict=True)]))
+
+
+def _introduced(deflection: Deflection) -> AtStations:
+    """Moments that come in at both ends of every beam [N m], with the sign of M, shape (beams, ..., positions, 2).
 
     From outside all of it, from other beams of the link as far as they turn off: none where one goes on straight.
     """
@@ -136,14 +179,14 @@ def _introduced(deflection: Deflection) -> PerBeam:
         way = np.ravel(points[beam.end] - points[beam.start])[0]
         for end, (point, out) in enumerate(((beam.start, way), (beam.end, -way))):
             nodes.setdefault((at, point), []).append((number, end, out / abs(out)))
-    moments = np.zeros((len(at_ends), *at_ends.shape[1:-2]))
+    moments = np.zeros_like(at_ends)
     for meeting in nodes.values():
         outside = sum(at_ends[number, ..., end] * (2 * end - 1) for number, end, _ in meeting)
         for number, end, out in meeting:
             others = [abs(out + other) / np.sqrt(2) for k, _, other in meeting if k != number]
-            turned = at_ends[number, ..., end] * min([1.0, *others]) if others else outside
-            moment = np.maximum(np.abs(outside), np.abs(turned))
-            moments[number] = np.maximum(moments[number], _greatest(moment[..., None]))
+            own = outside * (2 * end - 1)
+            turned = at_ends[number, ..., end] * min([1.0, *others]) if others else own
+            moments[number, ..., end] = np.where(np.abs(turned) > np.abs(own), turned, own)
     return moments
 
 

@@ -1,6 +1,6 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
-from elastic.elastodynamics.geometrically_exact import geometrically_exact
+from elastic.elastodynamics.geometrically_exact import geometrically_exact, with_large_displacement
 from elastic.elastodynamics.solution import Elastodynamic
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
@@ -29,6 +29,7 @@ __all__ = [
     "stable_below",
     "theory_error",
     "transient",
+    "with_large_displacement",
 ]
 
 

@@ -173,6 +173,13 @@ def _places(moved: Displacements) -> Complexes:
     return places[1:, ..., 0]
 
 
+def exact_step(linear: Vibration, fastest: float) -> Settled:
+    """Links after the first step alone, with its changes; arguments as of `settled_links`."""
+    now = _begin(linear)
+    after, residual, _ = _step(now, linear.under, exact_loads(now), fastest)
+    return Settled(after, _places(after.moved) - _places(now.moved), residual, 1)
+
+
 def _mixed(before: Sequence[tuple[Displaced, Complexes]]) -> Displaced:
     """The last steps' answers, summed with the weights for which the changes' sum is least."""
     changes = np.array([np.ravel(change).view(float) for _, change in before])

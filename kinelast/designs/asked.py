@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.limits import bounded_beams
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
@@ -105,7 +104,7 @@ def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:
     """
     limits = []
     for limit in scene.limits:
-        labels = [scene.labels[beam] for beam in bounded_beams(scene, limit)]
+        labels = [scene.labels[beam] for beam in limit.beams(scene.mechanism)]
         names = [OUTPUT_ERROR] if limit.figure == OUTPUT_ERROR else [f"{limit.figure}.{label}" for label in labels]
         for name in names or [limit.figure]:
             if name not in units:

@@ -12,9 +12,11 @@ import numpy as np
 from elastic import Deflection, reference_deflection, sample
 from elastic.beams import POISSON
 from elastic.links import members_of
+from kinelast.figures.errors import BEAM_THEORY, ROUND_OFF, FigureError
 from kinelast.figures.results import NonlinearCheck, NotMade, allowed_difference
 from kinelast.scene.course import CourseByLaws
-from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
+from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.numbers import percent
 
 if TYPE_CHECKING:
     from fem_check import Balance
@@ -24,10 +26,9 @@ if TYPE_CHECKING:
 
 DECIDED = 1.5, 6.0  # parts of what is allowed that the check itself may be off by: at first, and where that decides
 UNTOLD = 0.005  # that it may be off by where nothing is allowed or forbidden
-SHARED = ("beam theory",)  # what the beams of the check leave out too
+LEAST_ASKED = 1e-4  # accuracy
 LEAST_GRANTED, MOST_GRANTED = 0.005, 0.1  # of the momentum of vibrating links: beyond, nothing is learnt
 POSITIONS = 360  # up to which the least is granted
-UNMOVED = (*SHARED, "round-off")  # errors of an answer that leave its momentum in balance
 
 
 def nonlinear_check(results: Results, progress: Callable[[float, str], None] | None = None) -> NonlinearCheck | NotMade:
@@ -42,7 +43,7 @@ def nonlinear_check(results: Results, progress: Callable[[float, str], None] | N
         return NotMade("it takes drives that follow laws, all over their run")
     estimate = math.nan
     if results.answer:
-        estimate = math.fsum(size for name, size in results.answer.errors.items() if name not in SHARED)
+        estimate = results.answer.by_motion
     try:
         for part in DECIDED:
             allowed = allowed_difference(estimate)
@@ -112,6 +113,27 @@ def _poisson(scene: Scene) -> list[float]:
     return [POISSON if ratio is None else ratio for ratio in told]
 
 
+def nearer(results: Results, error: FigureError, share: float) -> str:
+    """Advice by which a figure's error comes down to a share of it; empty where there is none.
+
+    It names the largest part of the error, and nothing that would not run.
+    """
+    answer, largest = results.answer, error.largest
+    accuracy = f'accuracy = "{percent(max(share / 2, LEAST_ASKED))}" would settle it'
+    by_laws = isinstance(results.scene.course, CourseByLaws) and not results.left_out
+    if largest == BEAM_THEORY:
+        return "" if results.solid else f"mostly {largest}: --check solid would measure it"
+    if answer is None or largest == ROUND_OFF or share <= 0.0:
+        return ""
+    if results.run is not None:
+        return f"mostly {largest}: a run of fewer positions, with an accuracy, would settle it"
+    if results.scene.theory.plain:
+        return f'mostly {largest}: without theory = "quasi-static" it would be settled'
+    if answer.theory == GEOMETRICALLY_EXACT or answer.finer:
+        return f"mostly {largest}: {accuracy}"
+    return f"mostly {largest}: --check nonlinear would measure it" if by_laws and not results.nonlinear else ""
+
+
 def momentum_balances(results: Results) -> dict[str, Balance]:
     """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate in a cycle, by theory.
 
@@ -124,7 +146,7 @@ def momentum_balances(results: Results) -> dict[str, Balance]:
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and math.isfinite(results.period):
-        off = math.fsum(share for name, share in answer.errors.items() if name not in UNMOVED)
+        off = answer.by_motion
         granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if granted <= MOST_GRANTED:
             in_time = results.period, granted, answer.theory != ELASTODYNAMIC

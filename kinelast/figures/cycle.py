@@ -10,7 +10,19 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from elastic import FIELDS, Deflection, Extreme, Kind, Largest, cycle_maxima, extremes, largest, marked
+from elastic import (
+    FIELDS,
+    Deflection,
+    Extreme,
+    Kind,
+    Largest,
+    cycle_maxima,
+    extremes,
+    largest,
+    marked,
+    reference_deflection,
+    sample,
+)
 from elastic.assessment import PathDeviation, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
@@ -21,6 +33,7 @@ from rigid.arrays import Flags, Numbers
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not Kind.LOAD)
 WELL = 1e6  # condition up to which a position counts in the largest values: beyond, round-off grows into them
 NOISE = 1e-12  # share of the scene's forces and displacements below which a figure is round-off
+STATIONS = 21  # along a beam, where it is looked at closely enough for differences
 SETTLED = 1e-5  # so that derivatives are those of a natural frequency, not of its refinement
 
 
@@ -48,6 +61,8 @@ class Cycle:
         How many designs count: those that follow only fill the arrays.
     period
         Duration of the cycle [s], shape (...), where fields count between the positions too.
+    sampled
+        Whether fields are looked at in `STATIONS` places along the beams alone: enough for the difference of two.
     """
 
     scene: Scene
@@ -57,6 +72,7 @@ class Cycle:
     wanted: frozenset[str] = field(default_factory=frozenset)
     used: int | None = None
     period: Any = None
+    sampled: bool = False
     _known: dict[Any, Largest] = field(default_factory=dict, repr=False)
 
     def of(self, figure: LargestSearch) -> Largest:
@@ -124,6 +140,8 @@ class Cycle:
 
     def along(self, key: str) -> Largest:
         """Largest magnitude of a field along every beam over the positions that count, shape (beams, ...)."""
+        if self.sampled:
+            return self.largest(greatest_along(sample(self.deflection, key, STATIONS)))
         if self.tabled:
             extreme = self.extremes[key]
             return largest(extreme.value, self._counted, extreme.xi)
@@ -148,6 +166,15 @@ class Cycle:
     def euler_ratio(self) -> Reals:
         """Compression over Euler's load, shape (beams, ..., positions)."""
         return euler_ratio(self.deflection) if self.scene.mechanism.beams else np.zeros((0, *self.columns))
+
+    @cached_property
+    def bending(self) -> Reals:
+        """Largest deflection from the chord over that of all positions, by beam: the worst, shape (..., positions)."""
+        sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
+        base = reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
+        share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
+        worst: Reals = share.max(axis=0, initial=0.0)
+        return worst
 
     @cached_property
     def efforts(self) -> Reals:
@@ -177,6 +204,13 @@ class Cycle:
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest
+
+
+def greatest_along(values: Any) -> Reals:
+    """Of values at stations, the last axis, those of largest magnitude, with their signs."""
+    at = np.abs(values).argmax(axis=-1)
+    greatest: Reals = np.take_along_axis(values, at[..., None], -1)[..., 0]
+    return greatest
 
 
 def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:

@@ -48,9 +48,8 @@ class Figure:
         Whether it is computed only where it is asked for by name.
     limit
         Key under `[limits]` that bounds it; empty where none does.
-    error
-        From a cycle to how far the items' values may be off, in the figure's unit, shape (items, ...); None where that
-        is not known.
+    rigid
+        Whether it is of the rigid motion alone, which no theory of the links changes.
     """
 
     key: str
@@ -64,7 +63,7 @@ class Figure:
     asked: bool = False
     told: bool = False
     limit: str = ""
-    error: Callable[[Cycle], Any] | None = None
+    rigid: bool = False
 
     def units(self, scene: Scene) -> list[str]:
         """Of every item."""
@@ -104,6 +103,12 @@ def _picked(known: Largest, items: Sequence[int]) -> Largest:
     shape, at = np.shape(known.value), [*items]
     parts = (known.value, known.position, known.xi, known.row)
     return Largest(*(np.broadcast_to(part, shape)[at] for part in parts))
+
+
+def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
+    """Magnitudes of all items of figures, by key."""
+    values = {figure: cycle.of(figure).value for figure in figures}
+    return {figure.key: np.abs(each) if figure.over == LARGEST else each for figure, each in values.items()}
 
 
 def items_of(scene: Scene, of: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -9,14 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import FIXED, LARGEST, SCENE, Figure, fixed
+from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, magnitudes
+from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import ALONG_BEAMS
 from kinelast.figures.results import Results, figure
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
 from rigid.arrays import Reals
 
+KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
+SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
+VERDICTS = {KEPT: "acceptable", BROKEN: "not acceptable", TOO_NEAR: TOO_NEAR, UNKNOWN: UNKNOWN}
 PLACES = {figure.limit: figure.fields[0] for figure in ALONG_BEAMS if figure.limit}
 """Keys under `[limits]` of figures of beams, and the fields that have their place."""
 
@@ -64,7 +70,7 @@ def kept(verdicts: Iterable[Verdict]) -> Any:
 def _verdict(scene: Scene, limit: Limit, values: Any) -> Verdict:
     if values is None:
         return Verdict(limit, np.float64(np.nan), np.zeros((), int), np.zeros((), bool))
-    items = np.array([0] if limit.figure == OUTPUT_ERROR else bounded_beams(scene, limit), int)
+    items = np.array([0] if limit.figure == OUTPUT_ERROR else limit.beams(scene.mechanism), int)
     if not len(items):
         nothing = np.zeros(values.shape[1:], int)
         return Verdict(limit, np.full(nothing.shape, np.nan), nothing, nothing != 0)
@@ -86,20 +92,16 @@ def acceptable(scene: Scene, figures: Iterable[Figure]) -> Figure:
     return Figure("acceptable", "all limits are kept", "1", SCENE, fixed(find), FIXED, fields, told=True)
 
 
-def magnitudes(cycle: Cycle, figures: Iterable[Figure]) -> dict[str, Any]:
-    """Magnitudes of figures for `judged`, by key."""
-    values = {figure: cycle.of(figure).value for figure in figures}
-    return {figure.key: np.abs(each) if figure.over == LARGEST else each for figure, each in values.items()}
-
-
-def bounded_beams(scene: Scene, limit: Limit) -> list[int]:
-    """Numbers of the beams that a limit holds for."""
-    owners = [scene.mechanism.links[at].name for at, _ in scene.mechanism.beams]
-    return [number for number, owner in enumerate(owners) if limit.link in ("", owner)]
+def outcome(limit: Limit, value: float, error: float) -> str:
+    """Outcome for a figure with its error: neither kept nor not where the bound is within the error."""
+    if math.isnan(value) or math.isnan(error):
+        return UNKNOWN
+    kept_by = [bool(limit.kept(value + side * error)) for side in (-1, 1)]
+    return KEPT if all(kept_by) else TOO_NEAR if any(kept_by) else BROKEN
 
 
 def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Every limit of the scene with the figure that it bounds, and whether all are kept.
+    """Every limit of the scene with the figure that it bounds and its outcome, and the verdict on all.
 
     Parameters
     ----------
@@ -108,34 +110,49 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 
     Returns
     -------
-    `passed`: None where no limit is set, and where all seem kept by figures of which nobody knows how far they are
-    off, `problem` says why; a limit that there is no figure for is not kept. `limits`: a row each.
+    `verdict`: the worst outcome in words; empty where no limit is set. `passed`: whether it is acceptable; None where
+    that is not known, `problem` says why or what would settle it. `limits`: a row each, `kept` were there no error.
     """
-    peaks = results.figures.peaks
-    bounded = {limit.figure for limit in results.scene.limits} & peaks.keys()
-    sizes = {key: np.abs([peak.value for peak in peaks[key]]) for key in bounded}
-    rows = [
-        {
-            "kind": verdict.limit.kind,
-            "on": verdict.limit.link,
-            "limit": figure(verdict.limit.bound, row["unit"] if verdict.limit.kind == "output" else verdict.limit.unit),
-            "found": row,
-            "passed": bool(verdict.kept),
-        }
-        for verdict in judged(results.scene, sizes)
-        for row in [_row(results, figures, verdict)]
-    ]
-    passed = all(row["passed"] for row in rows) if rows else None
-    problem = error_unknown(results) if passed else ""
-    return {"passed": None if problem else passed, "problem": problem, "limits": rows}
+    rows = [_judged_row(results, figures, limit) for limit in results.scene.limits]
+    worst = min((row["outcome"] for row in rows), key=SEVERITY.index, default=None)
+    problem = next((row["problem"] for row in rows if row["outcome"] == worst and worst in (UNKNOWN, TOO_NEAR)), "")
+    passed = {KEPT: True, BROKEN: False}.get(worst) if worst else None
+    return {"verdict": VERDICTS[worst] if worst else "", "passed": passed, "problem": problem, "limits": rows}
 
 
-def error_unknown(results: Results) -> str:
-    """Reason why nobody knows how far the figures of moving links are off; nothing where that is known or not asked."""
-    answer = results.answer
-    if answer is None or not np.any(results.motion.drive_rate):
-        return ""
-    return results.instability or answer.unknown
+def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> dict[str, Any]:
+    """A limit with the figure that decides its outcome: of those that are alike the one nearest to the bound."""
+    peaks = results.figures.peaks.get(limit.figure, [])
+    items = range(len(peaks)) if limit.figure == OUTPUT_ERROR else limit.beams(results.scene.mechanism)
+    told = [(item, abs(peaks[item].value), _error(peaks[item])) for item in items]
+    found = min(
+        ((outcome(limit, value, error), float(limit.margin(value)), item, value) for item, value, error in told),
+        key=lambda each: (SEVERITY.index(each[0]), each[1]),
+        default=(UNKNOWN, math.nan, 0, math.nan),
+    )
+    how, _, item, value = found
+    row = _row(results, figures, Verdict(limit, value, item, how == KEPT))
+    problem = ""
+    if how == UNKNOWN:
+        problem = "there is no figure" if math.isnan(value) else results.error_unknown or "its error is not known"
+    elif how == TOO_NEAR:
+        error = peaks[item].error
+        assert error is not None
+        problem = nearer(results, error, abs(value - float(limit.bound)) / value)
+    return {
+        "kind": limit.kind,
+        "on": limit.link,
+        "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),
+        "found": row,
+        "outcome": how,
+        "kept": bool(limit.kept(value)),
+        "passed": {KEPT: True, BROKEN: False}.get(how),
+        "problem": problem,
+    }
+
+
+def _error(peak: Peak) -> float:
+    return math.nan if peak.error is None else peak.error.size
 
 
 def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:

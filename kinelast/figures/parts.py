@@ -14,7 +14,7 @@ from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error, harmonics
 from elastic.links import AddedLoads, map_loads
 from kinelast.figures.peaks import STATIONS
-from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, figure, largest
+from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
 from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
 from rigid.arrays import Reals
 from rigid.kinetostatics import rubbing_joints, sliding_directions
@@ -92,7 +92,7 @@ def strength_figures(results: Results) -> dict[str, dict[str, Any]]:
         label: {
             "stress_range": _swing(run.swings[:, beam], float(results.deflection.length[beam, 0])),
             "yield_stress": figure(float(results.deflection.sections[beam].yield_stress), "Pa"),
-            "safety_factor": figure(run.peaks["safety"][beam].value, "1"),
+            "safety_factor": figure(run.peaks["safety"][beam].value, "1", **error_of(run.peaks["safety"][beam])),
             "euler_ratio": largest(results, run.peaks["buckling"][beam], "1"),
             "slenderness": figure(results.slenderness[beam], "1"),
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
 
@@ -15,6 +15,7 @@ from elastic.assessment import LIMITS, Exceedance, least_axial_force, stress_end
 from elastic.links import spans_of
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle, too_many_beams
 from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
+from kinelast.figures.errors import FigureError
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.limits import Output
@@ -29,7 +30,7 @@ class Peak:
     """The largest magnitude of a figure of one item over the cycle: value in the figure's unit, and its place.
 
     `xi` along the beam; `time` [s]; `drive` coordinates [rad or m]; `refined`: found between the positions; `row`: of
-    several values of the item, which it is.
+    several values of the item, which it is; `error`: None where nobody looked.
     """
 
     value: float
@@ -38,6 +39,7 @@ class Peak:
     drive: tuple[float, ...]
     refined: bool = False
     row: int = 0
+    error: FigureError | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +81,14 @@ class RunFigures:
     stress: Reals
     pressed: Mapping[int, Peak]
     length: float
+
+    def with_errors(self, errors: Mapping[str, Sequence[FigureError]]) -> RunFigures:
+        """The same, every peak with its error."""
+        peaks = {
+            key: [replace(peak, error=error) for peak, error in zip(rows, errors[key], strict=True)]
+            for key, rows in self.peaks.items()
+        }
+        return replace(self, peaks=peaks)
 
     def of_field(self, key: str) -> list[Peak]:
         """Peaks of a field on every beam."""

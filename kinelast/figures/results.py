@@ -14,6 +14,8 @@ from elastic import Deflection, Extreme
 from elastic.assessment import Exceedance, PathDeviation, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies, natural_frequencies
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, too_many_beams
+from kinelast.figures.entry import items_of
+from kinelast.figures.errors import GradedFigure, worst_of
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, divided_links, run_figures
 from kinelast.scene.data import QUASI_STATIC, Scene
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from kinelast.figures.theory import Answer
 
 
+ASKED_FOR = "the quasi-static answer is what was asked for"
 FEW = 16  # positions that tell too little of a cycle
 INSTANTS = 12  # positions at which natural frequencies are found: they change slowly over the cycle
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}  # figures that cautions are of
@@ -157,6 +160,25 @@ class Results:
         return f"unstable {at}: vibration grows {grows} a cycle; stable below {border}"
 
     @property
+    def error_unknown(self) -> str:
+        """Why nobody knows how far the figures are off; nothing where that is known, or nothing bends."""
+        if not self.scene.labels:
+            return ""
+        return ASKED_FOR if self.answer is None else self.instability or self.answer.unknown
+
+    @cached_property
+    def worst(self) -> GradedFigure | None:
+        """The figure that is farthest off of those that are read; None where nothing is known of any."""
+        return worst_of(self.answer.graded) if self.answer else None
+
+    @property
+    def error(self) -> float:
+        """Of the worst of the figures that are read, as a share; nan where one is not known."""
+        if self.answer is None or self.error_unknown:
+            return math.nan
+        return self.worst.share if self.worst else 0.0
+
+    @property
     def quasi_static(self) -> Deflection:
         """The deflection of links that do not vibrate."""
         return self.answer.quasi_static if self.answer else self.deflection
@@ -168,8 +190,9 @@ class Results:
 
     @cached_property
     def figures(self) -> RunFigures:
-        """The figures of the run."""
-        return self.run or run_figures(self.cycle, output_of(self.scene), self.quasi_static)
+        """The figures of the run, with their errors where these are known."""
+        figures = self.run or run_figures(self.cycle, output_of(self.scene), self.quasi_static)
+        return figures.with_errors(self.answer.errors) if self.answer else figures
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -295,9 +318,32 @@ def at_peak(results: Results, peak: Peak) -> dict[str, Any]:
     return {"time": figure(peak.time, "s"), "drive": coordinates(results, peak.drive)}
 
 
+def worst_figure(results: Results) -> dict[str, Any]:
+    """The figure that is farthest off of those that are read, its item, and the parts of its error as shares."""
+    worst = results.worst
+    if worst is None:
+        return {"figure": None, "on": None, "errors": {}}
+    known = next(figure for figure in results.figures.figures if figure.key == worst.key)
+    parts = {name: abs(part) / worst.base for name, part in worst.error.parts.items()}
+    return {
+        "figure": known.name,
+        "on": items_of(results.scene, known.of)[worst.item] or None,
+        "errors": {name: share if math.isfinite(share) else None for name, share in parts.items()},
+    }
+
+
+def error_of(peak: Peak) -> dict[str, Any]:
+    """Error of a peak in its unit; null where it is not known, and why."""
+    if peak.error is None or math.isnan(peak.value):
+        return {"error": None}
+    if peak.error.unknown:
+        return {"error": None, "error_unknown": peak.error.unknown}
+    return {"error": peak.error.size if math.isfinite(peak.error.size) else None}
+
+
 def largest(results: Results, peak: Peak, unit: str, **more: Any) -> dict[str, Any]:
-    """A peak with time and drive."""
+    """A peak with its error, time and drive."""
     if math.isnan(peak.value):
         return figure(math.nan, unit, **more)
     place = at_peak(results, peak) if not math.isnan(peak.time) else {}
-    return figure(results.figures.rounded(peak.value, unit), unit, **more, **place)
+    return figure(results.figures.rounded(peak.value, unit), unit, **error_of(peak), **more, **place)

@@ -11,8 +11,7 @@ import numpy as np
 from elastic import Deflection
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import BEAM, Figure, Measure, items_of, measures_of
-from kinelast.figures.limits import bounded_beams, magnitudes
+from kinelast.figures.entry import BEAM, Figure, Measure, items_of, magnitudes, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
@@ -253,7 +252,7 @@ def _limit(
     rows = [
         (limit, beam)
         for limit in scene.limits
-        for beam in (bounded_beams(scene, limit) if limit.figure in of_beams else [-1])
+        for beam in (limit.beams(scene.mechanism) if limit.figure in of_beams else [-1])
     ]
 
     def used(found: SpeedMap) -> Reals:

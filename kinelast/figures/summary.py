@@ -14,7 +14,7 @@ from elastic.links import members_of
 from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.entry import POINT, items_of
-from kinelast.figures.limits import acceptance, error_unknown
+from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid
 from kinelast.figures.parts import (
     friction_figures,
@@ -26,9 +26,9 @@ from kinelast.figures.parts import (
     vibration_figures,
 )
 from kinelast.figures.peaks import Peak, greatest
-from kinelast.figures.results import Results, coordinates, figure, largest
+from kinelast.figures.results import Results, coordinates, error_of, figure, largest, worst_figure
 from kinelast.figures.trust import exceedance_figures, findings, left_out, verdict
-from kinelast.scene.data import QUASI_STATIC
+from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.limits import OUTPUT_ERROR
 from kinelast.scene.numbers import quantity
 from rigid import Beam
@@ -113,17 +113,19 @@ def registered_figures(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def theory_figures(results: Results) -> dict[str, Any]:
-    """The theory that was taken, and estimates of its errors, as shares; null where not known."""
+    """The theory that was taken, and the error of the worst of the figures that are read; null where not known."""
     answer = results.answer
     if answer is None:
         return {
             "name": QUASI_STATIC,
             "error": None,
+            "figure": None,
+            "on": None,
             "errors": {},
             "without_vibration": None,
             "accuracy": None,
             "reached": None,
-            "problem": "",
+            "problem": results.error_unknown,
         }
 
     def known(share: float) -> float | None:
@@ -131,12 +133,13 @@ def theory_figures(results: Results) -> dict[str, Any]:
 
     return {
         "name": answer.theory,
-        "error": known(answer.error),
-        "errors": {name: known(share) for name, share in answer.errors.items()},
+        "error": known(results.error),
+        **worst_figure(results),
         "without_vibration": known(answer.missed),
         "accuracy": answer.accuracy,
-        "reached": answer.accurate,
-        "problem": error_unknown(results),
+        "expected": ACCURACY,
+        "reached": None if answer.accuracy is None else results.error <= answer.accuracy,
+        "problem": results.error_unknown,
         **({} if answer.vibrating is None else _vibrating(answer.vibrating)),
     }
 
@@ -205,6 +208,7 @@ def _peak(results: Results, field: str, peak: Peak, beam: int) -> dict[str, Any]
     return figure(
         results.figures.rounded(peak.value, FIELDS[field].unit),
         FIELDS[field].unit,
+        **error_of(peak),
         along=figure(peak.xi * length, "m"),
         xi=figure(peak.xi, "1")["value"],
         time=figure(peak.time, "s"),

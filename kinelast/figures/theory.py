@@ -3,39 +3,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from elastic import Deflection, cycle_maxima, reference_deflection, sample
-from elastic.assessment import introduction_share, shear_share
+from elastic import Deflection, cycle_maxima
+from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import (
     Damping,
     Elastodynamic,
-    TheoryError,
     elastodynamic,
     geometrically_exact,
-    theory_error,
+    large_displacement_error,
     transient,
+    with_large_displacement,
 )
-from elastic.links import members_of
-from kinelast.figures.cycle import too_many_beams
-from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
+from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.figures.entry import Figure, magnitudes
+from kinelast.figures.errors import (
+    BEAM_THEORY,
+    HIGHER_ORDERS,
+    LARGE,
+    ROUND_OFF,
+    TIME,
+    VIBRATION,
+    Estimate,
+    FigureError,
+    GradedFigure,
+    figure_errors,
+    graded_figures,
+    history_error,
+    worst_of,
+)
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import figures_of
+from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import number
 from kinelast.tasks.progress import one_thread
 from rigid import MechanismError, Motion
 
-ACCURACY = 0.05  # where none is asked for
 TOLERANCE = 1e-4  # of the elastodynamic answer, in time and in its coordinates
-SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: the worst beam may bend a hundredth of the largest
+SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure may be a hundredth of the largest
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
-LEFT = ("beam theory", "round-off")  # parts that no theory of motion changes
+LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
-EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
-STATIONS = 21  # along a beam, at which deflections are looked at
+SAME = 1e-9  # share by which moments at rest differ by round-off
+UNSTABLE = "the links have no steady state, their vibration grows"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,44 +62,63 @@ class Answer:
     ----------
     theory
         "quasi-static", "elastodynamic" or "geometrically-exact".
-    deflection, quasi_static
-        The answer, and that of links that do not vibrate.
+    cycle
+        The answer, in motion.
+    quasi_static
+        The answer of links that do not vibrate.
     vibrating
         The vibrating mechanism; None where it was not computed.
-    errors
-        What the answer may be off by, as shares of the largest deflection from the chord of the worst beam: of
-        "vibration" and "large displacement" (nan where it is not known), "beam theory", "time" and "round-off".
+    figures, off
+        Those that have errors, and the estimate of which these are made.
+    graded
+        The figures that are read, by which the answer is graded.
     accuracy
         That was asked for; None where it was not.
     missed
-        What vibration changes of the quasi-static answer, as such a share; nan where that is not known.
-    unanswered
-        Why vibration cannot be answered; nothing where it is.
+        What vibration and large displacement change of the worst of the graded figures, as a share; nan where that is
+        not known.
+    finer
+        Whether a finer theory would answer.
     """
 
     theory: str
-    deflection: Deflection
+    cycle: Cycle
     quasi_static: Deflection
     vibrating: Elastodynamic | None
-    errors: Mapping[str, float]
-    accuracy: float | None = None
-    missed: float = math.nan
-    unanswered: str = ""
+    figures: Sequence[Figure]
+    off: Estimate
+    graded: Sequence[GradedFigure]
+    accuracy: float | None
+    missed: float
+    finer: bool
 
     @property
-    def error(self) -> float:
-        """All parts together, as if they added up; nan where one is not known."""
-        return math.fsum(self.errors.values())
+    def deflection(self) -> Deflection:
+        """The answer."""
+        return self.cycle.deflection
 
     @property
     def unknown(self) -> str:
         """Reason why nobody knows how far the answer is off; empty where that is known."""
-        if not math.isnan(self.error):
-            return ""
-        if not self.unanswered and self.vibrating and not self.vibrating.stable:
-            grown = number(self.vibrating.growth, 3)
-            return f"the links have no steady state, their vibration grows by {grown} every cycle"
-        return self.unanswered or "vibration is not known"
+        return self.off.unknown
+
+    @cached_property
+    def errors(self) -> Mapping[str, Sequence[FigureError]]:
+        """Of every figure of the run by key, of every item."""
+        return figure_errors(self.cycle, self.figures, self.off)
+
+    @cached_property
+    def by_motion(self) -> float:
+        """As of `history_error`; nan where it is not known."""
+        return math.nan if self.unknown else history_error(self.cycle, self.off)
+
+    @property
+    def error(self) -> float:
+        """Of the worst of the figures that are read, as a share; nan where one is not known, 0 where there is none."""
+        if self.unknown:
+            return math.nan
+        worst = worst_of(self.graded)
+        return worst.share if worst else 0.0
 
     @property
     def accurate(self) -> bool | None:
@@ -110,9 +145,11 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
         What is asked for by name cannot be answered: a singular position, a block that leaves its beam, a gear.
     """
     wanted = ACCURACY if theory.accuracy is None else theory.accuracy
-    named = theory.name is not None
+    rungs, named = _Rungs(scene, plain, theory), theory.name is not None and not only_told
+    if not named and _rests(plain):
+        return rungs.at_rest()
     if not named and np.nanmax(cycle_maxima(plain, ["phi"])["phi"].value, initial=0.0) > HOPELESS:
-        return _unknown(plain, theory, "vibration is not looked at where links turn by so much")
+        return rungs.unknown("vibration is not looked at where links turn by so much")
     tolerance = TOLERANCE if named else max(min(TOLERANCE, FINE * wanted), SETTLED * wanted)
     if scene.mechanism.friction:
         tolerance = max(tolerance, FINE * wanted)
@@ -128,76 +165,134 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
     except SceneError as error:
         if named:
             raise
-        return _unknown(plain, theory, error.problem)
-    rungs: list[Answer] = []
-    for rung in _rungs(scene, plain, linear, theory, tolerance):
+        return rungs.unknown(error.problem)
+    tried: list[Answer] = []
+    for rung in rungs.climbed(linear, tolerance):
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
-        rungs.append(rung)
-    return min(reversed(rungs), key=lambda rung: math.inf if math.isnan(rung.error) else rung.error)
+        tried.append(rung)
+    return min(reversed(tried), key=lambda rung: math.inf if math.isnan(rung.error) else rung.error)
 
 
-def _rungs(
-    scene: Scene, plain: Deflection, linear: Elastodynamic, theory: Theory, tolerance: float
-) -> Iterator[Answer]:
-    """The answers of all theories, from the cheapest to the finest.
+@dataclass(frozen=True, eq=False)
+class _Rungs:
+    """The answers of all theories to a scene, each with its errors."""
 
-    Raises
-    ------
-    SceneError
-        Large displacement is asked for by name and cannot be answered: a gear, a slider along a link that bends.
-    """
-    off = theory_error(linear)
-    missed = float(off.history.max(initial=0.0))
-    missed = math.inf if math.isnan(missed) else missed  # no steady state comes about
-    of_plain = {"vibration": missed, "large displacement": off.large_displacement, **_others(plain)}
-    yield Answer(QUASI_STATIC, plain, plain, linear, of_plain, theory.accuracy, missed)
-    yield _vibrating_answer(ELASTODYNAMIC, linear, off, theory)
-    try:
-        exact = geometrically_exact(linear, tolerance)
-    except MechanismError as error:
-        if theory.name == GEOMETRICALLY_EXACT:
-            raise SceneError(scene.path, "run", "theory", f"large displacement cannot be answered: {error}") from None
-    else:
-        yield _vibrating_answer(GEOMETRICALLY_EXACT, exact, theory_error(exact), theory)
+    scene: Scene
+    plain: Deflection
+    theory: Theory
 
+    @cached_property
+    def figures(self) -> list[Figure]:
+        """Those of a run."""
+        return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
 
-def _vibrating_answer(name: str, vibrating: Elastodynamic, off: TheoryError, theory: Theory) -> Answer:
-    large, settled = off.large_displacement, vibrating.time_error + vibrating.reduction_error
-    errors = {"large displacement": large, **_others(vibrating.deflection), "time": settled}
-    missed = float(off.history.max(initial=0.0))
-    missed = math.inf if math.isnan(missed) else missed
-    return Answer(name, vibrating.deflection, vibrating.quasi_static, vibrating, errors, theory.accuracy, missed)
+    def climbed(self, linear: Elastodynamic, tolerance: float) -> Iterator[Answer]:
+        """The answers from the cheapest theory to the finest.
+
+        Raises
+        ------
+        SceneError
+            Large displacement is asked for by name and cannot be answered: a gear, a slider along a link that bends.
+        """
+        plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
+        settled = {TIME: linear.time_error + linear.reduction_error}
+        if not linear.stable:
+            yield self._answer(QUASI_STATIC, plain, linear, {}, settled, UNSTABLE)
+            for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
+                yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
+            return
+        stages, shares = self._large_displacement(linear)
+        shares |= settled
+        yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
+        yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+        try:
+            exact = geometrically_exact(linear, tolerance)
+        except MechanismError as error:
+            if self.theory.name == GEOMETRICALLY_EXACT:
+                problem = f"large displacement cannot be answered: {error}"
+                raise SceneError(self.scene.path, "run", "theory", problem) from None
+            return
+        shares = {TIME: exact.time_error + exact.reduction_error, LARGE: large_displacement_error(exact)}
+        yield self._answer(GEOMETRICALLY_EXACT, self._cycle(exact.deflection), exact, {}, shares)
+
+    def unknown(self, why: str) -> Answer:
+        """The quasi-static answer where vibration is not known."""
+        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, {}, why)
+
+    def at_rest(self) -> Answer:
+        """The answer where nothing moves, and so nothing vibrates.
+
+        Large displacement is told by the square of the greatest rotation and by the share of Euler's load.
+        """
+        rotation = np.nanmax(cycle_maxima(self.plain, ["phi"])["phi"].value, initial=0.0)
+        pressed = np.nanmax(euler_ratio(self.plain), initial=0.0)
+        large = {LARGE: float(rotation**2 + pressed)}
+        return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
+
+    def _large_displacement(self, linear: Elastodynamic) -> tuple[dict[str, Cycle], dict[str, float]]:
+        """The answer with large displacement, or its effect as a share where no more is known."""
+        try:
+            displaced, change = with_large_displacement(linear)
+        except MechanismError:
+            return {}, {LARGE: large_displacement_error(linear)}
+        return {LARGE: self._cycle(displaced)}, {HIGHER_ORDERS: change**2}
+
+    def _answer(
+        self,
+        name: str,
+        cycle: Cycle,
+        vibrating: Elastodynamic | None,
+        stages: Mapping[str, Cycle],
+        shares: Mapping[str, float],
+        unknown: str = "",
+    ) -> Answer:
+        off = Estimate(stages, self._cycle(beyond_beam_theory(cycle.deflection)), shares, unknown)
+        graded = graded_figures(self.scene, cycle, self.figures, off)
+        missed = math.nan if vibrating is None else math.inf
+        if not unknown:
+            with_motion = [cycle, *stages.values()][-1] if name == QUASI_STATIC else cycle
+            missed = self._missed(with_motion, graded)
+        finer = LARGE in stages
+        return Answer(
+            name, cycle, self.plain, vibrating, self.figures, off, graded, self.theory.accuracy, missed, finer
+        )
+
+    def _missed(self, moving: Cycle, graded: Sequence[GradedFigure]) -> float:
+        """By how much the worst of the graded figures differs without vibration, as a share."""
+        chosen = [figure for figure in self.figures if figure.key in {each.key for each in graded}]
+        here, there = (magnitudes(cycle, chosen) for cycle in (self._cycle(self.plain), moving))
+        shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in graded]
+        return max(map(float, shares), default=0.0)
+
+    @cached_property
+    def _cycles(self) -> dict[int, Cycle]:
+        return {}
+
+    def _cycle(self, bent: Deflection) -> Cycle:
+        """Of a deflection, the same one each time, so that its figures are found once."""
+        if id(bent) not in self._cycles:
+            self._cycles[id(bent)] = Cycle(self.scene, bent.motion, bent, sampled=True)
+        return self._cycles[id(bent)]
 
 
 def _enough(rung: Answer, wanted: float) -> bool:
     """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small."""
-    left = math.fsum(share for name, share in rung.errors.items() if name in LEFT)
-    return rung.error - left <= max(wanted - left, BESIDES * wanted)
+    if rung.unknown:
+        return False
+    for each in rung.graded:
+        by_motion = each.error.without(LEFT).size / each.base
+        left = each.share - by_motion
+        if not by_motion <= max(wanted - left, BESIDES * wanted):
+            return False
+    return True
 
 
-def _unknown(plain: Deflection, theory: Theory, why: str) -> Answer:
-    errors = {"vibration": math.nan, "large displacement": math.nan, **_others(plain)}
-    return Answer(QUASI_STATIC, plain, plain, None, errors, theory.accuracy, unanswered=why)
-
-
-def _others(bent: Deflection) -> dict[str, float]:
-    """Errors of both theories: of beam theory, and round-off."""
-    beams = np.maximum(shear_share(bent), introduction_share(bent))
-    return {
-        "beam theory": float(beams.max(initial=0.0)),
-        "round-off": _round_off(bent),
-    }
-
-
-def _round_off(bent: Deflection) -> float:
-    """Round-off, as a share of the largest deflection: EPS times a position's condition, 1 at most, times its share."""
-    chord = np.abs(sample(bent, "chord", np.linspace(0.0, 1.0, STATIONS))).max(axis=-1)
-    known = np.isfinite(bent.condition) & np.isfinite(chord).all(axis=0)
-    chord, condition = chord[:, known], bent.condition[known]
-    greatest = members_of(bent.motion.mechanism).greatest(chord.max(axis=1, initial=0.0))
-    share = (chord / np.maximum(reference_deflection(greatest), TINY)[:, None]).max(axis=0, initial=0.0)
-    return max(EPS, float((np.minimum(EPS * condition, 1.0) * share).max(initial=0.0)))
+def _rests(plain: Deflection) -> bool:
+    """Whether nothing moves, and the loads do not change."""
+    moments = plain.amplitudes.M
+    same = np.ptp(moments, axis=-1) <= SAME * np.abs(moments).max(axis=-1)
+    return not np.any(plain.motion.drive_rate) and bool(same.all())
 
 
 def damping_of(scene: Scene) -> Damping:

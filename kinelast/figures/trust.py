@@ -14,11 +14,11 @@ import numpy as np
 
 from elastic.assessment import LIMITS, shear_share
 from elastic.beams import POISSON
-from kinelast.figures.checks import check_passed
+from kinelast.figures.checks import check_passed, nearer
 from kinelast.figures.cycle import NOISE, WELL
 from kinelast.figures.parts import fastest_drive, friction_figures
-from kinelast.figures.results import Results, at_peak
-from kinelast.scene.data import GEOMETRICALLY_EXACT
+from kinelast.figures.results import Results, at_peak, worst_figure
+from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import number, percent, quantity
 from rigid import Friction, counted
 
@@ -39,10 +39,6 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
 NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
-NEARER = {
-    "beam theory": "what is left is no beam's, see --check solid",
-    "large displacement": "--check nonlinear has an answer that comes nearer",
-}
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
     "deflection": "none deflects by more than {:.0f} % of its length",
@@ -241,7 +237,6 @@ def _theory(results: Results) -> Iterator[Finding]:
     answer = results.answer
     if answer is None:
         return
-    parts = ", ".join(f"{name} {percent(share)}" for name, share in answer.errors.items())
     vibrating = answer.vibrating
     if vibrating and not vibrating.stable:
         text = f"{_sentence(results.instability)}. This is parametric resonance: no steady state comes about, and the"
@@ -251,25 +246,30 @@ def _theory(results: Results) -> Iterator[Finding]:
     damping = _damping(results)
     how = f"Quasi-static: vibration would change the answer by {percent(answer.missed)}{damping}."
     if math.isnan(answer.missed):
-        how = f"Quasi-static: {answer.unanswered}."
+        how = f"Quasi-static: {answer.unknown}."
     if results.vibrates:
         felt = "feel the axial forces of the motion"
         if answer.theory == GEOMETRICALLY_EXACT:
             felt = "are displaced by any amount; N, V, M and stresses hold what damping adds"
         how = f"{answer.theory.capitalize()}: the links vibrate{damping}, and {felt}. Without vibration"
         how += f" and large displacement the answer would be {percent(answer.missed)} off."
-    off = "How far off is not known" if math.isnan(answer.error) else f"About {percent(answer.error)} off the truth"
-    text = f"{how} {off}: {parts}."
-    if answer.accurate is False:
-        largest = max(answer.errors, key=lambda name: answer.errors[name])
-        text += (
-            f" {percent(answer.accuracy or 0.0)} were asked for: {NEARER.get(largest, 'no theory here comes nearer')}."
-        )
-    limit = LIMITS["vibration"]
-    level = POOR if limit.far_passed(answer.error) else CAUTION if limit.passed(answer.error) else GOOD
-    if level == GOOD and answer.accurate is False:
-        level = CAUTION
-    yield Finding(OPEN if level == GOOD and math.isnan(answer.error) else level, THEORY, text)
+    worst, wanted = results.worst, ACCURACY if answer.accuracy is None else answer.accuracy
+    if results.error_unknown:
+        text = f"{how} How far the figures are off is not known."
+    elif worst is None:
+        text = f"{how} Nothing bends."
+    else:
+        parts = worst_figure(results)
+        of = f" of {parts['on']}" if parts["on"] else ""
+        shares = ", ".join(f"{name} {percent(share)}" for name, share in parts["errors"].items() if share)
+        text = f"{how} The figures that are read are within {percent(worst.share)};"
+        text += f" the worst is the {parts['figure']}{of}: {shares}."
+        if worst.share > wanted:
+            told = nearer(results, worst.error, wanted)
+            text += f" {percent(wanted)} were {'expected' if answer.accuracy is None else 'asked for'}"
+            text += f", {told}." if told else "."
+    far = LIMITS["vibration"].far_passed(results.error)
+    yield Finding(POOR if far else GOOD if results.error <= wanted else CAUTION, THEORY, text)
 
 
 def _damping(results: Results) -> str:

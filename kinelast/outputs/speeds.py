@@ -11,9 +11,8 @@ import numpy as np
 from elastic.elastodynamics import Resonance
 from kinelast.figures.cycle import drive_words
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
-from kinelast.figures.theory import ACCURACY
 from kinelast.outputs.table import Column, Table
-from kinelast.scene.data import Scene
+from kinelast.scene.data import ACCURACY, Scene
 from kinelast.scene.numbers import percent, quantity
 
 TOLD = 0.01  # error at the limit speed, from which it is told beside it

@@ -166,15 +166,16 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """The results of the theory of motion that is asked for, from those without vibration.
 
-    A long run keeps these, and is told how far off they are.
+    A long run keeps these, and is told how far off they are; so is the quasi-static answer that is asked for by name,
+    where there are limits to judge it by.
     """
     scene, theory = plain.scene, request.theory_of(plain.scene)
-    if theory.plain or not scene.labels:
+    if not scene.labels or (theory.plain and not scene.limits):
         return plain
     from kinelast.figures.theory import answer
 
     progress(f"{scene.name}: vibration", 0, 1)
-    found = answer(scene, plain.deflection, theory, plain.period, only_told=plain.run is not None)
+    found = answer(scene, plain.deflection, theory, plain.period, only_told=theory.plain or plain.run is not None)
     return replace(plain, deflection=found.deflection, answer=found)
 
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from kinelast.figures.limits import VERDICTS
 from kinelast.figures.trust import GOOD, INPUTS, verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.numbers import coordinate, number, percent, quantity
+
+OUTCOMES = {words: outcome for outcome, words in VERDICTS.items()}
 
 
 def headline(figures: Mapping[str, Any]) -> str:
@@ -18,11 +21,12 @@ def headline(figures: Mapping[str, Any]) -> str:
         place = quantity(largest["along_member"]["value"], "m", 3)
         drives = (f"{name} at {coordinate(item['value'], item['unit'])}" for name, item in largest["drive"].items())
         size = quantity(abs(largest["value"]), largest["unit"])
-        words = [f"largest deflection {size} ({largest['member']}, {place} along it, {', '.join(drives)})"]
+        where = ", ".join((largest["member"], f"{place} along it", *drives))
+        words = [f"largest deflection {size}{_error(largest)} ({where})"]
     stress = figures["largest_stress"]
     if stress:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
-        words.append(f"stress {quantity(stress['value'], 'Pa', 3)} ({stress['member']}{_safe(safety)})")
+        words.append(f"stress {quantity(stress['value'], 'Pa', 3)}{_error(stress)} ({stress['member']}{_safe(safety)})")
     condition = figures["run"]["largest_condition"]["value"]
     if condition is not None:
         words.append(f"condition {number(condition, 3)}")
@@ -39,24 +43,38 @@ def headline(figures: Mapping[str, Any]) -> str:
     words += _theory(figures)
     if figures["made_from"]["options"]["animate"] and not figures["links"]:
         words.append("filmed is the motion: nothing is drawn along links without beams")
-    if accepted["problem"]:
-        words.insert(0, f"CANNOT BE JUDGED: {accepted['problem']}")
-    elif accepted["passed"] is not None:
-        failed = ", ".join(_exceeded(row) for row in accepted["limits"] if not row["passed"])
-        words.insert(0, f"NOT ACCEPTABLE: {failed}" if failed else "acceptable")
+    if accepted["verdict"]:
+        words.insert(0, _verdict(accepted))
     level, reasons = verdict(figures["trust"])
     if level != GOOD:
         words.append(f"{level}: {', '.join(reasons)}")
     return "; ".join(words)
 
 
-def _exceeded(row: Mapping[str, Any]) -> str:
-    """A limit that is not kept, in a few words."""
+def _error(row: Mapping[str, Any]) -> str:
+    """The error of a figure as a share of it, behind it; nothing where it is not known."""
+    if row["error"] is None or not row["value"]:
+        return ""
+    return f" ± {percent(abs(row['error'] / row['value']))}"
+
+
+def _verdict(accepted: Mapping[str, Any]) -> str:
+    """The verdict on the limits, with those that decide it."""
+    verdict = accepted["verdict"]
+    if accepted["passed"]:
+        return str(verdict)
+    decides = [row for row in accepted["limits"] if row["outcome"] == OUTCOMES[verdict]]
+    words = f"{verdict.upper()}: {', '.join(_beside_limit(row) for row in decides)}"
+    return f"{words}: {accepted['problem']}" if accepted["problem"] else words
+
+
+def _beside_limit(row: Mapping[str, Any]) -> str:
+    """A figure beside its limit, in a few words."""
     found, limit = row["found"], row["limit"]
     if found["value"] is None:
-        return f"{row['kind']} cannot be judged"
+        return str(row["kind"])
     size, allowed = quantity(abs(found["value"]), found["unit"]), quantity(limit["value"], limit["unit"])
-    return f"{row['kind']} {size}, allowed {allowed}"
+    return f"{row['kind']} {size}{_error(found)}, allowed {allowed}"
 
 
 def questions(figures: Mapping[str, Any]) -> list[str]:
@@ -67,14 +85,17 @@ def questions(figures: Mapping[str, Any]) -> list[str]:
 def _theory(figures: Mapping[str, Any]) -> list[str]:
     """The theory and how far it is off, and results of further checks."""
     theory, words = figures["theory"], []
-    if theory["reached"] is False:
+    if theory["error"] is not None and theory["reached"] is False:
         largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)
-        off = "unknown" if theory["error"] is None else f"{percent(theory['error'])} reached: mostly {largest}"
-        words.append(f"{theory['name']}, {percent(theory['accuracy'])} asked, {off}")
-    elif theory["problem"] and not figures["acceptance"]["problem"]:
-        words.append(f"{theory['name']}, error unknown: {theory['problem']}")
+        off = f"{percent(theory['accuracy'])} asked, {percent(theory['error'])} reached"
+        words.append(f"{theory['name']}, {off} in the {theory['figure']}: mostly {largest}")
+    elif theory["problem"] and figures["links"]:
+        unknown = (
+            "" if theory["problem"] in figures["acceptance"]["problem"] else f", error unknown: {theory['problem']}"
+        )
+        words.append(f"{theory['name']}{unknown}")
     elif theory["error"] is not None:
-        words.append(f"{theory['name']}, about {percent(theory['error'])} off")
+        words.append(theory["name"])
     for key, name in (("nonlinear_check", "nonlinear check"), ("solid_check", "solid check")):
         if figures[key] and "problem" in figures[key]:
             words.append(f"{name} CANNOT BE MADE: {figures[key]['problem']}")

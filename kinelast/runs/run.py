@@ -278,11 +278,12 @@ def _drawings(
 
 
 def _differs(figures: Mapping[str, Any]) -> bool:
-    """Whether a check failed, cannot be made or called, a limit is or can not be kept, or an accuracy not reached."""
-    checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check", "acceptance")]
+    """Whether a check failed or cannot be made or called, or limits, an optimum or an accuracy are not reached."""
+    checks = [figures.get(name) for name in ("check", "nonlinear_check", "solid_check")]
     made = [check for check in checks if check is not None]
     failed = any(
         check.get("passed") is False or check.get("problem") or check.get("too_near_to_call") for check in made
     )
     infeasible = figures.get("optimum", {}).get("feasible") is False
-    return failed or infeasible or figures.get("theory", {}).get("reached") is False
+    judged = bool(figures["acceptance"]["verdict"]) and not figures["acceptance"]["passed"]
+    return failed or infeasible or judged or figures.get("theory", {}).get("reached") is False

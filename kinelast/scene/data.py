@@ -19,6 +19,7 @@ from kinelast.scene.limits import Limit, Output
 from kinelast.scene.sections import Material, SectionSource
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
 
+ACCURACY = 0.05  # where none is asked for
 QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT = "quasi-static", "elastodynamic", "geometrically-exact"
 
 

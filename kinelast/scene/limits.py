@@ -48,6 +48,11 @@ class Limit:
         """The key under [limits]."""
         return "output" if self.figure == OUTPUT_ERROR else self.figure
 
+    def beams(self, mechanism: Mechanism) -> list[int]:
+        """Numbers of the beams that it holds for."""
+        owners = [mechanism.links[at].name for at, _ in mechanism.beams]
+        return [number for number, owner in enumerate(owners) if self.link in ("", owner)]
+
     def kept(self, value: Any) -> Any:
         """Whether values keep it, bool; one that is not known does not."""
         return value >= self.bound if self.least else value <= self.bound

@@ -15,25 +15,25 @@ function answerSection() {
 }
 
 function acceptance() {
-  const { passed, limits, problem } = summary.acceptance;
-  const failed = limits.filter((limit) => limit.passed === false);
-  const weak = failed.length ? "" : yielding();
-  const level = failed.length || weak ? "poor" : problem ? "caution" : passed ? "good" : "open";
-  const words = failed.length ? `Not acceptable: ${failed.map(limitWords).join("; ")}.` : weak ? weak : problem ? `Cannot be judged: ${problem}.` : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : "No limits are set.";
-  const note = passed === null && !problem && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
+  const { verdict, passed, limits, problem } = summary.acceptance;
+  const deciding = limits.filter((limit) => limit.outcome === { "not acceptable": "not kept" }[verdict] || limit.outcome === verdict);
+  const weak = deciding.length ? "" : yielding();
+  const level = passed === false || weak ? "poor" : passed ? "good" : verdict ? "caution" : "open";
+  const words = weak ? weak : passed ? `Acceptable: ${limits.length === 1 ? "the limit of the scene is" : `all ${limits.length} limits of the scene are`} kept.` : verdict ? `${verdict[0].toUpperCase()}${verdict.slice(1)}: ${[deciding.map(limitWords).join("; "), problem].filter(Boolean).join(": ")}.` : "No limits are set.";
+  const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
       { name: "Limit", text: (each) => `${LIMIT_WORDS[each.kind]}${each.on ? ` of ${each.on}` : ""}` },
       { name: "allowed", text: (each) => `${each.kind === "safety" ? "at least" : "at most"} ${figureAngle(each.limit)}` },
-      { name: "found", text: (each) => figureAngle(each.found) },
+      { name: "found", text: (each) => figureAngle(each.found) + errorWords(each.found) },
       { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
-      { name: "kept", text: (each) => (!each.passed ? "no" : problem ? "seems so" : "yes") },
+      { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
     ], "Limits of the scene") : null);
 }
 
 function limitWords({ kind, on, limit, found }) {
   if (found.value === null) return `${LIMIT_WORDS[kind]}${on ? ` of ${on}` : ""} cannot be judged: there is no figure`;
-  return `${LIMIT_WORDS[kind]} of ${found.label ?? on} is ${figureAngle(found)}, ${kind === "safety" ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+  return `${LIMIT_WORDS[kind]} of ${found.label ?? on} is ${figureAngle(found)}${errorWords(found)}, ${kind === "safety" ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
 }
 
 // Angles as degrees where a reader compares them.
@@ -66,21 +66,27 @@ function placeWords(label, figure) {
   return way < 5e-4 ? `at ${link.from}` : way > 1 - 5e-4 ? `at ${link.to}` : `${figureWords(figure.along, 3)} from ${link.from}`;
 }
 
+// The error of a figure behind it, as a share of it.
+function errorWords(figure) {
+  if (figure?.error === undefined || figure.value === null || !figure.value) return "";
+  return figure.error === null ? (figure.error_unknown ? " (error unknown)" : "") : ` ± ${share(Math.abs(figure.error / figure.value))}`;
+}
+
 const share = (part) => `${number(100 * part, 2)} %`;
 
 function tiles() {
   const { largest_chord: bent, largest_deflection: moved, largest_stress: strained, output, drives, shaking, vibration, check, theory, nonlinear_check: nonlinear } = summary;
   const where = (figure) => [figure.member ?? figure.label, placeWords(figure.label, figure), atWords(figure)].filter(Boolean).join(", ");
   const shown = [];
-  if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
-  if (moved) shown.push(tile("Displaced most", quantity(Math.abs(moved.value), moved.unit), where(moved), { means: "largest deflection from where a rigid link would be, whatever carries it there", at: moved }));
-  if (strained) shown.push(tile("Largest stress", figureWords(strained), where(strained), { means: "von Mises stress: what is compared with the yield stress", at: strained }));
+  if (bent) shown.push(tile("Bends most", quantity(Math.abs(bent.value), bent.unit) + errorWords(bent), where(bent), { means: `largest deflection from ${CHORD}`, at: bent }));
+  if (moved) shown.push(tile("Displaced most", quantity(Math.abs(moved.value), moved.unit) + errorWords(moved), where(moved), { means: "largest deflection from where a rigid link would be, whatever carries it there", at: moved }));
+  if (strained) shown.push(tile("Largest stress", figureWords(strained) + errorWords(strained), where(strained), { means: "von Mises stress: what is compared with the yield stress", at: strained }));
   const least = leastSafe();
-  if (least) shown.push(tile("Safety against yield", number(least[1].safety_factor.value, 3), `${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`, { level: least[1].safety_factor.value < 1 ? "poor" : least[1].safety_factor.value < 1.5 ? "caution" : "good" }));
+  if (least) shown.push(tile("Safety against yield", number(least[1].safety_factor.value, 3) + errorWords(least[1].safety_factor), `${least[0]}, yield stress ${figureWords(least[1].yield_stress, 3)}`, { level: least[1].safety_factor.value < 1 ? "poor" : least[1].safety_factor.value < 1.5 ? "caution" : "good" }));
   else if (strained) shown.push(tile("Safety against yield", "not known", `no material tells its yield stress, as in yield = "355 MPa" under [materials.${Object.keys(summary.inputs.materials)[0] ?? "NAME"}]`, { level: "open" }));
-  if (output && suited) shown.push(tile("Error of the output", figureAngle(output), `${{ point: "point", slide: "slide of", angle: "angle of" }[output.kind]} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`, { means: "how far the elastic mechanism puts its output from where rigid links would", at: output }));
-  for (const [name, drive] of Object.entries(drives).slice(0, 2)) shown.push(tile(`Drive of ${name}`, figureWords(drive.effort), atWords(drive.effort), { at: drive.effort }));
-  shown.push(tile("Shaking force", figureWords(shaking.force), atWords(shaking.force), { means: "what the moving mechanism does to its ground", at: shaking.force }));
+  if (output && suited) shown.push(tile("Error of the output", figureAngle(output) + errorWords(output), `${{ point: "point", slide: "slide of", angle: "angle of" }[output.kind]} ${output.name}${output.guessed ? " (guessed: [run] output names it)" : ""}, ${atWords(output)}`, { means: "how far the elastic mechanism puts its output from where rigid links would", at: output }));
+  for (const [name, drive] of Object.entries(drives).slice(0, 2)) shown.push(tile(`Drive of ${name}`, figureWords(drive.effort) + errorWords(drive.effort), atWords(drive.effort), { at: drive.effort }));
+  shown.push(tile("Shaking force", figureWords(shaking.force) + errorWords(shaking.force), atWords(shaking.force), { means: "what the moving mechanism does to its ground", at: shaking.force }));
   const lowest = vibration?.natural[0]?.lowest;
   if (lowest) {
     const ratio = vibration.drive_to_lowest.value;
@@ -88,7 +94,7 @@ function tiles() {
   }
   if (theory.error !== null) {
     const besides = theory.name === "quasi-static" || theory.without_vibration === null ? "" : `without vibration ${share(theory.without_vibration)} off`;
-    shown.push(tile("How far off", `about ${share(theory.error)}`, [theory.name, besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > summary.limits.vibration.watch ? "caution" : "good", means: "what the theory leaves out, as a share of the largest deflection of the worst link" }));
+    shown.push(tile("How far off", `within ${share(theory.error)}`, [theory.name, theory.figure ? `worst is the ${theory.figure}` : "", besides].filter(Boolean).join(", "), { level: theory.error > summary.limits.vibration.beyond ? "poor" : theory.error > (theory.accuracy ?? theory.expected) ? "caution" : "good", means: "error of the worst of the figures that are read: the largest deflection and stress, the output, and what limits judge" }));
   }
   if (nonlinear) {
     const [value, note, level] = nonlinear.problem ? ["cannot be made", nonlinear.problem, "caution"]

@@ -1,0 +1,223 @@
+"""Errors of figures: each of one figure, in its unit, made of differences that were computed for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from elastic import reference_deflection, sample
+from elastic.links import members_of
+from kinelast.figures.cycle import STATIONS, Cycle
+from kinelast.figures.entry import LEAST, Figure, magnitudes
+from kinelast.figures.registry import NAMES
+from kinelast.scene.data import Scene
+from kinelast.scene.limits import OUTPUT_ERROR
+from rigid.arrays import Reals
+
+VIBRATION, LARGE = "vibration", "large displacement"
+HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
+BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
+HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
+LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class FigureError:
+    """Error of a figure, in its unit.
+
+    Attributes
+    ----------
+    parts
+        By cause. Those of the theory of motion, `BY_MOTION`, are what the figure lacks, with their signs.
+    unknown
+        Why the whole is not known; nothing where it is.
+    """
+
+    parts: Mapping[str, float] = field(default_factory=dict)
+    unknown: str = ""
+
+    @property
+    def size(self) -> float:
+        """All parts together: the sum of those with signs, and of the others' magnitudes; nan where not known."""
+        if self.unknown:
+            return math.nan
+        lacks = math.fsum(self.parts.get(name, 0.0) for name in BY_MOTION)
+        return abs(lacks) + math.fsum(abs(part) for name, part in self.parts.items() if name not in BY_MOTION)
+
+    @property
+    def largest(self) -> str:
+        """Name of the largest part."""
+        return max(self.parts, key=lambda name: abs(self.parts[name]), default="")
+
+    def without(self, names: Sequence[str]) -> FigureError:
+        """The error but for some of its parts."""
+        return FigureError({name: part for name, part in self.parts.items() if name not in names}, self.unknown)
+
+
+@dataclass(frozen=True)
+class GradedFigure:
+    """A figure that a reader looks at, by which an answer is graded.
+
+    Attributes
+    ----------
+    key, item
+        Of the figure, and the number of its item.
+    value, base
+        The magnitude, and that of which errors are shares: no less than `LITTLE` of the greatest of its unit.
+    error
+        Of the figure.
+    """
+
+    key: str
+    item: int
+    value: float
+    base: float
+    error: FigureError
+
+    @property
+    def share(self) -> float:
+        """The error as a share; nan where it is not known."""
+        return self.error.size / self.base
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Estimate of an answer's error, of which the errors of its figures are made.
+
+    Attributes
+    ----------
+    stages
+        By cause, in the order in which they go into it, the answer with that and all causes before it put right.
+    beam_theory
+        The answer with an estimate of what beam theory leaves out.
+    shares
+        By cause, other errors as shares of the largest displacement.
+    unknown
+        Why the whole is not known; nothing where it is.
+    """
+
+    stages: Mapping[str, Cycle]
+    beam_theory: Cycle
+    shares: Mapping[str, float]
+    unknown: str = ""
+
+
+def figure_errors(answer: Cycle, figures: Sequence[Figure], off: Estimate) -> dict[str, list[FigureError]]:
+    """Errors of the figures of an answer by key, of every item.
+
+    The same reductions are taken of the answer and of what it would be with a cause put right; the difference is the
+    error. What is known as a share of the displacements counts as that share of every figure, and of one that is small
+    beside others of its kind as the share of `reference_deflection`.
+    """
+    values = magnitudes(answer, figures)
+    stages = {name: magnitudes(cycle, figures) for name, cycle in off.stages.items()}
+    bodies = values if off.beam_theory is answer else magnitudes(off.beam_theory, figures)
+    return {figure.key: _of_items(answer, figure, values, stages, bodies, off) for figure in figures}
+
+
+def _of_items(
+    answer: Cycle,
+    figure: Figure,
+    values: Mapping[str, Any],
+    stages: Mapping[str, Mapping[str, Any]],
+    bodies: Mapping[str, Any],
+    off: Estimate,
+) -> list[FigureError]:
+    before = own = values[figure.key]
+    if figure.rigid:
+        return [FigureError() for _ in own]
+    parts: dict[str, Reals] = {}
+    for name, stage in stages.items():
+        parts[name], before = _difference(stage[figure.key], before), stage[figure.key]
+    base = reference_deflection(np.where(np.isfinite(own), np.abs(own), 0.0))
+    parts |= {name: share * base for name, share in off.shares.items()}
+    parts[BEAM_THEORY] = np.abs(_difference(bodies[figure.key], own))
+    parts[ROUND_OFF] = _round_off(answer, figure) * base
+    return [
+        FigureError({name: float(part[item]) for name, part in parts.items()}, off.unknown) for item in range(len(own))
+    ]
+
+
+def _difference(after: Any, before: Any) -> Reals:
+    """By how much values change; not at all where both are infinite."""
+    difference: Reals = np.where(after == before, 0.0, after - before)
+    return difference
+
+
+def _round_off(answer: Cycle, figure: Figure) -> Reals:
+    """Round-off of every item as a share, at the position where it is found.
+
+    EPS times the motion's condition, or times that of the deflection where links bend: next to where all are straight
+    that is told of rotations that are nothing.
+    """
+    found, bent = answer.of(figure), answer.deflection
+    at = np.broadcast_to(found.position, np.shape(found.value))
+    there = np.maximum(at, 0)
+    with np.errstate(invalid="ignore"):
+        lost = np.minimum(EPS * bent.condition[there], 1.0) * answer.bending[there]
+    share = np.maximum(EPS * answer.condition[there], lost)
+    return np.where((at >= 0) & np.isfinite(share), share, EPS)
+
+
+def history_error(answer: Cycle, off: Estimate) -> float:
+    """Greatest error by the theory of motion, and in time, of any deflection from a chord at any instant.
+
+    As a share of the largest deflection of the beam; a check of the whole mechanism measures it.
+    """
+    chord = sample(answer.deflection, "chord", STATIONS)
+    members = members_of(answer.scene.mechanism)
+    base = reference_deflection(members.greatest(np.nan_to_num(np.abs(chord)).max(axis=(1, 2), initial=0.0)))
+    shares = math.fsum(off.shares.values())
+    if not off.stages:
+        return shares
+    final = [*off.stages.values()][-1].deflection
+    apart = np.nan_to_num(np.abs(sample(final, "chord", STATIONS) - chord)).max(axis=(1, 2), initial=0.0)
+    return shares + float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
+
+
+def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:
+    """The figures that are read: the headline's, the output, and those that limits judge."""
+    by_key = {figure.key: figure for figure in figures}
+    values = magnitudes(answer, [figure for figure in figures if not figure.rigid])
+    scales = _scales(scene, by_key, values)
+    chosen = dict.fromkeys(_read(scene, by_key, values))
+    errors = figure_errors(answer, [by_key[key] for key in dict.fromkeys(key for key, _ in chosen)], off)
+    graded = []
+    for key, item in chosen:
+        value = float(values[key][item])
+        base = max(value, LITTLE * scales.get(by_key[key].units(scene)[item], 0.0))
+        graded.append(GradedFigure(key, item, value, base, errors[key][item]))
+    return graded
+
+
+def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
+    """Keys of the figures that are read, each with the item that has the greatest of those that are looked at."""
+    limited: Iterator[tuple[str, Sequence[int] | None]] = (
+        (limit.figure, None if limit.figure == OUTPUT_ERROR else limit.beams(scene.mechanism)) for limit in scene.limits
+    )
+    for key, items in (*((key, None) for key in (*HEADLINE, OUTPUT_ERROR)), *limited):
+        sizes = values.get(key, np.zeros(0))
+        rows = [item for item in (range(len(sizes)) if items is None else items) if 0.0 < sizes[item] < math.inf]
+        if rows:
+            pick = min if figures[key].over == LEAST else max
+            yield key, pick(rows, key=lambda item: sizes[item])
+
+
+def worst_of(graded: Sequence[GradedFigure]) -> GradedFigure | None:
+    """The figure that is farthest off as a share, or the first of an unknown error."""
+    return max(graded, key=lambda each: math.inf if math.isnan(each.share) else each.share, default=None)
+
+
+def _scales(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> dict[str, float]:
+    """Greatest known magnitude by unit."""
+    scales: dict[str, float] = {}
+    for key, sizes in values.items():
+        for unit, size in zip(figures[key].units(scene), sizes, strict=True):
+            if math.isfinite(size):
+                scales[unit] = max(scales.get(unit, 0.0), float(abs(size)))
+    return scales
