@@ -194,7 +194,7 @@ def disk(folder: Path, size: int) -> Iterator[bool]:
 
 def remounted(folder: Path, options: str) -> None:
     """Change a file system that is mounted."""
-    subprocess.run(["mount", "-o", f"remount,{options}", str(folder)], check=True)
+    subprocess.run(["mount", "-o", f"remount,{options}", str(folder)], check=True, capture_output=True)
 
 
 class Runs:

@@ -43,6 +43,19 @@ MECHANISMS = {
     "wing": (shipped("drs_push_up", 25), ("run.tolerance", "run.steps", "outline", "table", "links.flap.points.T")),
     "swing": (toml_tables(SWING, ""), ("run.tolerance", "run.steps", "motion[1]")),
     "wheel": (toml_tables(WHEEL, ""), ("run.tolerance", "run.steps")),
+    "rocking": (
+        {
+            **STEEL,
+            "drives": [
+                {
+                    "link": "crank",
+                    "repeat": True,
+                    "law": [{"curve": "harmonic", "duration": 0.1, "by": by} for by in (0.2, -0.2)],
+                }
+            ],
+        },
+        ("run.tolerance", "run.steps", "run.accuracy", "drives"),
+    ),
     "rubbing": (
         {
             **shipped("offset_slider_crank", 24),

@@ -1,8 +1,10 @@
 """Claim: whatever happens to a run, folders are whole, nothing of anybody's is lost, and the next run goes on."""
 
+import errno
 import json
 import multiprocessing
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -90,6 +92,82 @@ def test_a_folder_that_is_held_is_waited_for_and_then_refused(tmp_path, monkeypa
     with complete(tmp_path / "arm") as part:
         (part / "file").write_text("new")
     assert hidden(tmp_path) == []
+
+
+@pytest.fixture
+def no_locks(monkeypatch):
+    """A file system that knows no locks, as some of other machines."""
+    fcntl = pytest.importorskip("fcntl")
+
+    def flock(*_):
+        raise OSError(errno.ENOTSUP, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+
+
+def test_without_locks_two_runs_are_kept_apart_all_the_same(no_locks, tmp_path):
+    with locked(tmp_path / "arm") as hidden:
+        (tmp_path / f"{hidden}.part").mkdir()
+        with pytest.raises(RequestError, match=r'being written by another run.*remove ".*\.owner"'):
+            locked(tmp_path / "arm", patience=0.1).__enter__()
+        assert (tmp_path / f"{hidden}.part").exists()
+        (tmp_path / f"{hidden}.part").rmdir()
+    with complete(tmp_path / "arm") as part:
+        (part / "file").write_text("new")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["arm"]
+
+
+def test_without_locks_all_that_wait_have_their_turn(no_locks, tmp_path):
+    turns = []
+
+    def take(number):
+        for _ in range(3):
+            with locked(tmp_path / "arm", patience=20.0):
+                turns.append(number)
+
+    waiting = [threading.Thread(target=take, args=(number,)) for number in range(4)]
+    for thread in waiting:
+        thread.start()
+    for thread in waiting:
+        thread.join()
+    assert sorted(turns) == sorted([*range(4)] * 3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_locks_what_a_killed_run_holds_is_taken_over(no_locks, tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    with locked(tmp_path / "arm"):
+        owner = next(tmp_path.glob("*.owner"))
+    owner.write_text(f"{dead.pid} {platform.node()}")
+    with locked(tmp_path / "arm", patience=5.0):
+        assert owner.read_text() == f"{os.getpid()} {platform.node()}"
+    owner.write_text("1 of-another-machine")
+    with pytest.raises(RequestError, match="being written by another run"), locked(tmp_path / "arm", patience=0.1):
+        pass
+
+
+@pytest.mark.parametrize("number", [errno.EXDEV, errno.ENOTSUP, errno.EPERM])
+def test_where_nothing_can_be_renamed_it_is_told_and_what_was_there_stays(number, tmp_path, monkeypatch, capsys):
+    call = [str(scenes(tmp_path / "in", 1) / "s0.toml"), "-o", str(tmp_path / "out")]
+    assert main([*call, "--quiet"]) == 0
+    before = {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()}
+
+    def rename(*_):
+        raise OSError(number, os.strerror(number))
+
+    with monkeypatch.context() as patch:
+        for name in ("rename", "replace"):
+            patch.setattr(Path, name, rename)
+            patch.setattr(os, name, rename)
+        assert main([*call, "--positions", "9"]) == 2
+        assert main([*call[:-1], str(tmp_path / "new"), "--positions", "9"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("s0: not written: ") == 2
+    assert os.strerror(number).lower() in said
+    assert {entry.name: entry.read_bytes() for entry in (tmp_path / "out" / "s0").iterdir()} == before
+    assert hidden(tmp_path / "out") == []
+    assert not (tmp_path / "new").exists() or hidden(tmp_path / "new") == []
 
 
 def test_a_dead_worker_fails_its_scene_alone(tmp_path):

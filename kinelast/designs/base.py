@@ -122,7 +122,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "loads":
         able = inner[1] in ("force", "moment", "start", "end")
     elif top == "links":
-        able = not _goes_to_an_end(table)
+        able = not _goes_by_its_start(table)
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
@@ -134,14 +134,16 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     """Whether every design finds its branch on its own drawing: all groups are links that are driven, or dyads."""
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)
-    one_way = not start_drawn or (len(table.drives) == 1 and not table.drives[0].repeat)
-    return closed and not table.gears and one_way and not _goes_to_an_end(table)
+    one_way = not start_drawn or len(table.drives) == 1
+    return closed and not table.gears and one_way and not _goes_by_its_start(table)
 
 
-def _goes_to_an_end(table: SceneTable) -> bool:
-    """Whether how far a drive goes differs with its drawn start, as its law tells where it ends."""
-    drawn = (drive for drive in table.drives if drive.start is None and drive.law is not None)
-    return any(segment.to is not None for drive in drawn for segment in drive.law or ())
+def _goes_by_its_start(table: SceneTable) -> bool:
+    """Whether how far a drive goes is found from its drawn start: its law tells where it ends, or is repeated."""
+    drawn = [drive for drive in table.drives if drive.start is None and drive.law is not None]
+    return any(drive.repeat for drive in drawn) or any(
+        segment.to is not None for drive in drawn for segment in drive.law or ()
+    )
 
 
 def _is_tapered(section: Any) -> bool:

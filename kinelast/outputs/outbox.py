@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 import re
 import shutil
 import time
@@ -23,6 +24,7 @@ from kinelast.tasks.request import RequestError, written
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
+OWNER = ".owner"  # in the place of a lock
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
 LINE = 300  # letters of a message
 
@@ -199,6 +201,8 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
             if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
                 with suppress(OSError):
                     path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
+            with suppress(OSError):
+                path.with_suffix(OWNER).unlink()
             os.close(lock)
     finally:
         for place in fresh:
@@ -215,18 +219,54 @@ def _locked(path: Path, shown: str, patience: float) -> int:
             import fcntl
 
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            free, more = True, ""
         except BlockingIOError:
-            os.close(lock)
-            if time.monotonic() > end:
-                raise RequestError(f'"{shown}" is being written by another run: wait, or choose another -o') from None
-            time.sleep(0.05)
-            continue
-        except (ImportError, OSError):  # a system without such locks: the names alone keep two runs apart
+            free, more = False, ""
+        except ImportError:  # a system without such locks: the names alone keep two runs apart
             return lock
+        except OSError:  # a file system without them, as that of another machine may be
+            if _owned(path):  # whoever owned it before may have removed the file that is open here
+                os.close(lock)
+                return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+            free, more = False, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
         with suppress(OSError):
-            if os.fstat(lock).st_ino == path.stat().st_ino:
+            if free and os.fstat(lock).st_ino == path.stat().st_ino:
                 return lock
         os.close(lock)
+        if not free:
+            if time.monotonic() > end:
+                raise RequestError(f'"{shown}" is being written by another run: wait, or choose another -o{more}')
+            time.sleep(0.05)
+
+
+def _owned(path: Path) -> bool:
+    """Whether this process could make the file that stands for a lock where there are no locks.
+
+    That of a process of this machine that has ended is taken away; any other is waited for.
+    """
+    place, here = path.with_suffix(OWNER), platform.node()
+    try:
+        with place.open("x", encoding="utf-8") as file:
+            file.write(f"{os.getpid()} {here}")
+        return True
+    except FileExistsError:
+        pass
+    with suppress(OSError, ValueError):
+        number, _, machine = place.read_text(encoding="utf-8").partition(" ")
+        if machine == here and not _runs(int(number)):
+            place.unlink()
+    return False
+
+
+def _runs(number: int) -> bool:
+    """Whether a process of this machine runs."""
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def _clean(folder: Path, hidden: str) -> None:
