@@ -105,6 +105,17 @@ def no_locks(monkeypatch):
     monkeypatch.setattr(fcntl, "flock", flock)
 
 
+def test_a_lock_that_cannot_be_written_is_not_left_behind(tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(folders.os, "ftruncate", full)
+        assert main(["quick_return", "--structure", "-o", str(tmp_path / "out")]) == 2
+    assert "cannot be made: No space left on device" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_without_locks_two_runs_are_kept_apart_all_the_same(no_locks, tmp_path):
     with locked(tmp_path / "arm") as hidden:
         (tmp_path / f"{hidden}.part").mkdir()

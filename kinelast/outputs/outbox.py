@@ -185,12 +185,11 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
             fresh += [place for place in folder.parents if not place.exists()]
             folder.parent.mkdir(parents=True, exist_ok=True)
             lock = _locked(path, shown, PATIENCE if patience is None else patience)
-            before = os.read(lock, 100).decode("ascii", "replace")
-            if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
-                _clean(folder, before)
-            os.lseek(lock, 0, os.SEEK_SET)
-            os.ftruncate(lock, 0)
-            os.write(lock, hidden.encode())
+            try:
+                _marked(lock, folder, hidden)
+            except OSError:  # a disk that is full
+                _let_go(path, lock)
+                raise
         except OSError as error:
             raise RequestError(f'-o: "{shown}" cannot be made: {error.strerror}') from None
         try:
@@ -198,16 +197,32 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
         finally:
             with suppress(OSError):
                 folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
-            if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
-                with suppress(OSError):
-                    path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
-            with suppress(OSError):
-                path.with_suffix(OWNER).unlink()
-            os.close(lock)
+            over = not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old"))
+            _let_go(path, lock, gone=over)
     finally:
         for place in fresh:
             with suppress(OSError):
                 place.rmdir()  # unless something stands in it
+
+
+def _marked(lock: int, folder: Path, hidden: str) -> None:
+    """Write the name for hidden files into a lock's file; those of a run that was killed are removed before."""
+    before = os.read(lock, 100).decode("ascii", "replace")
+    if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
+        _clean(folder, before)
+    os.lseek(lock, 0, os.SEEK_SET)
+    os.ftruncate(lock, 0)
+    os.write(lock, hidden.encode())
+
+
+def _let_go(path: Path, lock: int, gone: bool = True) -> None:
+    """Let go of a lock; its file goes too unless it still tells of hidden files."""
+    if gone:
+        with suppress(OSError):
+            path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
+    with suppress(OSError):
+        path.with_suffix(OWNER).unlink()
+    os.close(lock)
 
 
 def _locked(path: Path, shown: str, patience: float) -> int:
