@@ -22,6 +22,7 @@ from fem_check.nonlinear import (
     refined_deflection,
 )
 from fem_check.nonlinear.collocation import Collocation
+from fem_check.nonlinear.stepping import periods, slowest_vibration, start_of
 from fem_check.nonlinear.system import system_of
 from rigid import (
     Beam,
@@ -425,14 +426,19 @@ def test_a_course_that_does_not_close_is_that_of_small_steps():
     assert (off <= 5e-3 * np.abs(marched.chord).max(axis=(1, 2))).all()
 
 
-def test_collocation_is_of_the_fifth_order():
-    """A mass on a spring and damper, pushed by a sine: its periodic motion in closed form, at the ends of the steps."""
+def pushed_block():
+    """A mass on a spring and damper, pushed by a sine."""
     links = Link("ground", {"O": 0, "W": 1.0}), Link("block", {"P": 0}, (), (Lump("P", 2.0),))
     spring = Spring("block", "P", anchor="O", stiffness=18.0, length=1.0, damping=1.5)
     push = PointLoad("block", "P", force=1.0, law=law_of_time(np.sin))
     slider = Slider("guide", "block", "ground", "P", 0.0, 1.0)
     mechanism = Mechanism(links, (), {"O": 0, "P": 1.0}, (slider,), loads=(spring, push))
-    system = system_of(mechanism, [], [], 0.0, 1, None, 0.0)
+    return system_of(mechanism, [], [], 0.0, 1, None, 0.0)
+
+
+def test_collocation_is_of_the_fifth_order():
+    """The periodic motion of the block in closed form, at the ends of the steps."""
+    system = pushed_block()
     errors = []
     for steps in (8, 16):
         edges = np.linspace(0.0, 2 * np.pi, steps + 1)
@@ -441,3 +447,32 @@ def test_collocation_is_of_the_fifth_order():
         block = system.of_node[np.flatnonzero(system.nodes.link == 1)[0], 0]
         errors.append(np.abs(found.q[:, -1, block] - exact).max())
     assert math.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.3)
+
+
+def test_followed_in_time_a_motion_comes_to_its_cycle():
+    """The same block from its drawn place: what the start lets swing dies out by e^(-1.5 pi/2) a period."""
+    system, edges = pushed_block(), np.linspace(0.0, 2 * np.pi, 18)
+    assert slowest_vibration(system) == pytest.approx(3.0)
+    block = system.of_node[np.flatnonzero(system.nodes.link == 1)[0], 0]
+    cycle = 1.0 + (np.exp(1j * edges[1:]) / (18.0 - 2.0 + 1.5j)).imag
+    begun = start_of(system, 1e-3, "rigid")
+    apart = [np.abs(motion.q[:, -1, block] - cycle).max() for motion in periods(system, edges, begun, 1e-10, 6)]
+    assert apart[1] / apart[0] == pytest.approx(math.exp(-1.5 * math.pi / 2), rel=0.1)
+    assert apart[-1] < 1e-5
+
+
+@pytest.mark.slow
+def test_where_newtons_method_fails_the_motion_is_followed_in_time():
+    """A soft arm swung to and fro in three of its own periods: from the rigid places Newton's method finds nothing."""
+    soft, section = arm(mass=1.0), [Section(1e5, 10.0)]
+    own = 3.516 * math.sqrt(10.0)
+    turn, beta = 6 * math.pi / own, 0.2 / own
+    law, times = (lambda t: (0.8 * np.sin(2 * math.pi * np.asarray(t) / turn),)), np.arange(16) * turn / 16
+    system = system_of(soft, section, [law], 0.0, 2, None, beta)
+    with pytest.raises(DoesNotCloseError):
+        Collocation(system, np.linspace(0.0, turn, 17), None).solved()
+    found = refined_deflection(soft, section, [law], times, turn, True, 5e-3, damping=beta)
+    late = np.concatenate([[0.0], 5 * turn + times])
+    marched = nonlinear_transient(soft, section, [law], late, turn / 400, 4, None, beta)
+    stride = found.elements // 4
+    assert np.abs(found.chord[..., ::stride] - marched.chord[:, 1:]).max() < 6e-3 * np.abs(marched.chord).max()

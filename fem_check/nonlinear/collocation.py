@@ -111,7 +111,7 @@ class Collocation:
         if start is None:
             _require_period(system, places, edges[-1] - edges[0])
         self.shape = (len(self.h), STAGES)
-        self.rigid = everywhere[1:]
+        self.first, self.rigid = everywhere[0], everywhere[1:]
         self.turned = np.where(system.turns, np.round((everywhere[-1] - everywhere[0]) / (2 * np.pi)), 0) * 2 * np.pi
         self.drives, self.factor = system.drives(self.time), system.load_factors(self.time)
         size, free = system.rigid.size, system.free

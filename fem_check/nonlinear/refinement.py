@@ -1,13 +1,14 @@
 """The deflection to a tolerance: steps of time are halved, and then elements, until neither changes it any more.
 
-Every solution begins where the last one ended. Where Newton's method finds none, steps are halved first, and then the
-motion is followed from that of stiffer beams.
+Every solution begins where the last one ended. Where Newton's method finds none for all steps at once, the motion is
+followed in time, a few steps at once: a course from its start, a cycle until its start's vibration has died out.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,9 +17,10 @@ import numpy as np
 from elastic import JointCompliance, Section, reference_deflection
 from elastic.links import Runs, members_of
 from fem_check.nonlinear.collocation import Beginning, CollocatedMotion, Collocation, Progress
-from fem_check.nonlinear.marching import POINTS, Marcher, slopes
+from fem_check.nonlinear.marching import POINTS, slopes
 from fem_check.nonlinear.rigid_places import DoesNotCloseError, DriveLaw, RigidPlaces, coordinates
 from fem_check.nonlinear.solution import displacements
+from fem_check.nonlinear.stepping import periods, slowest_vibration, start_of, stepped
 from fem_check.nonlinear.system import System, system_of
 from rigid import Mechanism, Reals
 
@@ -37,10 +39,12 @@ STEP_SHARE = 1 / 3
 """Of the tolerance, that the steps may take."""
 SETTLED = 0.01
 """Newton's method ends at so much of the tolerance."""
-STIFFER, STIFFEST = 8.0, 4096.0
-"""Times the stiffness of the beams, where Newton's method finds nothing with the one that is."""
-CLOSEST, LONGEST_PATH = 0.96, 40
-"""Ratio of two stiffnesses beyond which, and motions after which, the motion is followed no more."""
+WAVE = 10.0
+"""Steps of the slowest vibration, where a motion is followed in time."""
+HASTY = 1e-4
+"""That of motions that Newton's method only begins with."""
+PERIODS = 1, 2, 4, 8, 16
+"""After so many that are followed in time, the motion that repeats itself is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,55 +195,68 @@ class _Problem:
         return int(np.clip(np.ceil(gone / STRIDE), FEWEST, MOST // 4))
 
     def _solved_anyhow(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        """The motion from one near by; with more steps where Newton's method fails; or followed from stiffer beams."""
-        tries: list[tuple[int, _Solved | None]] = [(steps, near)] if near is not None else []
-        tries += [(count, None) for count in (steps, 2 * steps, 4 * steps) if count <= 2 * MOST]
-        for count, begin in tries:
+        """The motion from one near by, or from the rigid places; followed in time where Newton's method fails."""
+        for begin in (None,) if near is None else (near, None):
             try:
-                return self._solved(system, count, begin)
-            except DoesNotCloseError as error:
-                last = error
-        for count in (steps, 2 * steps):
-            try:
-                return self._softened(system, count)
+                return self._solved(system, steps, begin)
             except DoesNotCloseError:
                 continue
-        raise last
-
-    def _softened(self, system: System, steps: int) -> _Solved:
-        """The motion followed from that of stiffer beams, which bend little."""
-        here, held, factor, share = None, 1.0, 1.0, 0.5
-        for _ in range(LONGEST_PATH):
+        problem, enough = DoesNotCloseError("no motion found"), max(steps, self._resolving_steps(system))
+        for count in (enough, 2 * enough):
             try:
-                here, held = self._solved(_stiffer(system, factor), steps, here), factor
-                share **= 1.3
-            except DoesNotCloseError:
-                if (here is None and factor >= STIFFEST) or share > CLOSEST:
-                    raise
-                share = share if here is None else share**0.5
-            if here is not None and held == 1.0:
-                return here
-            factor = STIFFER * factor if here is None else max(1.0, held * share)
-        raise DoesNotCloseError("no motion found: it is too far from that of stiffer beams")
+                return self._solved(system, count, None) if count > steps else self._followed(system, count)
+            except DoesNotCloseError as error:
+                problem = error
+            try:
+                return self._followed(system, count)
+            except DoesNotCloseError as error:
+                problem = error
+        raise problem
+
+    def _resolving_steps(self, system: System) -> int:
+        """So many that the slowest vibration of the links as they start has `WAVE` steps."""
+        span = self.end - float(self.times[0])
+        return int(min(MOST, math.ceil(WAVE * span * slowest_vibration(system) / (2 * np.pi))))
+
+    def _followed(self, system: System, steps: int) -> _Solved:
+        """The motion from its start on, or over periods until Newton's method finds the one that repeats itself."""
+        equations, settled = self._equations(system, steps), SETTLED * self.tolerance
+        if equations.start is not None:
+            return self._answer(system, stepped(system, equations.edges, equations.start, settled))
+        begin, problem = self._start(system), DoesNotCloseError("no motion found")
+        for number, motion in enumerate(periods(system, equations.edges, begin, HASTY, PERIODS[-1]), 1):
+            if number in PERIODS:
+                finer = Collocation(system, motion.edges, None)
+                moved = motion.q.reshape(finer.rigid.shape) - finer.rigid
+                try:
+                    given = moved, motion.pulls.reshape(len(moved), -1)
+                    return self._answer(system, finer.solved(given, settled, self.progress))
+                except DoesNotCloseError as error:
+                    problem = error
+        raise problem
+
+    def _equations(self, system: System, steps: int) -> Collocation:
+        edges = np.linspace(self.times[0], self.end, steps + 1)
+        return Collocation(system, edges, None if self.closed else self._start(system))
 
     def _solved(self, system: System, steps: int, near: _Solved | None) -> _Solved:
-        edges = np.linspace(self.times[0], self.end, steps + 1)
-        start = None if self.closed else self._start(system)
-        equations, guess = Collocation(system, edges, start), None
+        equations, guess = self._equations(system, steps), None
         if near is not None:
             moved = near.course.at(equations.time) - near.system.rigid_coordinates(self.places.at(equations.time))
             if near.system is not system and len(near.system.prescribed) != len(system.prescribed):
                 moved = _on_finer_mesh(near.system, system, moved, equations.rigid)
             guess = moved, near.course.pulls_at(equations.time)
-        course = equations.solved(guess, SETTLED * self.tolerance, self.progress)
+        return self._answer(system, equations.solved(guess, SETTLED * self.tolerance, self.progress))
+
+    def _answer(self, system: System, course: CollocatedMotion) -> _Solved:
         return _Solved(system, course, self._chord(system, course))
 
     def _start(self, system: System) -> Beginning:
-        """At rest where the drives are; elsewhere quasi-statically bent."""
-        marcher = Marcher(system, 1.0)
+        """Of a course: at rest where the drives are, elsewhere quasi-statically bent; of a cycle rigid."""
         step = (self.end - float(self.times[0])) / 1000
-        marcher.start(float(self.times[0]), step, "static" if self._starts_at_rest() else "quasi-static")
-        return Beginning(marcher.q[0], marcher.v[0])
+        if self.closed:
+            return start_of(system, step, "rigid")
+        return start_of(system, step, "static" if self._starts_at_rest() else "quasi-static")
 
     def _starts_at_rest(self) -> bool:
         """Whether all drives do, by differences of their coordinates."""
@@ -256,11 +273,6 @@ class _Problem:
         xi = np.linspace(0.0, 1.0, count)
         w = np.stack([displacements(system, k, xi, q, rigid)[1] for k in range(len(self.sections))])
         return members_of(system.mechanism).from_chord(w, xi)
-
-
-def _stiffer(system: System, factor: float) -> System:
-    elements = replace(system.nodes.elements, stiffness=factor * system.nodes.elements.stiffness)
-    return replace(system, nodes=replace(system.nodes, elements=elements))
 
 
 def _change(coarse: Reals, fine: Reals, members: Runs) -> float:

@@ -1,0 +1,120 @@
+"""Motion from a start a few steps at a time, and over as many periods as bring it near its cycle.
+
+Newton's method for all steps of a cycle begins far off where links bend much or vibrate near resonance, and fails
+there. A few steps begin with what the last ones ended with: their changes are small whatever the deflection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fem_check.nonlinear.collocation import STAGES, Beginning, CollocatedMotion, Collocation
+from fem_check.nonlinear.marching import Marcher, Start
+from fem_check.nonlinear.rigid_places import DoesNotCloseError
+from fem_check.nonlinear.system import System
+from rigid import Reals
+
+TOGETHER = 4
+"""Steps that are solved at once, as long as that succeeds."""
+SHORTER = 32.0
+"""Times a step may be shorter than was asked for."""
+
+
+def start_of(system: System, step: float, begin: Start) -> Beginning:
+    """State at the first instant: see `Marcher.start`; `step` is that of its differences [s]."""
+    marcher = Marcher(system, 1.0)
+    marcher.start(system.rigid.start, step, begin)
+    return Beginning(marcher.q[0], marcher.v[0])
+
+
+def slowest_vibration(system: System) -> float:
+    """Lowest natural frequency of the mechanism at its first instant, its drives held, no force on it [rad/s]."""
+    from scipy.linalg import eigh, null_space
+
+    begin = np.array([system.rigid.start])
+    q = system.rigid_coordinates(system.rigid.at(begin))
+    system.prescribe(q, system.drives(begin))
+    pulls, still = np.zeros((1, len(system.ties.conditions))), np.zeros_like(q)
+    tangents = system.residual(q, still, still, pulls, system.drives(begin), 0 * system.load_factors(begin))[2]
+    assert tangents is not None
+    free = null_space(tangents.rows[0]) if len(system.ties.conditions) else np.eye(len(system.free))
+    if not free.size:
+        return 0.0
+    K, M = (free.T @ (matrix + matrix.T) @ free for matrix in (tangents.stiffness[0], tangents.mass[0]))
+    slowness = eigh(M, K + 1e-12 * np.trace(K) * np.eye(len(K)), eigvals_only=True)[-1]
+    return float(slowness**-0.5) if slowness > 0 else 0.0
+
+
+def periods(system: System, edges: Reals, start: Beginning, settled: float, most: int) -> Iterator[CollocatedMotion]:
+    """One period after the other, each from the end of the last, the whole turns of a period taken off.
+
+    Raises
+    ------
+    DoesNotCloseError
+        A step finds no balance.
+    """
+    turned = Collocation(system, edges, None).turned
+    before: CollocatedMotion | None = None
+    for _ in range(most):
+        before = stepped(system, edges if before is None else before.edges, start, settled, before)
+        yield before
+        start = Beginning(before.q[-1, -1] - turned, before.v[-1, -1])
+
+
+def stepped(
+    system: System, edges: Reals, start: Beginning, settled: float, before: CollocatedMotion | None = None
+) -> CollocatedMotion:
+    """Motion from a start over all steps between given edges [s], and more where Newton's method wants shorter ones.
+
+    Parameters
+    ----------
+    settled
+        Share of the largest deflection at which Newton's method ends.
+    before
+        A motion over the same time that is near this one.
+
+    Raises
+    ------
+    DoesNotCloseError
+        A step finds no balance, however short.
+    """
+    done: list[CollocatedMotion] = []
+    left, together, shortest = list(edges), TOGETHER, np.diff(edges).min() / SHORTER
+    pulls = np.zeros(len(system.ties.conditions))
+    while len(left) > 1:
+        equations = Collocation(system, np.array(left[: together + 1]), start)
+        moved, pulled = _expected(equations), np.broadcast_to(pulls, (len(equations.time), len(pulls)))
+        if before is not None:
+            known = before.at(equations.time) - equations.rigid
+            moved, pulled = known + (start.q - before.at(equations.edges[:1])), before.pulls_at(equations.time)
+        try:
+            done.append(equations.solved((moved, pulled), settled))
+        except DoesNotCloseError:
+            if together == 1 and left[1] - left[0] < shortest:
+                raise
+            if together == 1:
+                left.insert(1, (left[0] + left[1]) / 2)
+            together = 1
+            continue
+        last = done[-1]
+        left, start, pulls = left[together:], Beginning(last.q[-1, -1], last.v[-1, -1]), last.pulls[-1, -1]
+        together = min(2 * together, TOGETHER)
+    edges = np.concatenate([done[0].edges[:1], *(part.edges[1:] for part in done)])
+    first, q, v, a, pulls = (
+        np.concatenate(parts)
+        for parts in zip(*((part.first, part.q, part.v, part.a, part.pulls) for part in done), strict=True)
+    )
+    return CollocatedMotion(edges, first, q, v, a, pulls, max(part.steps for part in done))
+
+
+def _expected(equations: Collocation) -> Reals:
+    """Displacements from the rigid places that go on as they start, shape (instants, coordinates)."""
+    assert equations.start is not None
+    time = equations.time - equations.edges[0]
+    near = np.concatenate([[0.0], time[:STAGES]])
+    places = np.concatenate([equations.first[None], equations.rigid[:STAGES]])
+    rigid_rate = np.linalg.solve(near[:, None] ** np.arange(STAGES + 1), places)[1]
+    moved: Reals = equations.start.q - equations.first + time[:, None] * (equations.start.v - rigid_rate)
+    return moved
