@@ -487,6 +487,12 @@ def test_a_package_that_is_missing_is_named_with_what_to_install(arm, tmp_path, 
         assert len(done.stderr.splitlines()) == 1
 
 
+def test_without_vtk_it_is_not_opengl_that_is_said_to_be_missing(arm, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("kinelast.outputs.pictures.find_spec", lambda name: None if name == "vtkmodules" else name)
+    assert main([str(arm), "--animate=deflection", "-o", str(tmp_path / "out")]) == 2
+    assert 'the package "vtkmodules" is not installed: pip install "vtk"' in capsys.readouterr().err
+
+
 def test_nothing_at_all_is_answered_with_advice(capsys):
     assert main([]) == 2
     assert "no scene was given" in capsys.readouterr().err

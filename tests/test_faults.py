@@ -105,6 +105,35 @@ def no_locks(monkeypatch):
     monkeypatch.setattr(fcntl, "flock", flock)
 
 
+@pytest.mark.parametrize("step", ["open", "unlink"])
+def test_a_signal_between_two_steps_leaves_no_lock_behind(step, tmp_path, monkeypatch):
+    """One comes right after a lock's file is made, or right before it is removed."""
+    code = f"""
+import os, signal
+from pathlib import Path
+from kinelast.outputs import outbox
+from kinelast.tasks.progress import StoppedError, stoppable
+owner, name = (os, "open") if {step!r} == "open" else (Path, "unlink")
+plain = getattr(owner, name)
+def struck(*given, **more):
+    if name == "unlink":
+        os.kill(os.getpid(), signal.SIGTERM)
+    found = plain(*given, **more)
+    if name == "open":
+        os.kill(os.getpid(), signal.SIGTERM)
+    return found
+setattr(owner, name, struck)
+try:
+    with stoppable(), outbox.locked(Path("arm")):
+        pass
+except StoppedError:
+    raise SystemExit(7)
+"""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    assert subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=False).returncode == 7
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_lock_that_cannot_be_written_is_not_left_behind(tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

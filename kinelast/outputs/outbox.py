@@ -20,6 +20,7 @@ from typing import Any
 from kinelast.outputs.sealed import SUMMARY, changed, own_names, summary_in, with_files, write_json
 from kinelast.outputs.table import FORMATS
 from kinelast.scene.error import plain
+from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
 
 HIDDEN = ".kinelast-"  # locks and unfinished folders
@@ -55,7 +56,8 @@ def complete(folder: Path) -> Iterator[Path]:
                 folder.rename(old)
             part.rename(folder)
         finally:
-            _clean(folder, hidden)
+            with signals_held_back():
+                _clean(folder, hidden)
 
 
 def rewritten(path: Path, ours: Callable[[], bool], content: Callable[[], bytes]) -> None:
@@ -180,32 +182,33 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
+    end = time.monotonic() + (PATIENCE if patience is None else patience)
+    lock = None
     try:
         try:
             fresh += [place for place in folder.parents if not place.exists()]
             folder.parent.mkdir(parents=True, exist_ok=True)
-            lock = _locked(path, shown, PATIENCE if patience is None else patience)
-            try:
-                _marked(lock, folder, hidden)
-            except OSError:  # a disk that is full
-                _let_go(path, lock)
-                raise
+            while lock is None:
+                with signals_held_back():
+                    lock, more = _tried(path)
+                if lock is None and time.monotonic() > end:
+                    raise RequestError(f'"{shown}" is being written by another run: wait, or choose another -o{more}')
+                if lock is None:
+                    time.sleep(0.05)
+            _mark(lock, folder, hidden)
         except OSError as error:
             raise RequestError(f'-o: "{shown}" cannot be made: {error.strerror}') from None
-        try:
-            yield hidden
-        finally:
-            with suppress(OSError):
-                folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
-            over = not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old"))
-            _let_go(path, lock, gone=over)
+        yield hidden
     finally:
-        for place in fresh:
-            with suppress(OSError):
-                place.rmdir()  # unless something stands in it
+        with signals_held_back():
+            if lock is not None:
+                _let_go(path, lock, folder, hidden)
+            for place in fresh:
+                with suppress(OSError):
+                    place.rmdir()  # unless something stands in it
 
 
-def _marked(lock: int, folder: Path, hidden: str) -> None:
+def _mark(lock: int, folder: Path, hidden: str) -> None:
     """Write the name for hidden files into a lock's file; those of a run that was killed are removed before."""
     before = os.read(lock, 100).decode("ascii", "replace")
     if re.fullmatch(re.escape(HIDDEN) + "[0-9a-f]{16}", before):
@@ -215,9 +218,11 @@ def _marked(lock: int, folder: Path, hidden: str) -> None:
     os.write(lock, hidden.encode())
 
 
-def _let_go(path: Path, lock: int, gone: bool = True) -> None:
-    """Let go of a lock; its file goes too unless it still tells of hidden files."""
-    if gone:
+def _let_go(path: Path, lock: int, folder: Path, hidden: str) -> None:
+    """Let go of a lock; its file goes too unless hidden files are left that it tells of."""
+    with suppress(OSError):
+        folder.with_name(f"{hidden}.part").unlink()  # where it is a file that was not finished
+    if not any(folder.with_name(f"{hidden}{end}").exists() for end in (".part", ".old")):
         with suppress(OSError):
             path.unlink()  # before it is let go of: whoever has waited for it looks whether it is still there
     with suppress(OSError):
@@ -225,33 +230,31 @@ def _let_go(path: Path, lock: int, gone: bool = True) -> None:
     os.close(lock)
 
 
-def _locked(path: Path, shown: str, patience: float) -> int:
-    """A lock's file, open and held; the system lets go of it with the process, however that ends."""
-    end = time.monotonic() + patience
-    while True:
-        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        try:
-            import fcntl
+def _tried(path: Path) -> tuple[int | None, str]:
+    """A lock's file, open and held, or None where another run holds it; and more to say on that.
 
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            free, more = True, ""
-        except BlockingIOError:
-            free, more = False, ""
-        except ImportError:  # a system without such locks: the names alone keep two runs apart
-            return lock
-        except OSError:  # a file system without them, as that of another machine may be
-            if _owned(path):  # whoever owned it before may have removed the file that is open here
-                os.close(lock)
-                return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-            free, more = False, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
-        with suppress(OSError):
-            if free and os.fstat(lock).st_ino == path.stat().st_ino:
-                return lock
+    The system lets go of it with the process, however that ends.
+    """
+    lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        import fcntl
+
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
         os.close(lock)
-        if not free:
-            if time.monotonic() > end:
-                raise RequestError(f'"{shown}" is being written by another run: wait, or choose another -o{more}')
-            time.sleep(0.05)
+        return None, ""
+    except ImportError:  # a system without such locks: the names alone keep two runs apart
+        return lock, ""
+    except OSError:  # a file system without them, as that of another machine may be
+        os.close(lock)
+        if _owned(path):  # whoever owned it before may have removed the file that was open here
+            return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), ""
+        return None, f'; if there is none, remove "{plain(str(path.with_suffix(OWNER)), LINE)}"'
+    with suppress(OSError):
+        if os.fstat(lock).st_ino == path.stat().st_ino:
+            return lock, ""
+    os.close(lock)
+    return None, ""
 
 
 def _owned(path: Path) -> bool:

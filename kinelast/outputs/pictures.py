@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -213,6 +214,9 @@ def require_rendering() -> None:
     """Raise `RequestError` where nothing can be drawn on this machine."""
     from animations import RenderingUnavailable, probe
 
+    for name in ("pyvista", "vtkmodules"):  # which the probe would take for a machine that cannot draw
+        if not find_spec(name):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     try:
         probe()
     except RenderingUnavailable as error:

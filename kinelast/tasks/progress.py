@@ -91,6 +91,19 @@ def ignored_interrupts() -> Iterator[None]:
 
 
 @contextmanager
+def signals_held_back() -> Iterator[None]:
+    """Hold back all signals that end the process, while a few steps are made that belong together."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *SIGNALS})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
 def without_interrupts() -> Iterator[None]:
     """Hold the keyboard's interrupt back; processes that are started meanwhile never see it."""
     if not hasattr(signal, "pthread_sigmask"):
