@@ -42,6 +42,7 @@ from rigid.chunks import columns_of, design_chunks
 from rigid.kinematics import repeated
 
 ELEMENTS = 12
+MANY, EVERY = 24, 3  # of so many speeds asked for at once every third is asked what large displacement changes
 SIDE_BY_SIDE = 128  # speeds whose loads are kept at a time
 TOLERANCE = 2e-3
 COARSER = 30.0  # times as fine as asked, from where the next speed may do with the grid before
@@ -66,7 +67,7 @@ class SpeedMap:
     time_error, reduction_error, large_displacement
         How far the answers may be from settled in time and in the coordinates, as `Elastodynamic` has them, and what
         large displacement changes, as `TheoryError` has it, shape (speeds,); the latter two nan where the steady state
-        is unstable.
+        is unstable. Where many speeds are asked for, large displacement is that on the line between every third.
     damping
         That was taken.
     omega
@@ -168,7 +169,11 @@ class SpeedAnswers:
         for _ in range(ROUNDS):
             course, resolved = self._course, self._course.resolved
             for first in range(0, len(left), SIDE_BY_SIDE):
-                steady = [_at_speed(course, ratio, self._tolerance) for ratio in left[first : first + SIDE_BY_SIDE]]
+                part = left[first : first + SIDE_BY_SIDE]
+                every = EVERY if len(part) > MANY else 1
+                steady = [
+                    _at_speed(course, ratio, self._tolerance, not number % every) for number, ratio in enumerate(part)
+                ]
                 self._rows |= _measured(course, steady, self._measure, self._still)
             errors = {ratio: self._rows[ratio].reduction_error for ratio in left}
             left = [
@@ -186,6 +191,11 @@ class SpeedAnswers:
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
+        large, stable = parts["large_displacement"], parts["growth"] <= 1 + NEUTRAL
+        if (gaps := stable & np.isnan(large)).any():
+            told = sorted(ratio for ratio, row in self._rows.items() if not math.isnan(row.large_displacement))
+            sizes = [self._rows[ratio].large_displacement for ratio in told]
+            large[gaps] = np.interp(np.array(known)[gaps], told, sizes) if told else np.nan
         return SpeedMap(np.array(known), **parts, damping=self.damping, omega=self.omega)
 
     def stable(self, ratio: float) -> bool:
@@ -298,7 +308,7 @@ class _Course:
 
     def problem(self, ratio: float) -> Problem:
         """Equations of motion at a speed."""
-        return problem(self.here()[1], self.plain(ratio), ratio)
+        return problem(self.here()[1], unlocked(self.plain(ratio)), ratio)
 
     def growth(self, ratio: float) -> float:
         """Of the least stable free vibration over a cycle."""
@@ -320,7 +330,7 @@ class _Steady:
     loads: AddedLoads | None
 
 
-def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
+def _at_speed(course: _Course, ratio: float, tolerance: float, large_too: bool = True) -> _Steady:
     """On the coarsest of the grids on which the elements leave no more open than asked."""
     rubbed: Settled | None = None
     while True:
@@ -340,7 +350,7 @@ def _at_speed(course: _Course, ratio: float, tolerance: float) -> _Steady:
     if growth > 1 + NEUTRAL:
         return _Steady(ratio, terms.grid, growth, error, math.nan, math.nan, None)
     answer, reduced = (answer, rubbed.open) if rubbed else corrected(answer, tolerance)
-    large = second_order_error(answer, answer.deflection)
+    large = second_order_error(answer, answer.deflection) if large_too else math.nan
     return _Steady(ratio, terms.grid, growth, error, reduced, large, answer.loads)
 
 
