@@ -27,9 +27,16 @@ STEP = 0.01
 EIGHTH = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 SIXTH = (3 / 4, -3 / 20, 1 / 60, 0.0)
 """Central differences of the eighth and the sixth order: by what they differ the better one is known."""
+SECOND_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
+SECOND_SIXTH = (3 / 2, -3 / 20, 1 / 90, 0.0)
+"""The same of second derivatives; of the middle less twice their sum."""
+WITHIN = 0.025
+"""Step of the differences of a vibration, as a share of the element of time in which it is a polynomial."""
 GAUSS = 8  # places along a beam
 
 MotionNear = Callable[[Reals, Posture], Motion]
+Transient = tuple[Callable[[Motion], Deflection], Reals]
+"""Deflection of vibrating links at any positions, and the times between which it is smooth [s], shape (edges,)."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,7 @@ def balance(
     cycle: float | None = None,
     granted: float = GRANTED,
     exact: bool = False,
+    transient: Transient | None = None,
 ) -> Balance:
     """Balance of the rate of momentum of all masses and the forces of an answer.
 
@@ -96,6 +104,9 @@ def balance(
     exact
         Displacements of any size are in the answer, with the rotary inertia of the sections as they are carried; else
         their products are left out, as linear elastodynamics leaves them out.
+    transient
+        Of links that vibrate and do not come back: the rate of what their displacement adds is found by differences
+        in time too, at positions far enough from where it is not smooth.
     """
     motion = deflection.motion
     masses = _masses(motion.mechanism, deflection.sections)
@@ -113,6 +124,9 @@ def balance(
             out_of_force, out_of_moment = out_of_force + further[0], out_of_moment + further[1]
             if _unresolved(further[0]) > granted:
                 out_of_force = np.full(motion.columns, np.nan)
+        elif transient is not None:
+            further = _of_transient(deflection, masses, centre, rates, motion_near, transient, granted, exact)
+            out_of_force, out_of_moment = out_of_force + further[0], out_of_moment + further[1]
         known = rates.known & np.isfinite(out_of_force) & np.isfinite(out_of_moment)
         forces = np.abs(inertia).sum(axis=0) + np.abs(force)
         moments = (np.abs(arm * inertia) + np.abs(rotary)).sum(axis=0) + np.abs(moment)
@@ -341,6 +355,54 @@ def _of_displacements(
     speed = _rate(moved, cycle)
     spin = masses.mass * (cross(arm, speed) + cross(moved, velocity + exact * speed))
     spin = spin + (masses.inertia + masses.section) * _rate(turned, cycle).real
+    rate = _rate((masses.mass * speed).sum(axis=0), cycle)
+    return rate, _rate(spin.sum(axis=0), cycle).real - _shifted(deflection, masses, moved)
+
+
+def _of_transient(
+    deflection: Deflection,
+    masses: _Masses,
+    centre: Any,
+    rates: _Rates,
+    motion_near: MotionNear,
+    transient: Transient,
+    granted: float,
+    exact: bool,
+) -> tuple[Any, Any]:
+    """The same by differences in time, nan at positions that they do not tell of.
+
+    The angular momentum's rate is m (r x s'' + s x (a + s'')), with s x s'' of second order.
+    """
+    motion, (near, edges) = deflection.motion, transient
+    count = len(EIGHTH)
+    element = np.clip(np.searchsorted(edges, motion.time, side="right") - 1, 0, len(edges) - 2)
+    step = WITHIN * np.diff(edges)[element]
+    inside = (motion.time - count * step >= edges[element]) & (motion.time + count * step <= edges[element + 1])
+    unknown = np.full(motion.columns, np.nan)
+    if not inside.any():
+        return unknown, unknown
+    time, step, here = motion.time[inside], step[inside], posture(motion, inside)
+
+    def carried(k: int) -> Any:
+        return np.array(_displacements(near(motion_near(time + k * step, here))), complex)
+
+    middle = carried(0)
+    sums = np.array([carried(k) + carried(-k) - 2 * middle for k in range(1, count + 1)])
+    good, rough = (np.tensordot(weights, sums, 1) / step**2 for weights in (SECOND_EIGHTH, SECOND_SIXTH))
+    arm, acceleration = (_places(motion, masses) - centre)[:, inside], rates.acceleration[:, inside]
+    momentum, resolved = ((masses.mass * change[0]).sum(axis=0) for change in (good, rough))
+    spin = cross(arm, good[0]) + cross(middle[0], acceleration + exact * good[0])
+    turning = (masses.mass * spin + (masses.inertia + masses.section) * good[1].real).sum(axis=0)
+    told = np.abs(momentum - resolved) <= granted / 10 * np.abs(momentum).max()
+    force, moment = unknown.astype(complex), unknown.copy()
+    force[inside] = np.where(told, momentum, np.nan)
+    moment[inside] = turning
+    return force, moment - _shifted(deflection, masses, _displacements(deflection)[0])
+
+
+def _shifted(deflection: Deflection, masses: _Masses, moved: Any) -> Any:
+    """Moment that gravity and the forces have more because they go with displaced points [N m]."""
+    motion = deflection.motion
     pushed = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
     for load in motion.mechanism.loads:
         for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
@@ -348,7 +410,7 @@ def _of_displacements(
     for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
         if joint.parent == 0 and not joint.turns:  # what slides on the ground bears on another place of it
             pushed = pushed + cross(displacement_of(deflection, joint.child, _sliding_point(motion, joint.name)), force)
-    return _rate((masses.mass * speed).sum(axis=0), cycle), _rate(spin.sum(axis=0), cycle).real - pushed
+    return pushed
 
 
 def _sliding_point(motion: Motion, name: str) -> str:

@@ -1,7 +1,7 @@
 """Vibration of the moving links: steady state, transient, stability, buckling, about the rigid motion."""
 
 from elastic.elastodynamics.geometrically_exact import geometrically_exact, with_large_displacement
-from elastic.elastodynamics.solution import Elastodynamic
+from elastic.elastodynamics.solution import Elastodynamic, deflection_at
 from elastic.elastodynamics.speed_map import SpeedAnswers, SpeedMap, critical_speeds, speed_map, stable_below
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import Bounded, SpeedSearch
@@ -22,6 +22,7 @@ __all__ = [
     "TheoryError",
     "buckling_factor",
     "critical_speeds",
+    "deflection_at",
     "elastodynamic",
     "geometrically_exact",
     "large_displacement_error",

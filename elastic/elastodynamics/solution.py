@@ -14,7 +14,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.elastodynamics.correction import corrected
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
 from elastic.elastodynamics.equations_of_motion import kinematics, masses, motion_terms
-from elastic.elastodynamics.exact_steps import Settled, Sliding, with_friction
+from elastic.elastodynamics.exact_steps import Settled, exact_deflection, Sliding, with_friction
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import Start, Vibration, vibration
 from elastic.elastodynamics.reduction import CycleModes, cycle_of, near_modes, reduced_basis
@@ -93,6 +93,11 @@ class Elastodynamic:
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
+
+    @property
+    def edges(self) -> Reals:
+        """Times at which the elements of time begin and end [s]; none where nothing vibrates."""
+        return np.zeros(0) if self.vibration is None else self.vibration.problem.terms.grid.edges
 
     @property
     def growth(self) -> float:
@@ -222,6 +227,17 @@ def settled(model: Model, motion: Motion, grid: Grid, tolerance: float, start: S
         discretization,
     )
     return answer if answer.stable else unanswered(answer)
+
+
+def deflection_at(found: Elastodynamic, motion: Motion) -> Deflection:
+    """Deflection of the vibrating mechanism at other positions of its motion than it was asked for."""
+    plain = found.quasi_static
+    if found.vibration is None:
+        return deflection(motion, plain.sections, plain.joints)
+    sampler = found.vibration.problem.terms.grid.sampler(motion.time)
+    if found.exact is not None:
+        return exact_deflection(found.exact.displaced, replace(plain, motion=motion), sampler)
+    return deflection(motion, plain.sections, plain.joints, resampled(found.vibration.loads, sampler))
 
 
 def numbers_of(discretization: Discretization, grid: Grid) -> int:

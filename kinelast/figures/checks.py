@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -135,21 +136,24 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
 
 
 def momentum_balances(results: Results) -> dict[str, Balance]:
-    """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate in a cycle, by theory.
+    """Newton's laws for the whole machine, of the quasi-static answer and of links that vibrate, by theory.
 
     Of vibrating links as much is granted as the answer is off in time, in its coordinates and by large displacement,
     and `LEAST_GRANTED` for differences between elements of time, which grow with the square of the positions.
     """
+    from elastic.elastodynamics import deflection_at
     from fem_check import balance
 
     scene = results.scene
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
-    if answer is not None and results.vibrates and math.isfinite(results.period):
+    if answer is not None and results.vibrates and answer.vibrating is not None:
         off = answer.by_motion
         granted = max(LEAST_GRANTED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if granted <= MOST_GRANTED:
-            in_time = results.period, granted, answer.theory != ELASTODYNAMIC
+            cycle = results.period if math.isfinite(results.period) else None
+            transient = partial(deflection_at, answer.vibrating), answer.vibrating.edges
+            in_time = cycle, granted, answer.theory != ELASTODYNAMIC, None if cycle else transient
             balances[answer.theory] = balance(results.deflection, course.near, course.span, *in_time)
     return balances
 
