@@ -325,6 +325,8 @@ def run(count: int, seed: int) -> int:
     """Disturb so many runs; how many went wrong."""
     chance = random.Random(seed)
     sweeps.CHUNK = CHUNK  # of this process and its forks
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets what it starts in the background ignore it
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     counts: dict[tuple[str, str], Count] = {}
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)

@@ -1,5 +1,6 @@
 """A scene's sweep by the command: the same bytes however it is computed, and each of its ends told."""
 
+import errno
 import os
 
 import numpy as np
@@ -9,6 +10,7 @@ from sweeps import swept_scene, tree
 from kinelast.cli.command import main
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
+from kinelast.outputs.sealed import seal
 from kinelast.scene.document import document_from_dict
 from kinelast.scene.text import file_text, toml_tables
 from kinelast.sweep.manifest import read_manifest
@@ -46,6 +48,28 @@ def test_a_sweep_of_a_scene_is_the_same_for_any_number_of_processes_and_when_gon
     assert tree(tmp_path / "two") == whole
     assert swept(scene, tmp_path / "two", "--resume") == 0
     assert tree(tmp_path / "two") == whole
+
+
+def test_pages_that_the_disk_did_not_take_are_made_by_the_next_run(tmp_path, monkeypatch, capsys):
+    """All of them or none: those that came before the disk was full would pass for all that there are."""
+    scene = swept_scene(tmp_path / "arm.toml", SWEEP.replace("samples = 90", "samples = 4"))
+    seals = []
+
+    def full(*given):
+        seals.append(given)
+        if len(seals) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return seal(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("kinelast.runs.run.seal", full)
+        assert swept(scene, tmp_path / "out", "--positions", "4") == 2
+    said = capsys.readouterr()
+    assert "no pages of single designs: page of design" in said.out + said.err
+    assert "no space left on device" in said.out + said.err
+    assert not (tmp_path / "out" / "arm" / "designs").exists()
+    assert swept(scene, tmp_path / "out", "--positions", "4", "--resume") == 0
+    assert len(list((tmp_path / "out" / "arm" / "designs").glob("*/report.html"))) == 2
 
 
 @pytest.mark.slow

@@ -192,6 +192,8 @@ def _folders(
                 outcome = try_scene(request, False, Task(path, folder, f"page of design {number}"))
                 if outcome.interrupted:  # an integration, which keeps what it has until then: no whole page
                     raise KeyboardInterrupt
+                if outcome.unwritten:  # none then, so that --resume makes all of them
+                    raise RequestError(outcome.line.replace(str(part), str(target)))
                 if (folder / "report.html").is_file():
                     pages.append(number)
                 if outcome.status >= BAD_INPUT:

@@ -135,7 +135,7 @@ class Outcome:
 
     The exit status it calls for, one line about it, whether it was done, failed or skipped, questions about its
     figures, its figures where there are any, and how many seconds it took. `interrupted`: a user ended it, and what was
-    found until then is kept.
+    found until then is kept. `unwritten`: the disk did not take it, and the next time it may.
     """
 
     status: int
@@ -145,6 +145,7 @@ class Outcome:
     figures: Mapping[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
     interrupted: bool = False
+    unwritten: bool = False
 
 
 def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", place: str = "") -> Outcome:
@@ -164,7 +165,7 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
     except OSError as error:
         where = f"{error.filename or place}: " if error.filename or place else ""
         told = plain(f"{where}{(error.strerror or str(error)).lower()}", MESSAGE)
-        return Outcome(BAD_INPUT, f"{name}: not written: {told}")
+        return Outcome(BAD_INPUT, f"{name}: not written: {told}", unwritten=True)
     except Exception as error:
         from rigid import MechanismError
 
