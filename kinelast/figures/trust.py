@@ -22,7 +22,7 @@ from kinelast.scene.data import ACCURACY, GEOMETRICALLY_EXACT
 from kinelast.scene.numbers import number, percent, quantity
 from rigid import Friction, counted
 
-INPUTS, THEORY = "Inputs", "Theory"
+INPUTS, THEORY = "Inputs", "Accuracy"
 GOOD, OPEN, CAUTION, POOR = "good", "open", "caution", "poor"
 ORDER = (POOR, CAUTION, OPEN, GOOD)
 HEADINGS = {
@@ -38,6 +38,7 @@ SOLIDS = {  # from soft rubber to diamond, from foam to osmium
     "density": (10.0, 3e4, "kg/m^3", '"7.85 g/cm^3"'),
     "yield stress": (1e3, 1e11, "Pa", '"250 MPa"'),
 }
+TOLD_FROM = 0.01  # of an error, its parts that are told
 NEARLY = 1e-3  # of a duration, by which it misses a cycle that is meant
 WITHIN = {
     "slenderness": "beam theory leaves out less than {:.0f} % of the deflection of any link",
@@ -48,7 +49,7 @@ WITHIN = {
 IN_THE_ERROR = {  # what an answer's own error holds, so that it is no doubt of its own
     "slenderness": "the error that is told has it",
     "deflection": "the answer or its error has it",
-    "axial force": "the answer or its error has what that does to bending",
+    "axial force": "what that does to bending is in the answer or its error",
 }
 ADVICE = {
     "slenderness": "Run with --check solid to see how far the link is from a beam",
@@ -261,7 +262,9 @@ def _theory(results: Results) -> Iterator[Finding]:
     else:
         parts = worst_figure(results)
         of = f" of {parts['on']}" if parts["on"] else ""
-        shares = ", ".join(f"{name} {percent(share)}" for name, share in parts["errors"].items() if share)
+        shares = ", ".join(
+            f"{name} {percent(share)}" for name, share in parts["errors"].items() if share > TOLD_FROM * worst.share
+        )
         text = f"{how} The figures that are read are within {percent(worst.share)};"
         text += f" the worst is the {parts['figure']}{of}: {shares}."
         if worst.share > wanted:
@@ -323,6 +326,8 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         if kind in IN_THE_ERROR and _error_is_known(results):
             level = _own_level(kind, worst.figure)
             words += f"; {IN_THE_ERROR[kind]}"
+            if kind == "axial force" and level != GOOD and worst.figure < 1.0:
+                words += f", but what a link is crooked by grows {1 / (1 - worst.figure):.2g} times"
         elif kind == "axial force" and worst.beam is not None:
             words += f"; {_amplified(worst.figure)}"
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
@@ -333,7 +338,7 @@ def _exceedances(results: Results) -> Iterator[Finding]:
 
 def _error_is_known(results: Results) -> bool:
     """Whether the answer tells how far it is off by all that beams and large displacement do."""
-    return results.answer is not None and not math.isnan(results.answer.error)
+    return results.answer is not None and not results.error_unknown
 
 
 def _own_level(kind: str, figure: float) -> str:

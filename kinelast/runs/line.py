@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from kinelast.figures.cycle import WELL
 from kinelast.figures.limits import VERDICTS
 from kinelast.figures.trust import GOOD, INPUTS, verdict
 from kinelast.scene.data import QUASI_STATIC
@@ -28,8 +29,8 @@ def headline(figures: Mapping[str, Any]) -> str:
         safety = figures["strength"][stress["label"]]["safety_factor"]["value"]
         words.append(f"stress {quantity(stress['value'], 'Pa', 3)}{_error(stress)} ({stress['member']}{_safe(safety)})")
     condition = figures["run"]["largest_condition"]["value"]
-    if condition is not None:
-        words.append(f"condition {number(condition, 3)}")
+    if condition is not None and condition > WELL:
+        words.append(f"ill-conditioned at some positions: up to {number(condition, 2)}")
     if figures["run"]["singular"]:
         words.append(f"{figures['run']['singular']} singular positions")
     if figures["run"]["locked"]:
