@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.figures.cycle import Cycle
@@ -112,6 +113,10 @@ def evaluated(base: Base, values: Any) -> Designs:
     return Designs(columns, {measure.name: measure.unit for measure in base.measures}, reason, found_places)
 
 
+Words = NDArray[np.object_]
+"""Texts, of every design one."""
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """Results of some designs: their rows, reasons and figures."""
@@ -211,7 +216,7 @@ def _answered(base: Base, scene: Scene, rows: Any) -> Iterator[Part]:
     yield Part(rows, reason, figures)
 
 
-def _reasons(cycle: Cycle) -> Any:
+def _reasons(cycle: Cycle) -> Words:
     """Why designs have no figures, shape (designs,); empty where they have."""
     motion, reached = cycle.motion, cycle.reached
     known = cycle.columns[:-1]
@@ -238,7 +243,7 @@ def _reasons(cycle: Cycle) -> Any:
     return reason
 
 
-def _opening_joint(cycle: Cycle) -> Any:
+def _opening_joint(cycle: Cycle) -> Words:
     """Name of the inner joint of the first group that does not close somewhere, shape (designs,)."""
     motion = cycle.motion
     name = np.full(cycle.columns[:-1], "", object)
@@ -262,7 +267,7 @@ class DesignPlan(Protocol):
     def paths(self) -> tuple[str, ...]:
         """Which numbers of the scene differ."""
 
-    def values(self, first: int, last: int) -> Any:
+    def values(self, first: int, last: int) -> Reals:
         """Values of designs first to last - 1 in SI units, shape (last - first, paths)."""
 
 

@@ -100,9 +100,9 @@ class Sample:
         found: Reals = self.low + self._shares(np.asarray(number)) * (self.high - self.low)
         return found
 
-    def _shares(self, number: Any) -> Any:
+    def _shares(self, number: Any) -> Reals:
         if self.method == "latin-hypercube":
-            return self._drawn[number]
+            return np.asarray(self._drawn[number])
         from scipy.stats import qmc
 
         first, last = int(number.min(initial=0)), int(number.max(initial=0))
@@ -111,13 +111,13 @@ class Sample:
             sequence.fast_forward(first)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # that only powers of 2 are evenly spread
-            return sequence.random(last - first + 1)[number - first]
+            return np.asarray(sequence.random(last - first + 1)[number - first])
 
     @cached_property
-    def _drawn(self) -> Any:
+    def _drawn(self) -> Reals:
         from scipy.stats import qmc
 
-        return qmc.LatinHypercube(len(self.low), rng=self.seed).random(self.count)
+        return np.asarray(qmc.LatinHypercube(len(self.low), rng=self.seed).random(self.count))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
@@ -20,7 +19,7 @@ from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, largest_of, whol
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable
 from rigid import Motion, position_of
-from rigid.arrays import Reals
+from rigid.arrays import Complexes, Numbers, Reals
 
 REPEATS = 8  # sets of points that are scrambled apart
 DESIGNS = 2048  # by default, in all sets together
@@ -234,19 +233,19 @@ def accuracy_figures(nominal: Motion, output: Output) -> list[Figure]:
     if output.point:
         place = position_of(nominal, output.link, output.point)
 
-        def off(cycle: Cycle) -> Any:
+        def off(cycle: Cycle) -> Numbers:
             return position_of(cycle.motion, output.link, output.point) - place
 
-        def bent(cycle: Cycle) -> Any:
+        def bent(cycle: Cycle) -> list[Numbers]:
             return [off(cycle) + displacement_of(cycle.deflection, output.link, output.point)]
     else:
         way = nominal.direction[nominal.mechanism.index[output.link]]
 
-        def off(cycle: Cycle) -> Any:
+        def off(cycle: Cycle) -> Numbers:
             mechanism = cycle.motion.mechanism
-            return np.angle(cycle.motion.direction[mechanism.index[output.link]] * np.conj(way))
+            return np.asarray(np.angle(cycle.motion.direction[mechanism.index[output.link]] * np.conj(way)))
 
-        def bent(cycle: Cycle) -> Any:
+        def bent(cycle: Cycle) -> list[Numbers]:
             mechanism = cycle.scene.mechanism
             points = mechanism.links[mechanism.index[output.link]].points
             return [off(cycle) + angle_error(cycle.deflection, output.link, point) for point in points]
@@ -262,15 +261,15 @@ def path_figures(output: Output, places: Sequence[complex]) -> list[Figure]:
     """
     wanted = np.array(places)
 
-    def off(cycle: Cycle) -> Any:
+    def off(cycle: Cycle) -> Complexes:
         return np.broadcast_to(position_of(cycle.motion, output.link, output.point) - wanted, cycle.columns)
 
-    def part(cycle: Cycle, number: int, axis: str) -> Any:
+    def part(cycle: Cycle, number: int, axis: str) -> Reals:
         way = off(cycle)[..., number]
         return way.real if axis == "x" else way.imag
 
-    def squares(cycle: Cycle) -> Any:
-        return (np.abs(off(cycle)) ** 2).sum(axis=-1)
+    def squares(cycle: Cycle) -> Reals:
+        return np.asarray((np.abs(off(cycle)) ** 2).sum(axis=-1))
 
     words = "distance from a place of the path"
     parts = [Figure(name, words, "m", SCENE, fixed(partial(part, number=number, axis=axis)), FIXED)

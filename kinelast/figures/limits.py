@@ -18,7 +18,7 @@ from kinelast.figures.registry import ALONG_BEAMS
 from kinelast.figures.results import Results, figure
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Limit
-from rigid.arrays import Reals
+from rigid.arrays import Flags, Reals
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
 SEVERITY = BROKEN, UNKNOWN, TOO_NEAR, KEPT
@@ -62,7 +62,7 @@ def judged(scene: Scene, figures: Mapping[str, Any]) -> list[Verdict]:
     return [_verdict(scene, limit, figures.get(limit.figure)) for limit in scene.limits]
 
 
-def kept(verdicts: Iterable[Verdict]) -> Any:
+def kept(verdicts: Iterable[Verdict]) -> Flags | bool:
     """Whether all limits are kept, bool, shape (...)."""
     return reduce(np.logical_and, (verdict.kept for verdict in verdicts), True)
 

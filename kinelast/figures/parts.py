@@ -16,7 +16,7 @@ from elastic.links import AddedLoads, map_loads
 from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import NonlinearCheck, NotMade, Results, at_position, error_of, figure, largest
 from rigid import LineLoad, PointLoad, Resistance, TorsionSpring, posture
-from rigid.arrays import Reals
+from rigid.arrays import Flags, Numbers, Reals
 from rigid.kinetostatics import rubbing_joints, sliding_directions
 
 if TYPE_CHECKING:
@@ -176,11 +176,11 @@ def friction_figures(results: Results) -> dict[str, Any] | None:
     }
 
 
-def resting(results: Results) -> Any:
+def resting(results: Results) -> Flags:
     """Whether nothing slides in any joint with friction, though drives may hold it there, shape (positions,)."""
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
-    found = np.all([sign == 0.0 for sign in signs.values()], axis=0)
-    return found & ~results.singular
+    still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
+    return still & ~results.singular
 
 
 NOTHING = 1e-9  # share of the error below which a rest is round-off
@@ -233,7 +233,7 @@ def _of_position(loads: AddedLoads, at: int, designs: int) -> AddedLoads:
     """Loads at one of the positions, the same for all designs."""
     count = loads.q.shape[-1]
 
-    def there(part: Any) -> Any:
+    def there(part: Any) -> Numbers:
         wide = np.broadcast_to(part, (*np.shape(part)[:-1], count))
         return np.repeat(wide[..., at, None, None], designs, axis=-2)
 

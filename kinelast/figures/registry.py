@@ -35,7 +35,7 @@ from kinelast.figures.entry import (
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR, Output
 from rigid import transmission_angles
-from rigid.arrays import Complexes, Reals
+from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments
 from rigid.kinetostatics import friction_power, rubbing_joints
 
@@ -74,7 +74,7 @@ def _angle_error(cycle: Cycle, link: str) -> Largest:
     return largest_row(cycle.largest(cycle.rows([angle_error(cycle.deflection, link, point) for point in points])))
 
 
-def _mass(cycle: Cycle) -> Any:
+def _mass(cycle: Cycle) -> Real:
     total: Any = sum(np.real(mass_moments(link)[0]) for link in cycle.scene.mechanism.links[1:])
     return np.ravel(total) if cycle.columns[:-1] else total
 
@@ -95,16 +95,16 @@ def _transmission(cycle: Cycle) -> Largest:
     return sole(least(np.broadcast_to(reduce(np.minimum, angles), cycle.columns)))
 
 
-def _fastest(cycle: Cycle) -> Any:
+def _fastest(cycle: Cycle) -> Reals:
     """Greatest speed of any drive that turns [rad/s], shape (..., 1); 0 where none does."""
     pairs = zip(cycle.motion.mechanism.drives, cycle.motion.drive_rate, strict=True)
     rates = [np.abs(np.broadcast_to(rate, cycle.columns)) for drive, rate in pairs if drive.turns]
     return np.max([np.nanmax(rate, axis=-1, keepdims=True) for rate in rates], axis=0) if rates else np.zeros(1)
 
 
-def _resonance(cycle: Cycle) -> Any:
+def _resonance(cycle: Cycle) -> Reals:
     lowest, fastest = cycle.lowest_frequency, _fastest(cycle)
-    return np.min([abs(1 - number * fastest / lowest) for number in range(1, HARMONICS + 1)], axis=0)
+    return np.asarray(np.min([abs(1 - number * fastest / lowest) for number in range(1, HARMONICS + 1)], axis=0))
 
 
 def _rubbing_units(scene: Scene) -> list[str]:

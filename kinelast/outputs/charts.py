@@ -17,6 +17,7 @@ from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.scene.numbers import number, quantity, scale_of, ticks
 from rigid import Reals
+from rigid.arrays import Integers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -220,18 +221,18 @@ def axis(results: Results) -> Axis:
     return Axis(times, f"time [{unit}]", ticks(float(times[0]), float(times[-1]), 6))
 
 
-def _numbers(results: Results) -> Any:
+def _numbers(results: Results) -> Integers:
     """Of every position, its number in the run; those that were left out have none here, shape (positions,)."""
     time = results.motion.time
     if not results.left_out or len(time) < 2:
         return np.arange(len(time))
-    return np.round((time - time[0]) / np.diff(time).min()).astype(int)
+    return np.asarray(np.round((time - time[0]) / np.diff(time).min()), int)
 
 
-def _spread(results: Results, values: Any) -> Any:
+def _spread(results: Results, values: Any) -> Reals:
     """Values of an axis at all positions from the first to the last, those that were left out among them."""
     numbers = _numbers(results)
-    return np.interp(np.arange(numbers[-1] + 1), numbers, values)
+    return np.asarray(np.interp(np.arange(numbers[-1] + 1), numbers, values))
 
 
 def _with_gaps(results: Results, values: Any) -> Reals:

@@ -15,6 +15,7 @@ from kinelast.scene.tables import Amount, LinkLimitsTable, RangeTable, Tolerance
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from rigid import Mechanism
+from rigid.arrays import Flags, Reals
 
 OUTPUT_ERROR = "output_error"
 
@@ -53,11 +54,11 @@ class Limit:
         owners = [mechanism.links[at].name for at, _ in mechanism.beams]
         return [number for number, owner in enumerate(owners) if self.link in ("", owner)]
 
-    def kept(self, value: Any) -> Any:
+    def kept(self, value: Any) -> Flags:
         """Whether values keep it, bool; one that is not known does not."""
-        return value >= self.bound if self.least else value <= self.bound
+        return np.asarray(value >= self.bound if self.least else value <= self.bound)
 
-    def margin(self, value: Any) -> Any:
+    def margin(self, value: Any) -> Reals:
         """Distance from the bound as a share of it, negative where it is not kept; of an infinite figure 1."""
         left = (value - self.bound if self.least else self.bound - value) / (abs(self.bound) or 1.0)
         return np.where(np.isposinf(left), 1.0, left)

@@ -22,6 +22,7 @@ from kinelast.scene.joints import UNITS
 from kinelast.scene.quantities import Abscissa, Angle, Direction, Size, Sizes
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.units import Quantity
+from rigid.arrays import Flags
 
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 COMPARED = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
@@ -248,12 +249,12 @@ def require_bounds(table: SceneTable, place: Place, value: float) -> None:
         raise fault("", place.variable.path, f"expected a number within its bounds, got {value:g}")
 
 
-def within_bounds(table: SceneTable, place: Place, values: Any) -> Any:
+def within_bounds(table: SceneTable, place: Place, values: Any) -> Flags:
     """Whether plain numbers are within the bounds that the file's format sets, bool, shape of the values."""
     node: Any = table
     for key in place.keys[:-1]:
         node = getattr(node, key) if isinstance(node, msgspec.Struct) else node[key]
-    holds = np.isfinite(values)
+    holds: Flags = np.isfinite(values)
     if not isinstance(node, msgspec.Struct):
         return holds
     hint = get_type_hints(type(node), include_extras=True)[place.keys[-1]]

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastic import FIELDS, coefficients
 from elastic.links import Runs, members_of
@@ -87,10 +88,10 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     count = len(motion.time)
     every = len(kept) == count
 
-    def taken(values: Any) -> Any:
+    def taken(values: Any) -> NDArray[Any]:
         if np.shape(values)[-1:] != (count,):
             values = np.broadcast_to(values, (*np.shape(values)[:-1], count))
-        return values if every else values[..., kept]
+        return np.asarray(values if every else values[..., kept])
 
     store.add("time", taken(motion.time))
     for name in ("drive", "drive_rate"):
