@@ -495,3 +495,13 @@ def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     assert found[0]["figure"] == pytest.approx(100 / (np.pi**2 * 2 / 0.4**2), rel=0.03)
     assert summary["theory"]["name"] == "quasi-static"
     assert summary["theory"]["without_vibration"] is not None
+
+
+@pytest.mark.parametrize(("force", "level"), [(30, "good"), (100, "caution")])
+def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
+    """A quarter of Euler's load is in the answer's error; of four fifths there is a caution, which says what to do."""
+    text = PRESSED.replace("{points}", WHOLE[0]).replace("{beams}", WHOLE[1]).replace("{force}", str(force))
+    results = computed(scene_from_text(text), Request())
+    (told,) = (finding for finding in findings(results) if finding.heading == "Buckling")
+    assert told.level == level
+    assert ("Make it thicker or shorter." in told.text) == (level == "caution")

@@ -160,6 +160,7 @@ def _links(results: Results) -> list[dict[str, Any]]:
         rows.append(
             {
                 "label": label,
+                "member": results.scene.member_names[number],
                 "link": mechanism.links[at].name,
                 "from": beam.start,
                 "to": beam.end,

@@ -41,7 +41,8 @@ const figureAngle = (figure, digits = 4) => (figure.unit === "rad" && figure.val
 
 function leastSafe() {
   const rows = Object.entries(summary.strength).filter(([, row]) => row.safety_factor.value !== null);
-  return rows.sort((a, b) => a[1].safety_factor.value - b[1].safety_factor.value)[0];
+  const [label, row] = rows.sort((a, b) => a[1].safety_factor.value - b[1].safety_factor.value)[0] ?? [];
+  return row && [summary.links.find((each) => each.label === label).member, row];
 }
 
 function yielding() {
