@@ -1,4 +1,7 @@
-"""Random tests draw the same cases on every machine, and as long as they take; one browser serves all pages."""
+"""Random tests draw the same cases on every machine, and as long as they take; one browser serves all pages.
+
+A line now and then on how far things are would come of a busy machine alone: no test waits for one but that of them.
+"""
 
 import one_thread  # noqa: F401 - before numpy
 import pytest
@@ -7,6 +10,12 @@ from hypothesis import settings
 
 settings.register_profile("steady", derandomize=True, deadline=None, database=None)
 settings.load_profile("steady")
+
+
+@pytest.fixture(autouse=True)
+def no_lines_in_between(monkeypatch):
+    """Without a terminal nothing is said of how far things are, but in the test of that."""
+    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", float("inf"))
 
 
 @pytest.fixture(scope="session")
