@@ -57,6 +57,8 @@ class RefinedDeflection:
         Nodes of every beam, x'/l, shape (elements + 1,).
     chord
         [m], shape (beams, instants, elements + 1).
+    moved
+        u, w [m] and phi [rad] along and across the beams' rigid places, shape (3, beams, instants, elements + 1).
     steps
         Of time.
     mesh, step
@@ -65,6 +67,7 @@ class RefinedDeflection:
 
     xi: Reals
     chord: Reals
+    moved: Reals
     steps: int
     mesh: float
     step: float
@@ -122,10 +125,11 @@ def refined_deflection(
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """A motion with so many elements and steps, and its chord deflection at the times that are asked for."""
+    """A motion with so many elements and steps, and its displacements at the times that are asked for."""
 
     system: System
     course: CollocatedMotion
+    moved: Reals
     chord: Reals
 
     @property
@@ -181,7 +185,8 @@ class _Problem:
             self._tell(f"{elements} elements: {mesh:.1e} off")
             if mesh <= (1 - STEP_SHARE) * self.tolerance:
                 break
-        return RefinedDeflection(np.linspace(0, 1, here.chord.shape[-1]), here.chord, here.steps, mesh, step)
+        xi = np.linspace(0, 1, here.chord.shape[-1])
+        return RefinedDeflection(xi, here.chord, here.moved, here.steps, mesh, step)
 
     def _tell(self, words: str) -> None:
         if self.progress:
@@ -249,7 +254,7 @@ class _Problem:
         return self._answer(system, equations.solved(guess, SETTLED * self.tolerance, self.progress))
 
     def _answer(self, system: System, course: CollocatedMotion) -> _Solved:
-        return _Solved(system, course, self._chord(system, course))
+        return _Solved(system, course, *self._displacements(system, course))
 
     def _start(self, system: System) -> Beginning:
         """Of a course: at rest where the drives are, elsewhere quasi-statically bent; of a cycle rigid."""
@@ -266,13 +271,13 @@ class _Problem:
         greatest = np.abs(np.diff(coordinates(self.laws, instants), axis=0)).max(axis=0) / (instants[1] - instants[0])
         return bool((np.abs(rates) <= REST * greatest).all())
 
-    def _chord(self, system: System, course: CollocatedMotion) -> Reals:
-        """Chord deflection at the times that are asked for, (beams, instants, nodes)."""
+    def _displacements(self, system: System, course: CollocatedMotion) -> tuple[Reals, Reals]:
+        """u, w, phi and the chord deflection at the times that are asked for, (..., beams, instants, nodes)."""
         q, rigid = course.at(self.times), system.rigid_coordinates(self.rigid)
         count = max((len(along) for along in system.nodes.along), default=0) or 2
         xi = np.linspace(0.0, 1.0, count)
-        w = np.stack([displacements(system, k, xi, q, rigid)[1] for k in range(len(self.sections))])
-        return members_of(system.mechanism).from_chord(w, xi)
+        moved = np.stack([displacements(system, k, xi, q, rigid) for k in range(len(self.sections))], axis=1)
+        return moved, members_of(system.mechanism).from_chord(moved[1], xi)
 
 
 def _change(coarse: Reals, fine: Reals, members: Runs) -> float:
