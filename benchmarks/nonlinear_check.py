@@ -1,11 +1,11 @@
 """The nonlinear check as users ask for it, on scenes of all kinds drawn at random: answered, right, and how fast.
 
-    python benchmarks/nonlinear_check.py [scenes] [first]
+    python benchmarks/nonlinear_check.py SEED [scenes] [first]
 
 For every scene the check is made, and then the same beams are solved once more to a far finer tolerance: whether the
 answer is as near as it says follows from that without the check's own error. A false alarm is a check that differs
-where the fine one agrees, a false pass one that agrees where the fine one differs. Results go on at `first`.
-docs/nonlinear.md says what came out.
+where the fine one agrees, a false pass one that agrees where the fine one differs. Rows of other seeds stay, those of
+this one up to scene `first`. docs/nonlinear.md says what came out.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from kinelast.figures.results import NotMade
 from kinelast.runs.compute import computed
 from kinelast.tasks.request import Request
 
-SEED = 90210  # none that anything was looked at with while the check was made
 SCENES = 55
 LONGEST, LONGEST_FINE = 20.0, 20.0  # seconds of the processor
 FINE = 12.0  # parts of what is allowed that the fine check may be off by
@@ -114,19 +113,23 @@ def told(rows: Sequence[dict[str, Any]]) -> str:
     return f"{len(answered)} of {len(rows)} answered {outcomes}, {count}; {times}"
 
 
+def of_seed(row: dict[str, Any], seed: int) -> bool:
+    """Whether a row is of scenes of a seed."""
+    return row["scene"].startswith(f"{seed}-")
+
+
 def main() -> None:
     signal.signal(signal.SIGVTALRM, late)
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else SCENES
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
-    rows: list[dict[str, Any]] = []
-    if first:
-        with TARGET.open(encoding="utf-8") as stream:
-            rows = list(csv.DictReader(stream))[:first]
-    for scene in islice(scenes(SEED), first, count):
+    seed, count, first = (int(given) for given in [*sys.argv[1:], *("0", "55", "0")[len(sys.argv) - 1 :]])
+    with TARGET.open(encoding="utf-8") as stream:
+        rows: list[dict[str, Any]] = list(csv.DictReader(stream))
+    kept = [each for each in rows if of_seed(each, seed)][:first]
+    rows = [each for each in rows if not of_seed(each, seed)] + kept
+    for scene in islice(scenes(seed), first, count):
         rows.append(row(scene))
         print(rows[-1], flush=True)
         write(rows)
-    print(told(rows))
+    print(told([each for each in rows if of_seed(each, seed)]))
 
 
 if __name__ == "__main__":

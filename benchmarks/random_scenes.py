@@ -82,7 +82,7 @@ def _linkage(random: Any, feature: str) -> Scene | None:
     law: Any = ConstantSpeed(case.start, case.speed)
     mechanism, sections, joints = case.mechanism, case.sections, {}
     if feature == "shear":
-        sections = tuple(_sheared(own) for own in sections)
+        sections = tuple(sheared(own) for own in sections)
     elif feature == "end masses":
         mechanism = replace(mechanism, links=tuple(_heavier(random, link) for link in mechanism.links))
     elif feature == "springs":
@@ -98,7 +98,7 @@ def _linkage(random: Any, feature: str) -> Scene | None:
     return scene_of(mechanism, sections, [law], run, title, joints)
 
 
-def _sheared(own: Section) -> Section:
+def sheared(own: Section) -> Section:
     """With the shear and the inertia of a steel rectangle of the same EA and EI."""
     depth = math.sqrt(12 * float(own.EI) / float(own.EA))
     area = depth * depth

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mechanisms import bar, drawn_bar, linkage, parallelogram
 
-from elastic import Section, deflection
-from rigid import Beam, Link, Mechanism, PinDrive, Slider, motion
+from elastic import Section, deflection, sample
+from rigid import Beam, Link, Mechanism, PinDrive, Slider, drive_efforts, motion
 from rigid.dynamics import Effort, ForwardError, forward, motion_during
 from rigid.positions.branch import Branch
 from rigid.positions.enclosure import Certificate
@@ -158,6 +158,38 @@ def windows(count):
     bars = [Link(f"bar{k}", {f"A{k}": 0.0, f"A{k + 1}": 1.0}, (Beam(f"A{k}", f"A{k + 1}", 1.0),)) for k in range(count)]
     drawing = {f"O{k}": complex(k) for k in range(count + 1)} | {f"A{k}": k + tip for k in range(count + 1)}
     return Mechanism((ground, *rods, *bars), (PinDrive("rod0", "O0"),), drawing, gravity=-9.81j)
+
+
+@pytest.mark.parametrize("count", [2, 10])
+def test_links_of_windows_that_fall_bend_as_closed_forms_say(count):
+    """No drive holds them: all bend as beams on two supports, under the weight and the inertia across them."""
+    g, EI = 9.81, 50.0
+    inertia, weight = (count + 1) / 3 + count, g * ((count + 1) / 2 + count)
+    theta, rate = np.array([0.7, 1.3, 2.2]), np.array([-1.0, -2.0, 0.5])
+    turning = -weight / inertia * np.cos(theta)
+    moved = motion(windows(count), theta, rate, turning)
+    bent = deflection(moved, [Section(1e6, EI)] * (2 * count + 1))
+    size = count * g
+    assert np.abs(drive_efforts(moved, bent.forces)).max() < 1e-9 * size
+    x = np.linspace(0.0, 1.0, 5)
+
+    def supported(even, growing):
+        """V, M and w from the chord of q = even + growing x, without forces or moments at the ends but V."""
+        even, growing = even[:, None], growing[:, None]
+        V = even * (x - 1 / 2) + growing * (x**2 / 2 - 1 / 6)
+        M = even * x * (x - 1) / 2 + growing * x * (x**2 - 1) / 6
+        w = even * x * (x**3 - 2 * x**2 + 1) / 24 + growing * x * (3 * x**4 - 10 * x**2 + 7) / 360
+        return V, M, w / EI
+
+    rods, bars = slice(0, count + 1), slice(count + 1, None)
+    rise = turning * np.cos(theta) - rate**2 * np.sin(theta)
+    for part, loads in ((rods, (-g * np.cos(theta), -turning)), (bars, (-(g + rise), 0 * theta))):
+        for field, expected in zip(("V", "M", "chord"), supported(*loads), strict=True):
+            found = sample(bent, field, x)[part]
+            assert np.abs(found - expected).max() < 1e-8 * size / (EI if field == "chord" else 1.0), field
+    along = turning * -np.sin(theta) - rate**2 * np.cos(theta)
+    N = sample(bent, "N", [0.0, 1.0])[bars]
+    assert np.abs(N[..., 1] - N[..., 0] - along[:, None].T).max() < 1e-8 * size  # N' = -q
 
 
 class TestForwardDynamics:

@@ -1,0 +1,110 @@
+"""Claim: the nonlinear check takes a feature of a scene or refuses it in one sentence, as docs/nonlinear.md says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kinelast.figures.checks import nonlinear_check
+from kinelast.figures.results import NotMade
+from kinelast.runs.compute import computed
+from kinelast.scene.document import read_scene, scene_from_text
+from kinelast.tasks.request import Request
+
+MECHANISMS = Path(__file__).parents[1] / "kinelast" / "mechanisms"
+BASE = """
+[materials.steel]
+E = "210 GPa"
+density = "7850 kg/m^3"
+poisson = 0.3
+[sections.bar]
+shape = "rectangle"
+depth = DEPTH
+width = "10 mm"
+[points]
+O = [0.0, 0.0]
+A = [0.1, 0.0]
+B = [0.28, 0.24]
+D = [0.35, 0.0]
+G = [-0.3, 0.0]
+H = [-0.3, 0.1]
+[links.ground]
+points = ["O", "D", "G"]
+[links.crank]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+[links.coupler]
+points = ["A", "B"]
+section = "bar"
+material = "steel"
+[links.rocker]
+points = ["D", "B"]
+section = "bar"
+material = "steel"
+[run]
+positions = 24
+duration = "0.314159265 s"
+"""
+TURNING = '[[drives]]\nlink = "crank"\nspeed = "20 rad/s"\n'
+WHEEL = '[links.wheel]\npoints = ["G", "H"]\nsection = "bar"\nmaterial = "steel"\n'
+FEATURES = {
+    "taper": (TURNING, ""),
+    "compliance of a pin": (TURNING + "[joints.A]\ncompliance = 1e-8\n", ""),
+    "gap of a pin": (TURNING + "[joints.A]\ngap = [1e-5, 0.0]\n", ""),
+    "spring between points": (
+        TURNING + '[[springs]]\nlink = "rocker"\npoint = "B"\nanchor = "O"\nstiffness = 100.0\n',
+        "",
+    ),
+    "torsion spring": (TURNING + '[[springs]]\nlink = "rocker"\nat = "D"\nstiffness = 1.0\n', ""),
+    "dashpot": (TURNING + '[[springs]]\nlink = "rocker"\npoint = "B"\nanchor = "O"\ndamping = 5.0\n', ""),
+    "load by a table of time": (
+        TURNING + '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [5.0, 0.0]\ntable = [[0, 0], [0.2, 1], [0.4, 0]]\n',
+        "",
+    ),
+    "load that resists": (
+        TURNING + '[[loads]]\nlink = "rocker"\npoint = "B"\nforce = [5.0, 0.0]\nresists = "both ways"\n',
+        "",
+    ),
+    "gear": (TURNING + WHEEL + '[[gears]]\ndriver = {link = "crank"}\nfollower = {link = "wheel"}\nratio = -1\n', ""),
+    "two drives": (TURNING + WHEEL + '[[drives]]\nlink = "wheel"\nspeed = "40 rad/s"\n', ""),
+    "law from rest": (
+        '[[drives]]\nlink = "crank"\nlaw = [{curve = "cycloidal", duration = 0.2, by = 1.0},'
+        ' {curve = "dwell", duration = 0.2}]\n',
+        "",
+    ),
+    "friction": (TURNING + "[joints.B]\nfriction = 0.1\nradius = 0.005\n", "friction of joints"),
+    "drive by effort": ('[[drives]]\nlink = "crank"\neffort = 0.5\nspeed = "20 rad/s"\n', "drives that follow laws"),
+}
+SHIPPED = {
+    "slider on the ground": ("offset_slider_crank", ""),
+    "slider along an elastic link": ("quick_return", "moves along the elastic link"),
+}
+
+
+def results_of(feature):
+    if feature in SHIPPED:
+        scene = read_scene(MECHANISMS / f"{SHIPPED[feature][0]}.toml")
+    else:
+        depth = '["6 mm", "4 mm"]' if feature == "taper" else '"6 mm"'
+        scene = scene_from_text(BASE.replace("DEPTH", depth) + FEATURES[feature][0])
+    return computed(scene, Request(positions=24))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feature", [*FEATURES, *SHIPPED])
+def test_it_is_taken_or_refused_in_a_sentence(feature):
+    refusal, check = {**FEATURES, **SHIPPED}[feature][1], nonlinear_check(results_of(feature))
+    if refusal:
+        assert isinstance(check, NotMade)
+        assert refusal in check.problem
+    else:
+        assert not isinstance(check, NotMade), check.problem
+        assert check.passed is not False, (check.largest, check.estimate)
+
+
+def test_the_documentation_says_which():
+    page = (Path(__file__).parents[1] / "docs" / "nonlinear.md").read_text(encoding="utf-8")
+    for feature, (_, refusal) in {**FEATURES, **SHIPPED}.items():
+        assert f"| {feature} | {'refused' if refusal else 'taken'}" in page, feature
