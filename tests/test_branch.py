@@ -160,7 +160,7 @@ def windows(count):
     return Mechanism((ground, *rods, *bars), (PinDrive("rod0", "O0"),), drawing, gravity=-9.81j)
 
 
-@pytest.mark.parametrize("count", [2, 10])
+@pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.slow)])
 def test_links_of_windows_that_fall_bend_as_closed_forms_say(count):
     """No drive holds them: all bend as beams on two supports, under the weight and the inertia across them."""
     g, EI = 9.81, 50.0
