@@ -85,6 +85,7 @@ class TestLimitSpeed:
         assert 454.0 < found.highest < 454.9 < found.limit.above * (1 + KNOWN_TO)
         assert found.limit.above / found.highest - 1 <= 2 * KNOWN_TO
         assert found.asked.sum() == asked[2]
+        assert found.map.values[:, 1].max() > 0.038, "the peak beyond the limit is known too"
         figures = speed_figures(found, scene_from_text(LIGHTLY_DAMPED + CHORD))
         expected = "(rocker, deflection from the chord: 5th harmonic meets the 1st mode (mostly rocker))"
         assert figures["words"][0].startswith(
@@ -132,14 +133,17 @@ class TestWhatGoesWithTheSpeed:
 class TestUnstableRanges:
     def test_borders_lie_between_answers(self):
         scene = read_scene(shipped_scenes()["steel_four_bar"])
-        found = speeds(scene, (640.0, 670.0, 2))
-        ((low, high),) = found.unstable
-        below = found.speed[found.speed < low].max()
+        found, curves = answers_of(scene)
+        found.find([6.4, 6.7])
+        ((low, high),) = SpeedSearch(found, curves).find_borders()
+        known = found.map()
+        below = known.ratio[known.ratio < low].max()
         assert low / below - 1 < 2 * KNOWN_TO
-        assert high == 670.0
-        assert np.isnan(found.map.values[found.speed >= low]).all()
+        assert high == 6.7
+        assert np.isnan(known.values[known.ratio >= low]).all()
         single, _ = answers_of(scene)
-        assert [single.stable(speed / 100.0) for speed in (below, low)] == [True, False]
+        single.find([6.4])
+        assert [single.stable(ratio) for ratio in (below, low)] == [True, False]
 
 
 @pytest.mark.parametrize("asked", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
