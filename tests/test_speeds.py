@@ -191,7 +191,7 @@ def test_several_periodic_problems_are_those_of_one_each():
 
 
 def test_a_scan_is_near_the_answers():
-    """In three coordinates instead of ten, to 2 % of the chord's deflection where it is not put right."""
+    """In five coordinates instead of ten, to 2 % of the chord's deflection where it is not put right."""
     found, curves = answers_of(read_scene(shipped_scenes()["steel_four_bar"]))
     ratios = [0.3, 0.6, 0.96, 1.3, 1.84]
     found.find(ratios)

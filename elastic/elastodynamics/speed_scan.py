@@ -23,7 +23,7 @@ from rigid.arrays import Reals
 from rigid.kinetostatics import beam_directions
 
 HIGHEST_HARMONIC = 16  # of the highest speed: modes that it does not reach follow quasi-statically
-LEAST_MODES = 2
+LEAST_MODES = 5
 APART = 1.3  # modes no further apart than that are taken together
 AT_ONCE = 12  # speeds
 ITERATIONS = 2  # inverse, by which mean modes become those of a position
