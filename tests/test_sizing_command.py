@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
-from kinelast.designs.asked import optimization_task, tolerance_task
 from kinelast.designs.plan import plan_of
+from kinelast.designs.problem import optimization_task, tolerance_task
 from kinelast.designs.search import batched
 from kinelast.outputs.sensitivities import Bars, bars_svg
 from kinelast.scene import build, parsing

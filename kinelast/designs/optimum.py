@@ -9,8 +9,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
-from kinelast.designs.asked import OptimizationTask
-from kinelast.designs.problem import KEPT, Problem, linearized
+from kinelast.designs.problem import KEPT, OptimizationTask, Problem, linearized
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.tasks.progress import SILENT, Progress

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.designs.asked import OptimizationTask, optimization_task, tolerance_task
 from kinelast.designs.base import base_of, design_measures
 from kinelast.designs.evaluate import Designs, evaluate, evaluated
 from kinelast.designs.optimum import OptimumResult, optimum
-from kinelast.designs.problem import Problem
+from kinelast.designs.problem import OptimizationTask, Problem, optimization_task, tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import (
     DESIGNS,
