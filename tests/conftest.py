@@ -6,9 +6,10 @@ A line now and then on how far things are would come of a busy machine alone: no
 import one_thread  # noqa: F401 - before numpy
 import pytest
 from browser import started
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-settings.register_profile("steady", derandomize=True, deadline=None, database=None)
+TIMED = [HealthCheck.too_slow]  # which depends on what else the machine does
+settings.register_profile("steady", derandomize=True, deadline=None, database=None, suppress_health_check=TIMED)
 settings.load_profile("steady")
 
 

@@ -12,6 +12,7 @@ from elastic.vibration import natural_frequencies
 from fem_check import compare, solve
 from fem_check import natural_frequencies as natural_frequencies_by_fem
 from fem_check.nonlinear import nonlinear_equilibrium
+from kinelast import shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
@@ -457,3 +458,11 @@ def test_a_motion_under_a_motors_moment():
         return motion_during(forward(mechanism, [Effort(0.5)], np.pi / 2, 0.0, 0.2), np.linspace(0, 0.2, 5)).drive
 
     assert near(course(FOUR_BARS["welded"]), course(four_bar(WHOLE)), 1e-9)
+
+
+def test_a_weld_whose_dyad_opens_nowhere_is_refused_in_words():
+    """One of its joints stands still on the other's centre: the effect of its turn is nothing at all."""
+    text = shipped_scenes()["flapping_wing"].read_text(encoding="utf-8") + "\n[welds.c]\n"
+    scene = scene_from_text(text)
+    with pytest.raises((SceneError, MechanismError), match="cannot be assembled"):
+        scene_motion(scene, 2)

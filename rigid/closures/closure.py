@@ -17,7 +17,7 @@ import numpy as np
 from rigid.arrays import Columns, Complexes, Numbers, Reals
 from rigid.decomposition.groups import RIGID, Group
 from rigid.joints import JointPlace
-from rigid.plane import ZERO
+from rigid.plane import ZERO, number
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +98,10 @@ def _duals(effects: list[list[Columns]], cuts: int) -> Numbers:
     if not effects:
         return np.empty((0, cuts))
     if len(effects) == 2:
-        (first,), (second,) = effects
+        first, second = (number(effect) for (effect,) in effects)  # a joint on the line of another's motion opens none
         across = np.conj(second)
-        scale = 1.0 / np.asarray((across * first).imag)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1.0 / np.asarray((across * first).imag)
         duals = np.empty((2, 1, *scale.shape), complex)
         np.multiply(scale, across, out=duals[0, 0, ...])
         np.multiply(-scale, np.conj(first), out=duals[1, 0, ...])
