@@ -134,6 +134,20 @@ except StoppedError:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_interrupt_while_the_arguments_are_read_is_told_as_such(tmp_path, monkeypatch, capsys):
+    def interrupted(_):
+        os.kill(os.getpid(), signal.SIGINT)
+        masked = signal.SIGINT in signal.sigpending()
+        raise SystemExit(0 if masked else 3)  # as argparse, which fails where it is interrupted
+
+    monkeypatch.setattr("kinelast.cli.command.parsed", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert main(["steel_four_bar"]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_a_lock_that_cannot_be_written_is_not_left_behind(tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from kinelast.cli.parser import parsed
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, say
 from kinelast.scene.error import plain
-from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, stoppable
+from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
 from kinelast.version import VERSION
@@ -142,7 +142,9 @@ def main(argv: Sequence[str]) -> int:
         os.environ.setdefault(name, "1")  # before numpy is loaded: last digits do not depend on --jobs
     try:
         with stoppable():
-            return _answer(*parsed(argv))
+            with signals_held_back():  # argparse fails where it is interrupted
+                asked = parsed(argv)
+            return _answer(*asked)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     except (KeyboardInterrupt, StoppedError) as stop:
