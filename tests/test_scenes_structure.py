@@ -90,7 +90,7 @@ def test_a_mistake_is_told_with_its_table_and_key(text, edit, table, key, messag
 
 
 class TestCommand:
-    def test_the_files_join_those_that_are_there_and_are_replaced_with_them(self, tmp_path, capsys):
+    def test_the_files_join_those_that_are_there_and_stay_with_them(self, tmp_path, capsys):
         folder = tmp_path / "steel_four_bar"
         assert main(["steel_four_bar", "--positions", "12", "-o", str(tmp_path)]) == 0
         assert main(["steel_four_bar", "--structure", "-o", str(tmp_path)]) == 0
@@ -98,7 +98,11 @@ class TestCommand:
         assert {entry.name for entry in folder.iterdir()} == files
         assert set(json.loads((folder / "summary.json").read_text())["files"]) == files - {"summary.json"}
         assert main(["steel_four_bar", "--positions", "12", "-o", str(tmp_path)]) == 0
-        assert not (folder / "structure.txt").exists()
+        known = json.loads((folder / "summary.json").read_text())
+        assert set(known["earlier"]) == {"structure.txt", "skeleton.svg"}
+        assert {entry.name for entry in folder.iterdir()} == files
+        assert main(["steel_four_bar", "--structure", "-o", str(tmp_path)]) == 0
+        assert {entry.name for entry in folder.iterdir()} == files
 
     def test_a_bad_scene_does_not_stop_the_others(self, tmp_path, capsys):
         bad = tmp_path / "bad.toml"
