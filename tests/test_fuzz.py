@@ -16,6 +16,12 @@ from fuzz_scenes import drawn_fault, fault_of
 from kinelast.tasks.request import Batch, Request, options_of
 
 
+@pytest.fixture(autouse=True)
+def lines_in_between(no_lines_in_between, monkeypatch):
+    """The watch takes what is said of how far things are for an answer to who waits."""
+    monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 10.0)
+
+
 @pytest.mark.parametrize("tens", range(14))
 def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
     monkeypatch.setattr("kinelast.outputs.page.report_page", lambda *_, **__: b"<html></html>")

@@ -38,7 +38,7 @@ from kinelast.tasks.progress import SILENT, Progress
 
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")  # tables that describe no machine
 NOT_FIGURES = ("reach", "acceptable", "condition")  # whose derivatives say nothing
-PART = 512  # designs between two words on how far it is
+PART, FEW = 512, 64  # designs between two words on how far it is; where some of them are computed one by one
 
 
 def _figures_of(
@@ -50,7 +50,7 @@ def _figures_of(
 ) -> Callable[[np.ndarray], Designs]:
     """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
     base = base_of(document, paths, figures)
-    part = PART if any(base.on_axis) else 1  # one by one where they cannot be on one axis of arrays: that takes long
+    part = PART if all(base.on_axis) else FEW if any(base.on_axis) else 1  # what is not on one axis of arrays takes long
 
     def found(values: np.ndarray) -> Designs:
         parts = []
