@@ -50,7 +50,7 @@ def _figures_of(
 ) -> Callable[[np.ndarray], Designs]:
     """From values of some numbers to figures, some designs at a time, which the answer does not depend on."""
     base = base_of(document, paths, figures)
-    part = PART if all(base.on_axis) else FEW if any(base.on_axis) else 1  # what is not on one axis of arrays takes long
+    part = PART if all(base.on_axis) else FEW if any(base.on_axis) else 1  # not on one axis of arrays takes long
 
     def found(values: np.ndarray) -> Designs:
         parts = []
