@@ -21,7 +21,7 @@ HEAVY = {
     "jinja2",
     "msgspec",
 }
-OURS = ("rigid", "elastic", "fem_check", "animations", "kinelast")
+OURS = ("rigid", "elastic", "machine", "fem_check", "animations", "kinelast")
 
 CANTILEVER = """
 from elastic import *
@@ -49,13 +49,14 @@ def imported(program):
         ("import rigid", {"numpy", "rigid"}),
         ("import elastic", {"numpy", "rigid", "elastic"}),
         (CANTILEVER, {"numpy", "rigid", "elastic"}),
+        ("import machine", {"machine"}),
         ("import fem_check", {"numpy", "rigid", "elastic", "fem_check"}),
         ("import animations", {"numpy", "rigid", "elastic", "animations"}),
         ("import kinelast", {"kinelast"}),
         (HELP.format("--help"), {"kinelast", "argparse"}),
         (HELP.format("--list"), {"kinelast", "argparse", "tomllib"}),
     ],
-    ids=["rigid", "elastic", "an answer", "fem_check", "animations", "kinelast", "--help", "--list"],
+    ids=["rigid", "elastic", "an answer", "machine", "fem_check", "animations", "kinelast", "--help", "--list"],
 )
 def test_nothing_is_imported_that_is_not_needed(program, needed):
     """Of numpy, the heavy packages and ours, these and no others."""
