@@ -9,11 +9,12 @@ import numpy as np
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
+from kinelast.figures.entry import bounded_items, items_of
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import SceneTable
-from kinelast.scene.limits import OUTPUT_ERROR, Limit, bounds, tolerance
+from kinelast.scene.limits import Limit, bounds, tolerance
 from kinelast.scene.tables import PER_LENGTH, Amount, BoundTable
 from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Variable
@@ -105,11 +106,11 @@ def _own_limits(scene: Scene, units: Mapping[str, str]) -> list[Limit]:
     """
     limits = []
     for limit in scene.limits:
-        labels = [scene.labels[beam] for beam in limit.beams(scene.mechanism)]
-        names = [OUTPUT_ERROR] if limit.figure == OUTPUT_ERROR else [f"{limit.figure}.{label}" for label in labels]
+        items = items_of(scene, limit.of)
+        names = [f"{limit.figure}.{items[number]}".rstrip(".") for number in bounded_items(scene, limit)]
         for name in names or [limit.figure]:
             if name not in units:
-                table = f"limits.links.{limit.link}" if limit.link else "limits"
+                table = f"limits.links.{limit.item}" if limit.item else "limits"
                 raise fault(table, limit.kind, f'it cannot be judged: the figure "{name}" is not known')
             limits.append(replace(limit, figure=name, unit=units[name]))
     return limits

@@ -12,6 +12,7 @@ from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle, drive_words, joint_words, points_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
+from kinelast.scene.limits import Limit
 from rigid.arrays import Integers, Reals
 from rigid.kinetostatics import rubbing_joints
 
@@ -125,6 +126,14 @@ def items_of(scene: Scene, of: str) -> list[str]:
         DRIVE: lambda: [name for name, *_ in drive_words(mechanism)],
     }
     return [*names[of]()]
+
+
+def bounded_items(scene: Scene, limit: Limit) -> list[int]:
+    """Numbers of the items that a limit holds for: of beams, those of its link."""
+    mechanism = scene.mechanism
+    of_links = limit.of == BEAM
+    names = [mechanism.links[at].name for at, _ in mechanism.beams] if of_links else items_of(scene, limit.of)
+    return [number for number, name in enumerate(names) if limit.item in ("", name)]
 
 
 def sole(found: Largest) -> Largest:

@@ -12,7 +12,7 @@ import numpy as np
 from elastic import reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
-from kinelast.figures.entry import LEAST, Figure, magnitudes
+from kinelast.figures.entry import LEAST, Figure, bounded_items, magnitudes
 from kinelast.figures.registry import NAMES
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
@@ -198,7 +198,7 @@ def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: 
 def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]) -> Iterator[tuple[str, int]]:
     """Keys of the figures that are read, each with the item that has the greatest of those that are looked at."""
     limited: Iterator[tuple[str, Sequence[int] | None]] = (
-        (limit.figure, None if limit.figure == OUTPUT_ERROR else limit.beams(scene.mechanism)) for limit in scene.limits
+        (limit.figure, bounded_items(scene, limit)) for limit in scene.limits
     )
     for key, items in (*((key, None) for key in (*HEADLINE, OUTPUT_ERROR)), *limited):
         sizes = values.get(key, np.zeros(0))

@@ -12,12 +12,12 @@ import numpy as np
 
 from kinelast.figures.checks import nearer
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import FIXED, SCENE, Figure, fixed, magnitudes
+from kinelast.figures.entry import FIXED, SCENE, Figure, bounded_items, fixed, items_of, magnitudes
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import ALONG_BEAMS
-from kinelast.figures.results import Results, figure
+from kinelast.figures.results import Results, figure, largest
 from kinelast.scene.data import Scene
-from kinelast.scene.limits import OUTPUT_ERROR, Limit
+from kinelast.scene.limits import Limit
 from rigid.arrays import Flags, Reals
 
 KEPT, BROKEN, TOO_NEAR, UNKNOWN = "kept", "not kept", "too near to call", "cannot be judged"
@@ -39,7 +39,7 @@ class Verdict:
         The figure of those items for which it holds that is nearest to the bound, or farthest past it, shape (...); nan
         where that of one of them is not known.
     item
-        Number of the beam whose figure that is, shape (...); 0 of a figure of the whole machine.
+        Number of the item of which that is, shape (...).
     kept
         Whether the limit is kept, bool, shape (...): not where the figure is not known.
     """
@@ -56,8 +56,8 @@ def judged(scene: Scene, figures: Mapping[str, Any]) -> list[Verdict]:
     Parameters
     ----------
     figures
-        By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): of every beam in the order
-        of the scene's labels, or of the one machine; a limit is not kept where its figure is left out.
+        By key, the magnitude of the figure of every item in its SI unit, shape (items, ...): items in the order of
+        `items_of`; a limit is not kept where its figure is left out.
     """
     return [_verdict(scene, limit, figures.get(limit.figure)) for limit in scene.limits]
 
@@ -70,7 +70,7 @@ def kept(verdicts: Iterable[Verdict]) -> Flags | bool:
 def _verdict(scene: Scene, limit: Limit, values: Any) -> Verdict:
     if values is None:
         return Verdict(limit, np.float64(np.nan), np.zeros((), int), np.zeros((), bool))
-    items = np.array([0] if limit.figure == OUTPUT_ERROR else limit.beams(scene.mechanism), int)
+    items = np.array(bounded_items(scene, limit), int)
     if not len(items):
         nothing = np.zeros(values.shape[1:], int)
         return Verdict(limit, np.full(nothing.shape, np.nan), nothing, nothing != 0)
@@ -123,7 +123,7 @@ def acceptance(results: Results, figures: Mapping[str, Any]) -> dict[str, Any]:
 def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> dict[str, Any]:
     """A limit with the figure that decides its outcome: of those that are alike the one nearest to the bound."""
     peaks = results.figures.peaks.get(limit.figure, [])
-    items = range(len(peaks)) if limit.figure == OUTPUT_ERROR else limit.beams(results.scene.mechanism)
+    items = bounded_items(results.scene, limit) if peaks else []
     told = [(item, abs(peaks[item].value), _error(peaks[item])) for item in items]
     found = min(
         ((outcome(limit, value, error), float(limit.margin(value)), item, value) for item, value, error in told),
@@ -141,7 +141,9 @@ def _judged_row(results: Results, figures: Mapping[str, Any], limit: Limit) -> d
         problem = nearer(results, error, abs(value - float(limit.bound)) / value)
     return {
         "kind": limit.kind,
-        "on": limit.link,
+        "name": next((each.name for each in results.figures.figures if each.key == limit.figure), limit.kind),
+        "least": limit.least,
+        "on": limit.item,
         "limit": figure(limit.bound, row["unit"] if limit.kind == "output" else limit.unit),
         "found": row,
         "outcome": how,
@@ -163,7 +165,11 @@ def _row(results: Results, figures: Mapping[str, Any], verdict: Verdict) -> dict
     if kind == "output":
         output = figures["output"]
         return {**output, "label": output["name"], "shares": None}
-    label = results.scene.labels[int(verdict.item)]
+    item = int(verdict.item)
+    if kind not in PLACES:
+        peak, label = results.figures.peaks[verdict.limit.figure][item], items_of(results.scene, verdict.limit.of)[item]
+        return {**largest(results, peak, verdict.limit.unit), "label": label}
+    label = results.scene.labels[item]
     row = figures["peaks"][label][PLACES[kind]]
     if kind == "safety":
         place = {key: value for key, value in row.items() if key not in ("value", "unit")}

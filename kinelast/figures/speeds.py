@@ -11,7 +11,7 @@ import numpy as np
 from elastic import Deflection
 from elastic.elastodynamics import Bounded, Resonance, SpeedAnswers, SpeedMap, SpeedSearch, critical_speeds
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.entry import BEAM, Figure, Measure, items_of, magnitudes, measures_of
+from kinelast.figures.entry import BEAM, Figure, Measure, bounded_items, items_of, magnitudes, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory import damping_of
@@ -60,9 +60,9 @@ class SpeedLimit:
     ----------
     speed, above
         Up to the first all limits hold, at the second they do not; the first 0.0 where they fail at the lowest speed.
-    limit, beam
-        Which fails first, on which beam; None where there is no steady state above, or the figure is not known; beam
-        -1 of the whole machine.
+    limit, item
+        Which fails first, and the number of its item; None where there is no steady state above, or the figure is not
+        known.
     resonance
         Which mode vibrates most there; None where vibration adds little.
     """
@@ -70,7 +70,7 @@ class SpeedLimit:
     speed: float
     above: float
     limit: Limit | None
-    beam: int
+    item: int
     resonance: Resonance | None
 
 
@@ -248,31 +248,27 @@ def _limit(
     scene: Scene, figures: Sequence[Figure], still: Sequence[Figure], search: SpeedSearch, nominal: float
 ) -> SpeedLimit | None:
     """The greatest speed up to which all limits are kept, and which fails above; None where all are kept."""
-    of_beams = {figure.key for figure in figures if figure.of == BEAM}
-    rows = [
-        (limit, beam)
-        for limit in scene.limits
-        for beam in (limit.beams(scene.mechanism) if limit.figure in of_beams else [-1])
-    ]
+    rows = [(limit, item) for limit in scene.limits for item in bounded_items(scene, limit)]
 
     def used(found: SpeedMap) -> Reals:
         values = _by_figure(scene, figures, found.values)
-        return np.array([_used(limit, values.get(limit.figure), max(beam, 0)) for limit, beam in rows])
+        return np.array([_used(limit, values.get(limit.figure), item) for limit, item in rows])
 
     fields = [SCANNED.get(limit.figure, 0) for limit, _ in rows]
-    bracket = search.find_limit(Bounded(used, fields, [beam for _, beam in rows]))
+    beams = [item if limit.of == BEAM else -1 for limit, item in rows]
+    bracket = search.find_limit(Bounded(used, fields, beams))
     if bracket is None:
         return None
     low, above = bracket
     shares = used(search.answers.map([above]))[:, 0]
     if np.isnan(shares).any():
         return SpeedLimit(low * nominal, above * nominal, None, -1, None)
-    limit, beam = rows[int(shares.argmax())]
+    limit, item = rows[int(shares.argmax())]
     found = search.answers.map([above])
     parts = _by_figure(scene, figures, found.values), _by_figure(scene, still, found.quasi_static)
-    one, other = (float(_used(limit, part[limit.figure], max(beam, 0))[0]) for part in parts)
+    one, other = (float(_used(limit, part[limit.figure], item)[0]) for part in parts)
     met = search.model.resonance(above) if one > AMPLIFIED * other else None
-    return SpeedLimit(low * nominal, above * nominal, limit, beam, met)
+    return SpeedLimit(low * nominal, above * nominal, limit, item, met)
 
 
 def _used(limit: Limit, values: Any, item: int) -> Any:

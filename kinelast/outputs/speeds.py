@@ -10,6 +10,9 @@ import numpy as np
 
 from elastic.elastodynamics import Resonance
 from kinelast.figures.cycle import drive_words
+from kinelast.figures.entry import items_of
+from kinelast.figures.output import output_of
+from kinelast.figures.registry import figures_of
 from kinelast.figures.speeds import FIELDS, SpeedLimit, Speeds, leading_drive, speed_unit
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import ACCURACY, Scene
@@ -151,7 +154,7 @@ def speed_figures(result: Speeds, scene: Scene) -> dict[str, Any]:
 def _limit_figures(limit: SpeedLimit, scene: Scene) -> dict[str, Any]:
     return {
         "kind": limit.limit.kind if limit.limit else None,
-        "of": scene.labels[limit.beam] if limit.beam >= 0 else None,
+        "of": _item_of(limit, scene) or None,
         "above": limit.above,
         "resonance": _resonance_figures(limit.resonance, scene),
         "words": limit_words(limit, scene),
@@ -186,9 +189,19 @@ def limit_words(limit: SpeedLimit, scene: Scene) -> str:
     if limit.limit is None:
         return "above it there is no steady state, the links' vibration grows"
     kinds = {"deflection": "deflection", "chord": "deflection from the chord", "safety": "safety against yield"}
-    kind = kinds.get(limit.limit.kind, "error of the output")
-    told = f"{scene.labels[limit.beam]}, {kind}" if limit.beam >= 0 else kind
+    kind = kinds.get(limit.limit.kind) or _name_of(limit.limit.figure, scene)
+    told = ", ".join(filter(None, (_item_of(limit, scene), kind)))
     return f"{told}: {resonance_words(limit.resonance, scene)}" if limit.resonance else told
+
+
+def _item_of(limit: SpeedLimit, scene: Scene) -> str:
+    """Name of the item of which a limit ends; empty of the whole machine."""
+    return items_of(scene, limit.limit.of)[limit.item] if limit.limit else ""
+
+
+def _name_of(key: str, scene: Scene) -> str:
+    """Name of a figure."""
+    return next(figure.name for figure in figures_of(output_of(scene)) if figure.key == key)
 
 
 def _words(result: Speeds, scene: Scene) -> Iterator[str]:

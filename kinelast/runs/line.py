@@ -73,9 +73,16 @@ def _beside_limit(row: Mapping[str, Any]) -> str:
     """A figure beside its limit, in a few words."""
     found, limit = row["found"], row["limit"]
     if found["value"] is None:
-        return str(row["kind"])
+        return _called(row)
     size, allowed = quantity(abs(found["value"]), found["unit"]), quantity(limit["value"], limit["unit"])
-    return f"{row['kind']} {size}{_error(found)}, allowed {allowed}"
+    return f"{_called(row)} {size}{_error(found)}, allowed {allowed}"
+
+
+def _called(row: Mapping[str, Any]) -> str:
+    """A limit by its key, where it has one of its own; else by its figure and item."""
+    return (
+        row["kind"] if row["kind"] in ("deflection", "chord", "safety", "output") else f"{row['name']} of {row['on']}"
+    )
 
 
 def questions(figures: Mapping[str, Any]) -> list[str]:

@@ -32,27 +32,25 @@ class Limit:
         In the figure's SI unit; of many designs an array.
     least
         Whether the figure may not be less, instead of not more.
-    link
-        Name of the link that it holds for; empty for all.
+    item
+        Name of the item that it holds for, of a figure of beams that of a link; empty for all.
     unit
-        Of the bound: m, rad or 1; empty where it is that of an output whose kind the scene leaves open.
+        Of the bound; empty where it is that of an output whose kind the scene leaves open.
+    of
+        Items of the figure, as of `kinelast.figures.entry.Figure`.
     """
 
     figure: str
     bound: Any
     least: bool = False
-    link: str = ""
+    item: str = ""
     unit: str = ""
+    of: str = "beam"
 
     @property
     def kind(self) -> str:
         """The key under [limits]."""
         return "output" if self.figure == OUTPUT_ERROR else self.figure
-
-    def beams(self, mechanism: Mechanism) -> list[int]:
-        """Numbers of the beams that it holds for."""
-        owners = [mechanism.links[at].name for at, _ in mechanism.beams]
-        return [number for number, owner in enumerate(owners) if self.link in ("", owner)]
 
     def kept(self, value: Any) -> Flags:
         """Whether values keep it, bool; one that is not known does not."""
@@ -102,7 +100,7 @@ def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
         if not meant and table.units != "m":
             expected = 'a length or an angle with its unit, as in "0.1 mm"'
             raise fault("limits", "output", f"expected {expected}, as no output is named under [run]")
-        yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant)
+        yield Limit(OUTPUT_ERROR, limits.output.within(meant), unit=meant, of="scene")
 
 
 def _of_links(table: LinkLimitsTable, link: str) -> Iterator[Limit]:

@@ -23,17 +23,20 @@ function acceptance() {
   const note = !verdict && !weak ? h("span", { class: "soft" }, " A scene may set them under [limits], and the answer will be yes or no.") : null;
   return h("div", { class: `verdict ${level}`, id: "acceptance" }, h("p", {}, h("b", {}, words), note),
     limits.length ? table(limits, [
-      { name: "Limit", text: (each) => `${LIMIT_WORDS[each.kind]}${each.on ? ` of ${each.on}` : ""}` },
-      { name: "allowed", text: (each) => `${each.kind === "safety" ? "at least" : "at most"} ${figureAngle(each.limit)}` },
+      { name: "Limit", text: (each) => `${limitName(each)}${each.on ? ` of ${each.on}` : ""}` },
+      { name: "allowed", text: (each) => `${each.least ? "at least" : "at most"} ${figureAngle(each.limit)}` },
       { name: "found", text: (each) => figureAngle(each.found) + errorWords(each.found) },
       { name: "where", text: (each) => [each.found.label, atWords(each.found)].filter(Boolean).join(", ") },
       { name: "kept", text: (each) => ({ kept: "yes", "not kept": "no" }[each.outcome] ?? each.outcome) },
     ], "Limits of the scene") : null);
 }
 
-function limitWords({ kind, on, limit, found }) {
-  if (found.value === null) return `${LIMIT_WORDS[kind]}${on ? ` of ${on}` : ""} cannot be judged: there is no figure`;
-  return `${LIMIT_WORDS[kind]} of ${found.label ?? on} is ${figureAngle(found)}${errorWords(found)}, ${kind === "safety" ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
+const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
+
+function limitWords(each) {
+  const { least, on, limit, found } = each;
+  if (found.value === null) return `${limitName(each)}${on ? ` of ${on}` : ""} cannot be judged: there is no figure`;
+  return `${limitName(each)} of ${found.label ?? on} is ${figureAngle(found)}${errorWords(found)}, ${least ? "at least" : "at most"} ${figureAngle(limit)} allowed`;
 }
 
 // Angles as degrees where a reader compares them.
