@@ -18,8 +18,9 @@ from kinelast.tasks.request import Batch, Request, options_of
 
 @pytest.fixture(autouse=True)
 def lines_in_between(no_lines_in_between, monkeypatch):
-    """The watch takes what is said of how far things are for an answer to who waits."""
+    """The watch takes what is said of how far things are for an answer to who waits; a slow machine is no fault."""
     monkeypatch.setattr("kinelast.cli.terminal.SELDOM", 10.0)
+    monkeypatch.setattr("fuzz_scenes.SECONDS", 200)
 
 
 @pytest.mark.parametrize("tens", range(14))
@@ -33,7 +34,7 @@ def test_spoilt_scenes_are_answered(tens, tmp_path, monkeypatch):
     assert 2 in statuses
 
 
-@pytest.mark.parametrize("tens", [0, 1, *(pytest.param(tens, marks=pytest.mark.slow) for tens in range(2, 60))])
+@pytest.mark.parametrize("tens", [0, 1, *(pytest.param(tens, marks=pytest.mark.slow) for tens in range(2, 20))])
 def test_drawn_scenes_and_options_are_answered(tens, tmp_path):
     for number in range(10 * tens, 10 * tens + 10):
         _, fault = drawn_fault(4, number, tmp_path / str(number))

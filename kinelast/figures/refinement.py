@@ -14,6 +14,7 @@ from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import NAMES, safety_factor
 from kinelast.figures.results import Results
 from kinelast.scene.data import scene_deflection
+from kinelast.tasks.progress import SILENT, Progress
 from rigid import Reals
 from rigid.arrays import Flags
 
@@ -21,7 +22,7 @@ POINTS = 9  # instants looked at in every bracket in a round
 ROUNDS = 9  # each makes the brackets four times narrower; a smooth peak is flat, so this is beyond round-off
 
 
-def refined(results: Results) -> Results:
+def refined(results: Results, progress: Progress = SILENT) -> Results:
     """The same results, the peaks of fields each improved between the neighbours of the position where it was found.
 
     A peak keeps its place where nothing larger is near; one that lies between positions is marked `refined`. A second,
@@ -33,7 +34,7 @@ def refined(results: Results) -> Results:
              if math.isfinite(peak.value)]  # fmt: skip
     if not names or len(results.motion.time) < 2:
         return results
-    better = dict(_peaks(results, _searched(results, names)))
+    better = dict(_peaks(results, _searched(results, names, progress)))
     peaks = {key: list(each) for key, each in run.peaks.items()}
     for row, peak in better.items():
         field, beam = names[row]
@@ -46,13 +47,16 @@ def refined(results: Results) -> Results:
     return replace(results, run=replace(run, peaks=peaks))
 
 
-def _searched(results: Results, names: list[tuple[str, int]]) -> dict[int, tuple[float, float, float]]:
+def _searched(
+    results: Results, names: list[tuple[str, int]], progress: Progress
+) -> dict[int, tuple[float, float, float]]:
     """By number of a name, value, place and time where a larger value lies between the positions."""
     best = [results.figures.of_field(field)[beam] for field, beam in names]
     low, high = np.array([_bracket(results, peak.time) for peak in best]).T
     better: dict[int, tuple[float, float, float]] = {}
     spoiled: set[int] = set()
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
+        progress(f"{results.scene.name}: between the positions", number, ROUNDS)
         grid = np.linspace(low, high, POINTS, axis=-1)
         values, xi, well = _values(results, names, grid)
         spoiled |= set(np.flatnonzero(~well.all(axis=-1)).tolist())
@@ -80,11 +84,11 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
 
     At every name's own instants; shapes of `grid`.
     """
-    order = np.argsort(grid, axis=None)
-    moved = results.scene.course.at(grid.ravel()[order])
+    instants, back = np.unique(grid, return_inverse=True)  # peaks of many names lie between the same positions
+    moved = results.scene.course.at(instants)
     bent = scene_deflection(results.scene, moved)
     found = extremes(bent, tuple(dict.fromkeys(field for field, _ in names)))
-    back = np.argsort(order).reshape(grid.shape)
+    back = back.reshape(grid.shape)
     rows = [
         (found[field].value[beam, back[row]], found[field].xi[beam, back[row]])
         for row, (field, beam) in enumerate(names)

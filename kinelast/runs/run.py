@@ -166,7 +166,7 @@ def _finish(
     from kinelast.figures.summary import summary
 
     if request.refine and not results.vibrates:
-        results = refined(results)
+        results = refined(results, progress)
     figures = {"kinelast": VERSION, **summary(results), "made_from": made}
     checks = {name: figures[name] for name in ("check", "nonlinear_check", "solid_check") if figures[name]}
     if checks:
