@@ -202,7 +202,8 @@ def _read(scene: Scene, figures: Mapping[str, Figure], values: Mapping[str, Any]
     )
     for key, items in (*((key, None) for key in (*HEADLINE, OUTPUT_ERROR)), *limited):
         sizes = values.get(key, np.zeros(0))
-        rows = [item for item in (range(len(sizes)) if items is None else items) if 0.0 < sizes[item] < math.inf]
+        known = range(len(sizes)) if items is None or not len(sizes) else items
+        rows = [item for item in known if 0.0 < sizes[item] < math.inf]
         if rows:
             pick = min if figures[key].over == LEAST else max
             yield key, pick(rows, key=lambda item: sizes[item])

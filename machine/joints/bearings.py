@@ -1,0 +1,211 @@
+"""Rolling and plain bearings, pins and eyes: load, life and stresses from the force of a joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from machine.joints.courses import JointCourse
+from rigid.arrays import Real, Reals
+
+MILLION = 1e6
+LIFE_FACTORS = {0.90: 1.0, 0.95: 0.64, 0.96: 0.55, 0.97: 0.47, 0.98: 0.37, 0.99: 0.25}
+"""a_1 of ISO 281:2007, table 12, by the share of bearings that reach the life."""
+EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
+SOLID = 4.0 / 3.0  # greatest shear stress of a round section over the mean one
+
+
+@dataclass(frozen=True, eq=False)
+class Rolling:
+    """A rolling bearing under a radial load.
+
+    Attributes
+    ----------
+    dynamic, static
+        Load ratings C and C0 [N].
+    kind
+        "ball" or "roller".
+    reliability
+        A key of `LIFE_FACTORS`.
+    condition
+        a_ISO, for lubricant and dirt.
+    elements
+        Number of rolling elements; nan where not told.
+    """
+
+    dynamic: Real
+    static: Real = np.nan
+    kind: str = "ball"
+    reliability: float = 0.90
+    condition: Real = 1.0
+    elements: float = np.nan
+
+    @property
+    def exponent(self) -> float:
+        """p of the life, 3 or 10/3."""
+        return EXPONENTS[self.kind]
+
+    def equivalent_load(self, course: JointCourse) -> Reals:
+        """P [N], shape (...): the mean of the p-th power over the angle that is passed."""
+        return course.mean_force(self.exponent)
+
+    def revolutions(self, course: JointCourse) -> Reals:
+        """Revolutions that are reached, to and fro counted as such, shape (...).
+
+        References
+        ----------
+        ISO 281:2007, equations (3), (9) and (27): L_nm = a_1 a_ISO (C/P)^p million revolutions.
+        """
+        with np.errstate(divide="ignore"):
+            ratio = _flat(self.dynamic) / self.equivalent_load(course)
+            factor = LIFE_FACTORS[self.reliability] * _flat(self.condition)
+            return np.asarray(factor * ratio**self.exponent * MILLION)
+
+    def life(self, course: JointCourse) -> Reals:
+        """Time that is reached [s], shape (...); infinite where nothing turns.
+
+        A bearing that swings is passed by as many revolutions as make up its way: the usual formula for amplitudes
+        that move each rolling element beyond the place of the next, see `overlap`.
+
+        References
+        ----------
+        Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th ed. 2007, section 11.10.
+        """
+        with np.errstate(divide="ignore"):
+            per_second = course.travel / (2.0 * np.pi) / (course.weight * course.known).sum(axis=-1)
+            return np.asarray(np.where(per_second > 0.0, self.revolutions(course) / per_second, np.inf))
+
+    def static_safety(self, course: JointCourse) -> Reals:
+        """C0 over the largest load, shape (...) (ISO 76:2006)."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(_flat(self.static) / course.size.max(axis=-1))
+
+    def load_share(self, course: JointCourse) -> Reals:
+        """Equivalent load over C, shape (...): bearings roll without sliding from some 0.01 (balls) or 0.02 on."""
+        return np.asarray(self.equivalent_load(course) / _flat(self.dynamic))
+
+    def overlap(self, course: JointCourse) -> Reals:
+        """Swing over that at which each rolling element comes to the place of the next, shape (...).
+
+        Elements move half as far as the ring, so that this is 4 pi / Z. Below 1 the lubricant is not renewed (false
+        brinelling), and the life is not that of the formula; far above 1 of a joint that turns on.
+        """
+        return np.asarray(course.swing * self.elements / (4.0 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """A plain bearing by its diameter and width [m]."""
+
+    diameter: Real
+    width: Real
+
+    def pressure(self, course: JointCourse) -> Reals:
+        """Force over the projected area [Pa], shape (..., positions)."""
+        return np.asarray(np.abs(course.force) / (self.diameter * self.width))
+
+    def speed(self, course: JointCourse) -> Reals:
+        """Sliding speed [m/s], shape (..., positions)."""
+        return np.asarray(np.abs(course.rate) * self.diameter / 2.0)
+
+    def pressure_times_speed(self, course: JointCourse) -> Reals:
+        """Mean of p v over time [W/m^2], shape (...), by which it warms."""
+        product = course.size / (self.diameter * self.width) * np.nan_to_num(self.speed(course))
+        return np.asarray((product * course.weight).sum(axis=-1) / (course.weight * course.known).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Pin:
+    """A round pin through an eye between two cheeks, or overhung from one.
+
+    Attributes
+    ----------
+    diameter, eye, cheek
+        Of the pin, and thickness of the eye and of one cheek [m].
+    gap
+        Between eye and cheek [m].
+    overhung
+        Whether it is held on one side alone.
+    yield_stress
+        [Pa]; nan where not known.
+    """
+
+    diameter: Real
+    eye: Real
+    cheek: Real
+    gap: Real = 0.0
+    overhung: bool = False
+    yield_stress: Real = np.nan
+
+    def shear(self, course: JointCourse) -> Reals:
+        """Largest shear stress, at the axis [Pa], shape (..., positions): 4/3 of the mean one."""
+        area = np.pi * np.square(self.diameter) / 4.0
+        return np.asarray(SOLID * np.abs(course.force) / ((1.0 if self.overhung else 2.0) * area))
+
+    def bending(self, course: JointCourse) -> Reals:
+        """Largest bending stress [Pa], shape (..., positions), the force spread evenly over eye and cheeks.
+
+        Between cheeks M = F (eye + 2 cheek + 4 gap)/8, overhung F (gap + eye/2), as of a beam clamped at the cheek.
+
+        References
+        ----------
+        Muhs et al., Roloff/Matek Maschinenelemente, 18th ed. 2007, section 9.2.2, case 1 (without the gap).
+        """
+        lever = self.gap + self.eye / 2.0 if self.overhung else (self.eye + 2.0 * self.cheek + 4.0 * self.gap) / 8.0
+        return np.asarray(32.0 * np.abs(course.force) * lever / (np.pi * np.power(self.diameter, 3)))
+
+    def safety(self, course: JointCourse) -> Reals:
+        """Yield stress over the stress of bending at the fibre or shear at the axis, shape (..., positions)."""
+        worst = np.maximum(self.bending(course), np.sqrt(3.0) * self.shear(course))
+        with np.errstate(divide="ignore"):
+            return np.asarray(self.yield_stress / worst)
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """An eye: a plate with a hole for a pin.
+
+    Attributes
+    ----------
+    diameter, width, thickness
+        Of the hole, and of the plate beside it [m].
+    edge
+        From the centre of the hole to the end of the plate [m].
+    yield_stress
+        [Pa]; nan where not known.
+    """
+
+    diameter: Real
+    width: Real
+    thickness: Real
+    edge: Real
+    yield_stress: Real = np.nan
+
+    def bearing(self, course: JointCourse) -> Reals:
+        """Bearing stress F/(d t) [Pa], shape (..., positions)."""
+        return np.asarray(np.abs(course.force) / (self.diameter * self.thickness))
+
+    def net(self, course: JointCourse) -> Reals:
+        """Tension in the net section F/((w - d) t) [Pa], shape (..., positions), as if all the force pulled there."""
+        return np.asarray(np.abs(course.force) / ((self.width - self.diameter) * self.thickness))
+
+    def tear_out(self, course: JointCourse) -> Reals:
+        """Shear stress in the two planes from the hole to the end, F/(2 t (e - d/2)) [Pa], shape (..., positions).
+
+        The shortest planes: along them from the hole's farthest point.
+        """
+        return np.asarray(np.abs(course.force) / (2.0 * self.thickness * (self.edge - self.diameter / 2.0)))
+
+    def safety(self, course: JointCourse) -> Reals:
+        """Yield stress over the worst of bearing stress, net tension, and sqrt(3) tear-out, shape (..., positions)."""
+        shear = np.sqrt(3.0) * self.tear_out(course)
+        worst = np.maximum(np.maximum(self.bearing(course), self.net(course)), shear)
+        with np.errstate(divide="ignore"):
+            return np.asarray(self.yield_stress / worst)
+
+
+def _flat(value: Any) -> Any:
+    """A number of every design without the axis of positions."""
+    return value[..., 0] if np.ndim(value) else value

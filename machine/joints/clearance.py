@@ -1,0 +1,89 @@
+"""Clearance of joints: loss of contact, and displacement of a point or an angle of the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from machine.joints.courses import JointCourse
+from rigid import Motion
+from rigid.arrays import Complexes, Flags, Integers, Reals
+from rigid.closures import displacements
+from rigid.plane import ZERO
+
+VANISHES = 0.01  # share of the largest force below which contact counts as lost
+DIRECTIONS = 180  # in which the worst displacement of a point is looked for
+
+
+def contact_losses(course: JointCourse, closed: bool) -> Flags:
+    """Whether contact is lost between a position and the next, bool, shape (..., positions).
+
+    Where the force passes zero by less than `VANISHES` of its largest, its parts taken as straight between positions,
+    or its direction turns by more than a right angle from one to the next: the pin leaves one side of its hole for the
+    other, and knocks. The direction is that in the ground's axes: a link that turns under a steady force does not.
+    """
+    now = course.force
+    after = np.roll(now, -1, axis=-1)
+    step = after - now
+    share = np.divide(-np.real(np.conj(step) * now), np.abs(step) ** 2, out=np.zeros(now.shape), where=np.abs(step) > 0)
+    nearest = np.abs(now + np.clip(share, 0.0, 1.0) * step)
+    greatest = course.size.max(axis=-1, keepdims=True)
+    lost = (nearest < VANISHES * greatest) | (np.real(np.conj(now) * after) < 0.0)
+    if not closed:
+        lost[..., -1] = False
+    return np.asarray(lost & np.isfinite(now) & np.isfinite(after))
+
+
+def knocks(lost: Flags, closed: bool) -> Integers:
+    """Number of times that contact is lost, places next to each other being one, shape (...)."""
+    before = np.roll(lost, 1, axis=-1)
+    if not closed:
+        before[..., 0] = False
+    return np.asarray((lost & ~before).sum(axis=-1))
+
+
+def clearance_effects(
+    motion: Motion, clearances: Mapping[int, Reals], forces: Mapping[int, Complexes], link: int, point: complex | None
+) -> tuple[Reals, Reals]:
+    """Displacement of an output by the clearance of joints, with rigid links, shape (..., positions) each.
+
+    Of a point [m], or of the angle of a link [rad].
+
+    Parameters
+    ----------
+    clearances
+        By the number of a joint, diameter of the hole less that of the pin [m]: the pin goes half as far off.
+    forces
+        On the child of each of these joints, in the ground's axes [N].
+    link, point
+        Of the output, the point in the link's axes; None for its angle.
+
+    Returns
+    -------
+    The most that there may be, every pin where it displaces the output most: the sum of the influences' magnitudes. And
+    that with every pin where its force presses it.
+    """
+    rows, pressed = [], np.zeros(motion.columns, complex)
+    for number, clearance in clearances.items():
+        across, up = (_influence(motion, number, gap, link, point) for gap in (1.0, 1j))
+        half = np.asarray(clearance) / 2.0
+        rows.append((half * across, half * up))
+        force = forces[number]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            way = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
+        pressed = pressed - half * (np.real(way) * across + np.imag(way) * up)  # the child gives way to its force
+    worst = np.zeros(motion.columns)
+    for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
+        parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)
+        worst = np.maximum(worst, sum(parts, start=np.zeros(motion.columns)))
+    return worst, np.abs(pressed)
+
+
+def _influence(motion: Motion, number: int, gap: complex, link: int, point: complex | None) -> Complexes:
+    """Displacement of an output where the child's point of a joint is off by a gap in the ground's axes."""
+    none = [ZERO] * len(motion.places)
+    gaps = [*none[:number], np.asarray(gap), *none[number + 1 :]]
+    shift, turning, _ = displacements(motion.closures, gaps, none, [ZERO] * len(motion.mechanism.links))
+    moved = turning[link].imag if point is None else shift[link] + turning[link] * motion.direction[link] * point
+    return np.broadcast_to(np.asarray(moved, complex), motion.columns)

@@ -1,0 +1,35 @@
+"""Life of links under stresses that change over the cycle: endurance, S-N line, rainflow, Miner's sum."""
+
+from machine.life.damage import cycles_of, damage
+from machine.life.endurance import (
+    CRITERIA,
+    SURFACES,
+    FatigueStrength,
+    effective_diameter,
+    endurance_safety,
+    equivalent_amplitude,
+    reliability_factor,
+    size_factor,
+    surface_factor,
+)
+from machine.life.stresses import Fatigue, fatigue
+
+__all__ = [
+    "CRITERIA",
+    "SURFACES",
+    "Fatigue",
+    "FatigueStrength",
+    "cycles_of",
+    "damage",
+    "effective_diameter",
+    "endurance_safety",
+    "equivalent_amplitude",
+    "fatigue",
+    "reliability_factor",
+    "size_factor",
+    "surface_factor",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,79 @@
+"""Cycles of a stress that repeats, counted by rainflow, and Miner's sum of their damage."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from machine.life.endurance import FatigueStrength, equivalent_amplitude
+from rigid.arrays import Integers, Reals
+
+
+def cycles_of(course: Any) -> Reals:
+    """Cycles of a stress that repeats without end, by rainflow.
+
+    The course is counted from its greatest value round to that again, so that the greatest range is that from peak to
+    valley, and all cycles are whole ones.
+
+    Parameters
+    ----------
+    course
+        Values of one repetition [Pa], shape (positions,).
+
+    Returns
+    -------
+    Range and mean [Pa] and number of each, shape (3, cycles).
+
+    References
+    ----------
+    ASTM E1049-85 (2017), section 5.4.5, simplified rainflow counting for repeating histories; the counting itself is
+    that of the package rainflow, which has to be installed.
+    """
+    from rainflow import extract_cycles
+
+    values = np.asarray(course, float)
+    closed = np.roll(values, -int(values.argmax()))
+    closed = np.append(closed, closed[0])
+    rows = [(size, mean, count) for size, mean, count, *_ in extract_cycles(closed.tolist())]
+    return np.array(rows, float).T if rows else np.zeros((3, 0))
+
+
+def reversals(courses: Any) -> Integers:
+    """Number of turning points of stresses that repeat, along the last axis, shape (...)."""
+    signs = np.sign(np.diff(courses, axis=-1, append=courses[..., :1]))
+    for _ in range(2):  # a level piece has the sign of that before it, round the end too
+        at = np.where(signs != 0.0, np.arange(signs.shape[-1]), 0)
+        last = np.maximum.accumulate(at, axis=-1)
+        signs = np.take_along_axis(signs, last, -1)
+        signs = np.where(signs == 0.0, signs[..., -1:], signs)
+    return np.asarray(np.count_nonzero(signs != np.roll(signs, 1, axis=-1), axis=-1))
+
+
+def damage(course: Any, strength: FatigueStrength, criterion: str = "goodman") -> float:
+    """Miner's sum of one repetition of a stress: the share of the life that it takes.
+
+    Where no cycle is above the endurance limit there is none; where one is, the smaller ones damage too, by the slope
+    2 k - 1. A course of one plain cycle is taken as that.
+
+    Parameters
+    ----------
+    course
+        Stress [Pa], shape (positions,).
+    strength
+        Of one design: numbers.
+
+    References
+    ----------
+    Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945) A159-A164.
+    """
+    values = np.asarray(course, float)
+    most, least = float(values.max()), float(values.min())
+    whole = float(equivalent_amplitude((most - least) / 2, (most + least) / 2, strength, criterion))
+    if not whole > strength.endurance:
+        return 0.0
+    if reversals(values) <= 2:
+        return float(1.0 / strength.cycles(whole))
+    size, mean, count = cycles_of(values)
+    each = equivalent_amplitude(size / 2, mean, strength, criterion)
+    return float((count / strength.cycles(each, below=True)).sum())

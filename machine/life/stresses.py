@@ -1,0 +1,153 @@
+"""Stresses of the beams over the cycle, fibre by fibre and station by station, and the life that they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, Largest, sample
+from machine.life.damage import damage, reversals
+from machine.life.endurance import FatigueStrength, endurance_safety, equivalent_amplitude
+from rigid.arrays import Reals
+
+STATIONS = np.linspace(0.0, 1.0, 21)  # along a beam
+
+
+@dataclass(frozen=True, eq=False)
+class Fatigue:
+    """Fatigue of every beam, at the place that is nearest to it.
+
+    Attributes
+    ----------
+    safety
+        Least safety against endurance of both fibres and all stations, shape (beams, ...): `row` is 0 of the left
+        fibre, 1 of the right one, `position` that of the greatest stress.
+    amplitude, mean
+        Stress there, with the notch [Pa], shape (beams, ...).
+    damage
+        Greatest Miner's sum of one repetition of the run, where the endurance limit is passed, and its place.
+    """
+
+    safety: Largest
+    amplitude: Reals
+    mean: Reals
+    damage: Largest
+
+
+def fatigue(
+    bent: Deflection,
+    strengths: Sequence[FatigueStrength],
+    criterion: str = "goodman",
+    notches: Sequence[tuple[float, float]] = (),
+    counting: bool = True,
+) -> Fatigue:
+    """Fatigue of the beams by the normal stress in their outer fibres.
+
+    Positions without stress are left out. The greatest cycle, from peak to valley, is the one that comes nearest to the
+    endurance limit by any of the criteria: a smaller cycle whose peak is no higher has a smaller equivalent amplitude.
+
+    Parameters
+    ----------
+    strengths
+        Of every beam.
+    notches
+        Fatigue notch factors at start and end of every beam, which multiply the stress there; 1 where left out.
+    counting
+        Whether Miner's sum is asked for; nan where not.
+    """
+    stress = np.array([sample(bent, side, STATIONS) for side in ("left", "right")])
+    stress = np.moveaxis(stress, -1, -2)  # (2, beams, ..., stations, positions)
+    factors = np.ones((len(strengths), len(STATIONS)))
+    if len(notches):
+        factors[:, [0, -1]] = notches
+    stress *= factors.reshape(len(strengths), *(1,) * (stress.ndim - 4), len(STATIONS), 1)
+    known = np.isfinite(stress)
+    least = np.where(known, stress, np.inf).min(axis=-1)
+    most = np.where(known, stress, -np.inf).max(axis=-1)
+    some = least <= most
+    amplitude = np.where(some, (most - least) / 2, np.nan)
+    mean = np.where(some, (most + least) / 2, np.nan)
+    parts = [
+        (endurance_safety(amplitude[:, k], mean[:, k], each, criterion),
+         equivalent_amplitude(amplitude[:, k], mean[:, k], each, criterion) / each.endurance)
+        for k, each in enumerate(strengths)
+    ]  # fmt: skip
+    if not parts:
+        none = np.zeros((0, *stress.shape[2:-2]))
+        return Fatigue(Largest(none, -1), none, none, Largest(none, -1))
+    safety, excess = (np.stack(rows, axis=1) for rows in zip(*parts, strict=True))
+    worst, index = _least_place(safety)
+    at = np.where(known, stress, -np.inf).argmax(axis=-1)
+    found = Largest(worst, np.where(np.isnan(worst), -1, _taken(at, index)), *_place(index))
+    sums = _damages(stress, excess, strengths, criterion) if counting else _unknown(found)
+    return Fatigue(found, _taken(amplitude, index), _taken(mean, index), sums)
+
+
+def _least_place(safety: Any) -> tuple[Reals, Any]:
+    """Least over fibres and stations, shape (beams, ...), nan where one is not known, and its number among both."""
+    rows = _places(safety)
+    index = rows.argmin(axis=-1)
+    return np.take_along_axis(rows, index[..., None], -1)[..., 0], index
+
+
+def _places(values: Any) -> Any:
+    """Values of shape (2, beams, ..., stations) as (beams, ..., places)."""
+    moved = np.moveaxis(values, 0, -2)
+    return moved.reshape(*moved.shape[:-2], -1)
+
+
+def _taken(values: Any, index: Any) -> Any:
+    return np.take_along_axis(_places(values), index[..., None], -1)[..., 0]
+
+
+def _place(index: Any) -> tuple[Reals, Any]:
+    """Abscissa, and number of the fibre, of places by their numbers."""
+    return STATIONS[index % len(STATIONS)], index // len(STATIONS)
+
+
+def _unknown(found: Largest) -> Largest:
+    return Largest(np.full(np.shape(found.value), np.nan), np.full(np.shape(found.value), -1))
+
+
+def _damages(stress: Any, excess: Any, strengths: Sequence[FatigueStrength], criterion: str) -> Largest:
+    """Greatest Miner's sum of every beam."""
+    excess = _places(excess)  # (beams, ..., places)
+    shape = excess.shape[:-1]
+    total, place = np.zeros(shape), np.zeros(shape, int)
+    total[np.isnan(excess).any(axis=-1)] = np.nan
+    for cell in zip(*np.nonzero((excess > 1.0).any(axis=-1) & ~np.isnan(total)), strict=True):
+        own = _of_design(strengths[cell[0]], cell[1:], shape[1:])
+        courses = np.moveaxis(stress, -1, 0)[(slice(None), slice(None), *cell)].reshape(stress.shape[-1], -1)
+        good = np.isfinite(courses).all(axis=-1)
+        total[cell], place[cell] = _greatest(courses[good].T, excess[cell], own, criterion)
+    return Largest(total, np.where(np.isnan(total), -1, 0), *_place(place))
+
+
+def _greatest(courses: Any, excess: Any, strength: FatigueStrength, criterion: str) -> tuple[float, int]:
+    """Greatest Miner's sum among courses of shape (places, positions), and the number of the place.
+
+    A course has no more cycles than half its turning points, each no worse than the greatest: where that is less than
+    the greatest sum so far, it is not counted.
+    """
+    size = excess * strength.endurance
+    whole = np.where(excess > 1.0, 1.0 / strength.cycles(size), 0.0)
+    bound = whole * np.maximum(reversals(courses) / 2.0, 1.0)
+    best, place = 0.0, 0
+    for at in np.argsort(-whole).tolist():
+        if whole[at] > 0.0 and bound[at] > best:
+            value = damage(courses[at], strength, criterion)
+            best, place = (value, at) if value > best else (best, place)
+    return best, place
+
+
+def _of_design(strength: FatigueStrength, design: tuple[int, ...], columns: tuple[int, ...]) -> FatigueStrength:
+    """Strength of one design, as numbers."""
+
+    def number(value: Any) -> float:
+        wide = np.broadcast_to(np.asarray(value, float).reshape(-1) if np.ndim(value) else value, columns)
+        return float(wide[design])
+
+    return FatigueStrength(*(number(value) for value in vars(strength).values()))
