@@ -15,6 +15,7 @@ import numpy as np
 
 from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
+from kinelast.outputs.batch import headline, questions
 from kinelast.outputs.outbox import complete, foreign
 from kinelast.outputs.sealed import finished, made_from, same_scene, seal, write_json
 from kinelast.outputs.table import write_table
@@ -29,7 +30,6 @@ from kinelast.runs.compute import (
     require_chunk,
     require_room,
 )
-from kinelast.runs.line import headline, questions
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
