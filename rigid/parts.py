@@ -143,12 +143,14 @@ class Weld:
 class PinDrive:
     """A motor at the pin `at` that turns `link` on the link `on`.
 
-    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise.
+    Its coordinate is the angle [rad] of the axes of `link` from those of `on`, counter-clockwise. `inertia` [kg m^2] of
+    its rotor and gear, reduced to that coordinate, resists its change; what it does to `on` besides is left out.
     """
 
     link: str
     at: str
     on: str = GROUND
+    inertia: Real = 0.0
     turns: ClassVar[bool] = True
 
     @property
@@ -169,9 +171,10 @@ class PinDrive:
 
 @dataclass(frozen=True)
 class SliderDrive:
-    """A motor that moves a slider; its coordinate is the slide [m]."""
+    """A motor that moves a slider; its coordinate is the slide [m], and `inertia` [kg] a mass reduced to that."""
 
     slider: str
+    inertia: Real = 0.0
     turns: ClassVar[bool] = False
 
     @property

@@ -417,3 +417,41 @@ class TestRates:
         course = motion(mechanism, [0.0, 1.0], 2.0, 4.0)
         for efforts in (virtual_work_efforts(course), drive_efforts(course, multiplier_forces(course))):
             np.testing.assert_allclose(efforts[0], 3.0 * (4.0 + 10 * math.sin(0.3)), rtol=1e-13)
+
+
+class TestRotors:
+    """A rotor's inertia, reduced to a drive on the ground, is as much inertia of the link that it turns."""
+
+    @staticmethod
+    def with_rotor(mechanism, inertia):
+        crank = mechanism.drives[0]
+        return replaced(mechanism, drives=(PinDrive(crank.link, crank.at, crank.on, inertia),))
+
+    @staticmethod
+    def with_disc(mechanism, inertia):
+        name = mechanism.drives[0].link
+        links = [
+            Link(link.name, link.points, link.beams, (*link.lumps, Lump("O", 0.0, inertia)))
+            if link.name == name
+            else link
+            for link in mechanism.links
+        ]
+        return replaced(mechanism, links=tuple(links))
+
+    def test_its_effort_energy_and_equation_of_motion(self):
+        mechanism, inertia = four_bar().mechanism, 0.7
+        one, other = (
+            motion(each, turn(9, 0.3), 7.0, 30.0)
+            for each in (self.with_rotor(mechanism, inertia), self.with_disc(mechanism, inertia))
+        )
+        efforts = drive_efforts(other, reactions(other))
+        np.testing.assert_allclose(drive_efforts(one, reactions(one)), efforts, rtol=1e-12)
+        np.testing.assert_allclose(virtual_work_efforts(one), efforts, rtol=1e-11)
+        np.testing.assert_allclose(kinetic_energy(one), kinetic_energy(other), rtol=1e-13)
+        np.testing.assert_allclose(reduced_inertia(one)[0], reduced_inertia(other)[0], rtol=1e-13)
+
+    def test_joints_do_not_bear_it(self):
+        mechanism = four_bar().mechanism
+        one, other = (motion(each, turn(9, 0.3), 7.0, 30.0) for each in (self.with_rotor(mechanism, 0.7), mechanism))
+        for with_it, without in zip(reactions(one).moment, reactions(other).moment, strict=True):
+            np.testing.assert_array_equal(with_it, without)

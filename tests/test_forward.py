@@ -482,6 +482,26 @@ class TestToggles:
         other = motion_during(forward(led, [FREE], rocker, 0.0, 0.13, 1e-10), self.TIMES)
         np.testing.assert_allclose(np.angle(one.direction / other.direction), 0.0, atol=1e-6)
 
+    def test_a_rotor_turns_back_as_a_disc_on_the_crank_does(self):
+        """Its inertia is led by another joint meanwhile."""
+        (crank, *_), inertia = double_rocker(0.3).drives, 0.02
+        geared = replaced(double_rocker(0.3), drives=(PinDrive(crank.link, crank.at, crank.on, inertia),))
+        links = [
+            Link(link.name, link.points, link.beams, (*link.lumps, Lump(crank.at, 0.0, inertia)))
+            if link.name == crank.link
+            else link
+            for link in double_rocker(0.3).links
+        ]
+        disc = replaced(double_rocker(0.3), links=tuple(links))
+        time = np.linspace(0.0, 0.3, 31)
+        courses = [forward(each, [Effort(5.0)], 0.3, 0.0, 0.3, 1e-10) for each in (geared, disc)]
+        one, other = (motion_during(course, time) for course in courses)
+        assert all(len(course.stretches) > 1 for course in courses)
+        np.testing.assert_allclose(one.drive, other.drive, atol=1e-7)
+        scale = np.abs(other.drive_acceleration).max()
+        np.testing.assert_allclose(one.drive_acceleration, other.drive_acceleration, atol=1e-5 * scale)
+        np.testing.assert_allclose(drive_efforts(one, reactions(one))[0], 5.0, rtol=1e-5)
+
     def test_an_interruption_after_it_keeps_all_stretches(self):
         def stop(time):
             if time > 0.1:

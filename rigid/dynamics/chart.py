@@ -180,6 +180,7 @@ class Chart:
         arm, gravity = tracker.direction * first, tracker.mechanism.gravity
         turning = 1j * e - w * w
         inertia = dot(v, mass * v + 1j * w * arm) + w * (cross(arm, v) + second * w)
+        inertia[0] += tracker.mechanism.drives[0].inertia
         bias = dot(v, mass * a + turning * arm) + w * (cross(arm, a) + second * e)
         weight = dot(v, mass * gravity) + w * cross(arm, gravity + 0j)
         plane = np.concatenate([tracker.origin, v, a])[:, 0].view(float)

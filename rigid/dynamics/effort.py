@@ -58,6 +58,8 @@ def equation_of_motion(motion: Motion) -> EquationOfMotion:
     """
     units = unit_motions(motion)
     inertia = np.stack([[_inertia_power(unit, other) for other in units] for unit in units])
+    for number, drive in enumerate(motion.mechanism.drives):
+        inertia[number, number] += drive.inertia
     coasting = with_rates(motion, motion.drive_rate)
     bias = np.stack([_acceleration_power(unit, coasting) for unit in units])
     return EquationOfMotion(inertia, bias, _reduced_loads(motion, units))
@@ -76,7 +78,7 @@ def reduced_inertia(motion: Motion) -> tuple[Reals, Reals]:
     if len(motion.mechanism.drives) != 1:
         raise MechanismError(f"{len(motion.mechanism.drives)} drives: one reduced inertia belongs to one drive")
     unit = with_rates(motion, 1.0)
-    return _inertia_power(unit, unit), _acceleration_power(unit, unit)
+    return _inertia_power(unit, unit) + motion.mechanism.drives[0].inertia, _acceleration_power(unit, unit)
 
 
 def virtual_work_efforts(motion: Motion) -> Reals:

@@ -12,11 +12,13 @@ from rigid.plane import dot
 
 
 def kinetic_energy(motion: Motion) -> Reals:
-    """Of all links [J], shape (..., positions)."""
+    """Of all links and of the drives' rotors [J], shape (..., positions)."""
     mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
     omega = motion.angular_velocity
     momentum = mass * motion.velocity / 2 + 1j * omega * motion.direction * first
     energy: Reals = (dot(motion.velocity, momentum) + second * omega**2 / 2)[1:].sum(axis=0)
+    for drive, rate in zip(motion.mechanism.drives, motion.drive_rate, strict=True):
+        energy = energy + drive.inertia * rate**2 / 2
     return energy
 
 

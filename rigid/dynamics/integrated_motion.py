@@ -151,20 +151,24 @@ def _moving(stretch: Stretch, drives: Sequence[Effort | MotionLaw], time: Reals)
     drive, rate, rate2 = _drive_columns(stretch, drives, time)
     coasting = motion(stretch.lead.variant, drive, rate, 0.0, time, _postures(stretch, drives, time))
     equation = equation_of_motion(coasting)
-    balance = equation.force - equation.bias - np.einsum("jk...,k...->j...", equation.inertia, rate2)
-    seen = stretch.lead.seen(coasting, _near(stretch, time))
     units = unit_motions(coasting) if stretch.lead.own else []
+    unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
+    whole, balance = equation.inertia, equation.force - equation.bias
+    for number, second in stretch.lead.accelerations(coasting).items():
+        rates, rotor = np.array([each[number] for each in unit_rates]), stretch.lead.mechanism.drives[number].inertia
+        whole, balance = whole + rotor * rates * rates[:, None], balance - rotor * rates * second
+    balance = balance - np.einsum("jk...,k...->j...", whole, rate2)
+    seen = stretch.lead.seen(coasting, _near(stretch, time))
     if units:  # the variant has no loads of its own
         for at, pull, couple in given_loads(seen):
             balance += [dot(unit.velocity[at], pull) + unit.angular_velocity[at] * couple for unit in units]
-    unit_rates = [stretch.lead.rates(unit, unit.velocity, unit.angular_velocity) for unit in units]
     for number in free:
         effort = effort_of(drives[number], seen)
         if number in stretch.lead.own:
             balance += [effort * rates[number] for rates in unit_rates]
         else:
             balance[number] += effort
-    inertia = np.moveaxis(equation.inertia[np.ix_(free, free)], -1, 0)
+    inertia = np.moveaxis(whole[np.ix_(free, free)], -1, 0)
     rate2[free] = np.linalg.solve(inertia, balance[free].T[..., None])[..., 0].T
     return with_rates(coasting, rate, rate2)
 

@@ -54,6 +54,22 @@ class Lead:
             accelerations[number] = joint.sense * apart
         return accelerations
 
+    def rotors(self, coasting: Motion, twists: tuple[Complexes, Reals]) -> tuple[Reals, Reals]:
+        """Inertia of the rotors whose drives others lead, reduced to these, and the efforts that coasting takes of it.
+
+        Shapes (drives, drives) and (drives,). `twists`: velocities and angular velocities of the links for a unit rate
+        of every drive, shape (links, drives).
+        """
+        count = len(self.mechanism.drives)
+        inertia, taken = np.zeros((count, count)), np.zeros(count)
+        heavy = [number for number in self.own if self.mechanism.drives[number].inertia]
+        rates, second = (self.rates(coasting, *twists), self.accelerations(coasting)) if heavy else ({}, {})
+        for number in heavy:
+            rate = np.ravel(rates[number])
+            inertia += self.mechanism.drives[number].inertia * np.outer(rate, rate)
+            taken += self.mechanism.drives[number].inertia * rate * np.ravel(second[number])
+        return inertia, taken
+
     def seen(self, motion: Motion, near: Mapping[int, Columns]) -> Motion:
         """A motion of the variant as one of the mechanism; places and velocities alone.
 

@@ -43,6 +43,7 @@ class RightHandSide:
         self._offset = {number: coordinates[number] - value for number, value in turned.items()}
         self.chart = Chart(tracker) if charted and len(drives) == 1 else None
         tracker.seen = lambda coasting: lead.seen(coasting, self.own_coordinates(tracker.angle))
+        tracker.rotors = lead.rotors
 
     def own_coordinates(self, angle: Reals, offset: bool = True) -> dict[int, float]:
         """Coordinates of the mechanism's own drives given as efforts, of angles over any number of turns; else 0.0."""
@@ -124,7 +125,9 @@ class RightHandSide:
         for at, pull, couple in given_loads(seen):
             balance += float((dot(here.velocity[at], pull) + here.omega[at] * couple)[0])
         balance += float(self.effort(seen, coasting, (here.velocity, here.omega))[0])
-        return float(balance / here.inertia) if here.inertia else np.nan
+        led, taken = self.lead.rotors(coasting, (here.velocity, here.omega))
+        inertia = here.inertia + float(led[0, 0])
+        return (balance - float(taken[0])) / inertia if inertia else np.nan
 
     def laws(self, time: float, state: Reals) -> tuple[Reals, Reals, Reals]:
         """Coordinates and rates of all drives, and the accelerations of those that follow a law."""

@@ -70,6 +70,7 @@ class Tracker:
         places = first.origin[self._table.block] + here.tip
         self.size = float(np.abs(places - places[0]).max()) or 1.0
         self.seen: Callable[[Motion], Motion] = lambda motion: motion
+        self.rotors: Callable[[Motion, tuple[Complexes, Reals]], tuple[Any, Any]] = lambda *_: (0.0, 0.0)
         self._weights = np.tile([1 / self.size, 1 / self.size, 1.0], self._links - 1)
         slides, count = self._table.slides.ravel(), self._table.count
         joints = np.stack([slides[:count], np.zeros(count, bool)], axis=-1).ravel()
@@ -243,6 +244,7 @@ class Tracker:
         momentum = mass * v + 1j * w * arm
         moment = cross(arm, v) + second * w
         inertia = np.real(np.conj(v).T @ momentum) + w.T @ moment
+        inertia += np.diag([float(drive.inertia) for drive in self.mechanism.drives])
         relative = acceleration - self.mechanism.gravity
         force = -(mass * relative + turning * arm)
         couple = -(cross(arm, relative) + second * turning.imag)
@@ -250,7 +252,8 @@ class Tracker:
         for at, pull, turn in given_loads(seen):
             force[at] += pull
             couple[at] += turn
-        return inertia, (dot(v, force) + w * couple).sum(axis=0), seen
+        led, taken = self.rotors(coasting, (v, w))
+        return inertia + led, (dot(v, force) + w * couple).sum(axis=0) - taken, seen
 
     def _approach(self, drive: Reals) -> bool:
         """Newton's method to near coordinates of the drives; the matrix is renewed only where progress is slow."""

@@ -109,11 +109,17 @@ def force_condition(motion: Motion, forces: JointForces) -> Reals:
 
 
 def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
-    """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions)."""
+    """Moment [N m] or force [N] of every drive along its coordinate, shape (drives, ..., positions).
+
+    That of its rotor's inertia is part of it, which no joint bears.
+    """
     efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
     for number, place in enumerate(motion.places):
         if place.joint.drive is not None:
             efforts[place.joint.drive] = place.joint.sense * _effort(place, *forces.without_friction(number))
+    for number, drive in enumerate(motion.mechanism.drives):
+        if np.any(drive.inertia):
+            efforts[number] += drive.inertia * motion.drive_acceleration[number]
     return efforts
 
 
