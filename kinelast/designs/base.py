@@ -126,7 +126,7 @@ def _on_axis(table: SceneTable, scene: Scene, place: Place) -> bool:
     elif top == "joints":
         able = inner[1] not in RUBBING
     else:
-        able = top in ("masses", "joints", "limits", "springs", "sliders", "slots")
+        able = top in ("masses", "joints", "limits", "motors", "cylinders", "springs", "sliders", "slots")
     return able
 
 

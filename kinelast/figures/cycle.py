@@ -26,7 +26,9 @@ from elastic import (
 from elastic.assessment import PathDeviation, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
+from kinelast.scene.limits import drive_names
 from kinelast.tasks.progress import one_thread
+from machine import time_weights
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable, structure
 from rigid.arrays import Flags, Numbers
 
@@ -120,6 +122,14 @@ class Cycle:
     @cached_property
     def _counted(self) -> Flags | None:
         return None if self.counted.all() else self.counted
+
+    @cached_property
+    def weights(self) -> Reals:
+        """Time that every position stands for in averages [s], shape (..., positions); 0 where it does not count."""
+        run = self.scene.run
+        cycle: Any = run.duration if run.turn else np.nan
+        period = cycle if self.period is None else np.asarray(self.period)[..., None]
+        return np.where(self.counted, time_weights(self.motion.time, period), 0.0)
 
     @cached_property
     def well_conditioned(self) -> Deflection:
@@ -226,11 +236,7 @@ def points_of(mechanism: Mechanism) -> Iterator[tuple[str, int]]:
 def drive_words(mechanism: Mechanism) -> list[tuple[str, str, str, str]]:
     """Per drive: its name, the word for its coordinate, and the units of coordinate and effort."""
     kinds = {True: ("angle", "rad", "N m"), False: ("slide", "m", "N")}
-    words = [(drive.name, *kinds[drive.turns]) for drive in mechanism.drives]
-    names = [name for name, *_ in words]
-    if len(set(names)) < len(names):
-        words = [(f"{word[0]}.{number}", *word[1:]) for number, word in enumerate(words, 1)]
-    return words
+    return [(name, *kinds[drive.turns]) for name, drive in zip(drive_names(mechanism), mechanism.drives, strict=True)]
 
 
 def joint_words(mechanism: Mechanism) -> list[tuple[str, str]]:

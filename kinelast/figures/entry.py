@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 
 from elastic import Largest, largest_row
-from kinelast.figures.cycle import Cycle, drive_words, joint_words, points_of
+from kinelast.figures.cycle import Cycle, joint_words, points_of
 from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, likely
-from kinelast.scene.limits import Limit
+from kinelast.scene.limits import Limit, drive_names
 from rigid.arrays import Integers, Reals
 from rigid.kinetostatics import rubbing_joints
 
 SCENE, BEAM, LINK, POINT, JOINT, DRIVE = "scene", "beam", "link", "point", "joint", "drive"
 RUBBING, FRICTION = "joint with friction", "scene with friction"
+MOTOR, CYLINDER, UNEVEN = "motor", "cylinder", "uneven drive"
 LARGEST, LEAST, MOST, FIXED = "largest magnitude", "least", "most", "the same at all positions"
+AVERAGE = "over the time of the cycle"
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Figure:
     find
         From a cycle to the largest values of the items over the positions, shape (items, ...).
     over
-        How it is reduced over positions and items: `LARGEST`, `LEAST`, `MOST` or `FIXED`.
+        How it is reduced over positions and items: `LARGEST`, `LEAST`, `MOST`, `FIXED` or `AVERAGE`.
     fields
         Keys of the fields that it takes.
     everywhere
@@ -123,7 +125,10 @@ def items_of(scene: Scene, of: str) -> list[str]:
         POINT: lambda: [name for name, _ in points_of(mechanism)],
         JOINT: lambda: [name for name, _ in joint_words(mechanism)],
         RUBBING: lambda: [joint_words(mechanism)[number][0] for number, _ in rubbing_joints(mechanism)],
-        DRIVE: lambda: [name for name, *_ in drive_words(mechanism)],
+        DRIVE: lambda: drive_names(mechanism),
+        MOTOR: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.motors],
+        CYLINDER: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.cylinders],
+        UNEVEN: lambda: [name for number, name in enumerate(drive_names(mechanism)) if number in scene.unevenness],
     }
     return [*names[of]()]
 
@@ -161,6 +166,17 @@ def fixed(value: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
     return lambda cycle: sole(
         Largest(np.broadcast_to(value(cycle), cycle.columns[:-1]), np.full(cycle.columns[:-1], -1))
     )
+
+
+def averaged(values: Callable[[Cycle], Any]) -> Callable[[Cycle], Largest]:
+    """Figures of items that are of the whole cycle, from their values, shape (items, ...)."""
+
+    def find(cycle: Cycle) -> Largest:
+        found = [np.broadcast_to(each, cycle.columns[:-1]) for each in values(cycle)]
+        rows = np.array(found) if found else np.zeros((0, *cycle.columns[:-1]))
+        return Largest(rows, np.full(rows.shape, -1))
+
+    return find
 
 
 def least(values: Any) -> Largest:

@@ -14,7 +14,7 @@ from elastic import FIELDS, Deflection, Kind, Largest
 from elastic.assessment import LIMITS, Exceedance, least_axial_force, stress_ends
 from elastic.links import spans_of
 from kinelast.figures.cycle import EXTREME_FIELDS, NOISE, WELL, Cycle, too_many_beams
-from kinelast.figures.entry import FIXED, LARGEST, LEAST, Figure
+from kinelast.figures.entry import AVERAGE, FIXED, LARGEST, LEAST, Figure
 from kinelast.figures.errors import FigureError
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.data import Scene, scene_deflection
@@ -89,6 +89,11 @@ class RunFigures:
             for key, rows in self.peaks.items()
         }
         return replace(self, peaks=peaks)
+
+    def with_averages(self, cycle: Cycle) -> RunFigures:
+        """The same, with those figures that are averages over time as another cycle of the same run has them."""
+        averages = {each.key: _peaks(cycle.of(each), cycle.motion) for each in self.figures if each.over == AVERAGE}
+        return replace(self, peaks={**self.peaks, **averages})
 
     def of_field(self, key: str) -> list[Peak]:
         """Peaks of a field on every beam."""
@@ -184,7 +189,7 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
 
 def _further(first: Peak, second: Peak, over: str) -> Peak:
     """The one that is larger in magnitude, or less; of equal ones the first; of one that is not known the other."""
-    if over == FIXED or math.isnan(second.value):
+    if over in (FIXED, AVERAGE) or math.isnan(second.value):
         return first
     if math.isnan(first.value):
         return second

@@ -12,6 +12,7 @@ import numpy as np
 from elastic import FIELDS, Largest, Section, displacement_of, largest_row
 from elastic.assessment import angle_error
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle, drive_words
+from kinelast.figures.drives import DRIVE_FIGURES
 from kinelast.figures.entry import (
     BEAM,
     DRIVE,
@@ -143,6 +144,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("angle_error", "error of a link's angle", "rad", LINK, _angle_errors),
     Figure("drive_effort", "effort of a drive", lambda scene: [unit for *_, unit in drive_words(scene.mechanism)],
            DRIVE, each(lambda cycle: cycle.efforts), told=True),
+    *DRIVE_FIGURES,
     Figure("joint_force", "force in a joint", "N", JOINT,
            each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), told=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,

@@ -135,7 +135,8 @@ def long_results(
         own = beside[(beside >= first) & (beside < first + len(results.motion.time))] - first
         near.append((results.motion.origin[:, own], results.motion.direction[:, own]))
     even = Posture(scene.mechanism, *(np.concatenate(parts, axis=1) for parts in zip(*near, strict=True)))
-    return Results(scene, scene_deflection(scene, scene.course.near(shown, even)), run=run)
+    results = Results(scene, scene_deflection(scene, scene.course.near(shown, even)), run=run)
+    return replace(results, run=None if run is None else run.with_averages(results.cycle))
 
 
 def _chunks(scene: Scene, time: Reals, require: Callable[[Scene, Deflection], None]) -> Iterator[tuple[int, Results]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import Scene, Theory
-from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
+from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives, cylinder_of, motor_of, unevenness_of
 from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
@@ -109,8 +109,17 @@ def built(table: SceneTable, name: str, path: str = "", varied: Collection[str] 
         made_of=made_of,
         theory=_theory(table, materials, made_of),
         report_units=table.run.report_units,
+        motors=_of_drives(table, motor_of),
+        cylinders=_of_drives(table, cylinder_of),
+        unevenness=_of_drives(table, unevenness_of),
     )
     return scene
+
+
+def _of_drives(table: SceneTable, kind: Callable[[SceneTable, int], Any]) -> dict[int, Any]:
+    """Parts of the drives by the number of the drive, of those that have one."""
+    parts = {number: kind(table, number + 1) for number in range(len(table.drives))}
+    return {number: part for number, part in parts.items() if part is not None}
 
 
 def _with_bodies(mechanism: Mechanism, before: Sequence[LinkModel], bodies: Sequence[LinkModel]) -> Mechanism:

@@ -17,6 +17,7 @@ from kinelast.scene.drives import DriveEffort, DriveLaw
 from kinelast.scene.error import SceneError
 from kinelast.scene.limits import Limit, Output
 from kinelast.scene.sections import Material, SectionSource
+from machine import Cylinder, Motor
 from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, Reals, TableError, motion, require_reach
 
 ACCURACY = 0.05  # where none is asked for
@@ -84,6 +85,8 @@ class Scene:
         Of the deflection: without or with vibration.
     report_units
         Of page and tables: "SI", "mm" or "in".
+    motors, cylinders, unevenness
+        By the number of a drive: its motor or cylinder, and by which share of its speed it may be uneven.
     """
 
     name: str
@@ -101,6 +104,9 @@ class Scene:
     text: str = field(default="", repr=False)
     theory: Theory = Theory()
     report_units: str = "SI"
+    motors: Mapping[int, Motor] = field(default_factory=dict)
+    cylinders: Mapping[int, Cylinder] = field(default_factory=dict)
+    unevenness: Mapping[int, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f'Scene("{self.name}": {self._told})'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +11,10 @@ from kinelast.scene.error import fault, known_name, likely, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.laws import APART, Lasting, TableLaw, factor_law, repeated
 from kinelast.scene.links import Points, drawn_direction
-from kinelast.scene.numbers import phase, real
+from kinelast.scene.numbers import phase, real, require
 from kinelast.scene.quantities import Coordinate
-from kinelast.scene.tables import DriveTable, JointNameTable
+from kinelast.scene.tables import DriveTable, JointNameTable, MotorTable
+from machine import Cylinder, Motor
 from rigid import (
     GROUND,
     ConstantSpeed,
@@ -53,7 +54,7 @@ class DriveEffort:
 def build_drives(
     scene: SceneTable, links: Mapping[str, Link], sliders: Mapping[str, Slider], places: Points
 ) -> tuple[tuple[Drive, ...], tuple[DriveLaw | DriveEffort, ...]]:
-    """All drives with their laws or efforts, in the order of the file."""
+    """All drives with their laws or efforts, in the order of the file; with the inertia of their motors."""
     built: list[tuple[Drive, DriveLaw | DriveEffort]] = []
     for number, table in enumerate(scene.drives, 1):
         where = f"drives[{number}]"
@@ -62,6 +63,8 @@ def build_drives(
             built.append((drive, ConstantSpeed(0.0, 0.0)))
             continue
         _require_one_way(where, table)
+        motor = motor_of(scene, number)
+        drive = drive if motor is None else replace(drive, inertia=motor.reduced_inertia)
         unit = "rad" if drive.turns else "m"
         start = _start(where, table, unit, links, places)
         if table.effort is None:
@@ -72,6 +75,74 @@ def build_drives(
             raise fault("run", "duration", 'the key is missing: with an effort, say how long to run, as in "50 ms"')
         built.append((drive, _effort(where, table, unit, start, duration, links, sliders)))
     return tuple(drive for drive, _ in built), tuple(law for _, law in built)
+
+
+def motor_of(scene: SceneTable, number: int) -> Motor | None:
+    """The motor of a drive, counted from 1; None where it names none.
+
+    Raises
+    ------
+    SceneError
+        There is no such motor, or its gear ratio does not fit the drive.
+    """
+    table = scene.drives[number - 1]
+    if table.motor is None:
+        return None
+    known_name(f"drives[{number}]", "motor", table.motor, scene.motors, "motor")
+    given = scene.motors[table.motor]
+    told = {
+        key: real(value)
+        for key in given.__struct_fields__
+        if (value := getattr(given, key)) is not None and key != "gear_ratio"
+    }
+    return Motor(**told, gear_ratio=_gear_ratio(f"motors.{table.motor}", given, table))
+
+
+def _gear_ratio(where: str, motor: MotorTable, drive: DriveTable) -> Any:
+    """Angle of the motor over the drive's coordinate."""
+    ratio = motor.gear_ratio
+    if ratio is None and drive.turns:
+        return 1.0
+    if ratio is None or (ratio.unit in ("", "rad/rad")) != drive.turns:
+        what = "turns" if drive.turns else "slides"
+        expected = "a number" if drive.turns else 'an angle to a length, as in "628 rad/m" or "10 mm/rad"'
+        raise fault(where, "gear_ratio", f'expected {expected}, as "{drive.name}" {what}')
+    return 1.0 / real(ratio) if ratio.unit == "m/rad" else real(ratio)
+
+
+def cylinder_of(scene: SceneTable, number: int) -> Cylinder | None:
+    """The cylinder of a drive, counted from 1; None where it names none.
+
+    Raises
+    ------
+    SceneError
+        There is no such cylinder, its rod is not thinner than its bore, or the drive turns.
+    """
+    table = scene.drives[number - 1]
+    if table.cylinder is None:
+        return None
+    known_name(f"drives[{number}]", "cylinder", table.cylinder, scene.cylinders, "cylinder")
+    if table.turns:
+        raise fault(f"drives[{number}]", "cylinder", "a cylinder drives a slider, not a pin")
+    given, where = scene.cylinders[table.cylinder], f"cylinders.{table.cylinder}"
+    told = {key: real(value) for key in given.__struct_fields__ if (value := getattr(given, key)) is not None}
+    cylinder = Cylinder(**{"modulus" if key == "E" else key: value for key, value in told.items()})
+    require(cylinder.rod < cylinder.bore, where, "rod", "expected a diameter below bore")
+    return cylinder
+
+
+def unevenness_of(scene: SceneTable, number: int) -> Any:
+    """Unevenness of speed that a drive, counted from 1, may have; None where it tells none.
+
+    Raises
+    ------
+    SceneError
+        The drive is not at constant speed.
+    """
+    table = scene.drives[number - 1]
+    if table.unevenness is not None and (table.speed is None or table.effort is not None or not table.turns):
+        raise fault(f"drives[{number}]", "unevenness", "belongs to a drive that turns at constant speed")
+    return None if table.unevenness is None else real(table.unevenness)
 
 
 def moved_joint(

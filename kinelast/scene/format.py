@@ -35,12 +35,14 @@ from kinelast.scene.quantities import (
 )
 from kinelast.scene.tables import (
     Amount,
+    CylinderTable,
     DriveTable,
     GearTable,
     JointTable,
     LengthUnit,
     LimitsTable,
     LoadTable,
+    MotorTable,
     Name,
     OptimizeTable,
     Place,
@@ -252,6 +254,8 @@ class SceneTable(StrictTable, frozen=True, kw_only=True):
     joints: dict[Name, JointTable] = field(default_factory=dict)
     masses: dict[Name, Mass] = field(default_factory=dict)
     drives: list[DriveTable] = field(default_factory=list)
+    motors: dict[Name, MotorTable] = field(default_factory=dict)
+    cylinders: dict[Name, CylinderTable] = field(default_factory=dict)
     loads: list[LoadTable] = field(default_factory=list)
     gears: list[GearTable] = field(default_factory=list)
     springs: list[SpringTable] = field(default_factory=list)

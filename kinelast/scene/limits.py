@@ -18,6 +18,18 @@ from rigid import Mechanism
 from rigid.arrays import Flags, Reals
 
 OUTPUT_ERROR = "output_error"
+MOTOR_LIMITS = {  # by the key of a motor, the figure that it bounds, and its unit
+    "rated_torque": ("motor_rms", "N m"),
+    "peak_torque": ("motor_torque", "N m"),
+    "rated_speed": ("motor_mean_speed", "rad/s"),
+    "top_speed": ("motor_speed", "rad/s"),
+    "inertia_ratio": ("inertia_ratio", "1"),
+}
+CYLINDER_LIMITS = {
+    "pressure": ("pressure", "Pa"),
+    "flow": ("flow", "m^3/s"),
+    "buckling_safety": ("rod_buckling", "1"),
+}
 
 
 @dataclass(frozen=True)
@@ -87,6 +99,7 @@ def build_limits(table: SceneTable, mechanism: Mechanism) -> tuple[Limit, ...]:
 def _limits(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
     limits = table.limits
     yield from _of_links(limits, "")
+    yield from _of_drives(table, mechanism)
     elastic = [link.name for link in mechanism.links[1:] if link.beams]
     for name, own in limits.links.items():
         known_name("limits.links", name, name, elastic, "link with beams")
@@ -109,6 +122,29 @@ def _of_links(table: LinkLimitsTable, link: str) -> Iterator[Limit]:
         if value is not None:
             unit = value.units[0] if isinstance(value, Quantity) else "1"
             yield Limit(kind, real(value), unit == "1", link, unit)
+
+
+def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
+    """Limits that motors and cylinders set to what their drives ask of them."""
+    for number, name in enumerate(drive_names(mechanism)):
+        drive = table.drives[number]
+        motor = None if drive.motor is None else table.motors.get(drive.motor)
+        cylinder = None if drive.cylinder is None else table.cylinders.get(drive.cylinder)
+        for part, of, bounds in ((motor, "motor", MOTOR_LIMITS), (cylinder, "cylinder", CYLINDER_LIMITS)):
+            for key, (figure, unit) in bounds.items():
+                value = None if part is None else getattr(part, key)
+                if value is not None:
+                    yield Limit(figure, real(value), key == "buckling_safety", name, unit, of)
+        if motor is not None and motor.stall_torque is not None and motor.top_speed is not None:
+            yield Limit("motor_use", 1.0, False, name, "1", "motor")
+
+
+def drive_names(mechanism: Mechanism) -> list[str]:
+    """Names of the drives, numbered where several have the same."""
+    names = [drive.name for drive in mechanism.drives]
+    if len(set(names)) < len(names):
+        return [f"{name}.{number}" for number, name in enumerate(names, 1)]
+    return names
 
 
 def build_output(table: SceneTable, mechanism: Mechanism) -> Output | None:

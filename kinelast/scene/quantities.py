@@ -125,6 +125,31 @@ class Effort(Quantity, expected='a moment, as in "3 N m", or a force, as in "2 k
     """Moment [N m] or force [N] of a drive or a spring."""
 
 
+class Torque(Quantity, expected='a torque, as in "3 N m" or 3', units=("N m",), above=0.0):
+    """Torque of a motor [N m]."""
+
+
+class TurningSpeed(Quantity, expected='a speed of rotation, as in "3000 rpm"', units=("rad/s",), above=0.0):
+    """Speed of a motor [rad/s]."""
+
+
+class GearRatio(
+    Quantity,
+    expected='a number, as in 25, or of a drive that slides an angle to a length, as in "628 rad/m" or "10 mm/rad"',
+    units=("rad/rad", "rad/m", "m/rad"),
+    above=0.0,
+):
+    """Angle of a motor over the coordinate that it drives [1, rad/m], or the other way round [m/rad]."""
+
+
+class Pressure(Quantity, expected='a pressure, as in "160 bar" or 16e6', units=("Pa",), above=0.0):
+    """Pressure [Pa]."""
+
+
+class FlowRate(Quantity, expected='a flow, as in "20 l/min" or 3.3e-4', units=("m^3/s",), above=0.0):
+    """Volume per time [m^3/s]."""
+
+
 class Stiffness(
     Quantity, expected='a stiffness, as in "4 N/mm", or for a pin "3 N m/rad"', units=("N/m", "N m/rad"), least=0.0
 ):

@@ -16,16 +16,24 @@ from kinelast.scene.quantities import (
     Direction,
     Duration,
     Effort,
+    FlowRate,
     Force,
     ForcePerLength,
+    GearRatio,
+    Inertia,
     Length,
     Moment,
+    Pressure,
     Ratio,
+    Share,
     Size,
     Speed,
     Stiffness,
+    Stress,
     Time,
+    Torque,
     TurnCompliance,
+    TurningSpeed,
 )
 
 Place = tuple[Length, Length]
@@ -139,6 +147,39 @@ class DriveTable(JointNameTable, frozen=True, kw_only=True):
     against: AgainstTable | None = None
     interpolation: Interpolation = "linear"
     extend: Literal["hold"] | None = None
+    motor: Name | None = None
+    cylinder: Name | None = None
+    unevenness: Share | None = None
+
+
+Factor = Annotated[float, Meta(gt=0)]
+
+
+class MotorTable(StrictTable, frozen=True, kw_only=True):
+    """A motor with its gear, for the drives that name it; torques and inertias at the motor's shaft."""
+
+    rated_torque: Torque | None = None
+    peak_torque: Torque | None = None
+    stall_torque: Torque | None = None
+    rated_speed: TurningSpeed | None = None
+    top_speed: TurningSpeed | None = None
+    rotor_inertia: Inertia | None = None
+    gear_inertia: Inertia | None = None
+    gear_ratio: GearRatio | None = None
+    efficiency: Share | None = None
+    inertia_ratio: Factor | None = None
+
+
+class CylinderTable(StrictTable, frozen=True, kw_only=True):
+    """A hydraulic or pneumatic cylinder, for the sliding drives that name it."""
+
+    bore: Size
+    rod: Size | None = None
+    length: Size | None = None
+    E: Stress | None = None
+    pressure: Pressure | None = None
+    flow: FlowRate | None = None
+    buckling_safety: Factor | None = None
 
 
 class GearTable(StrictTable, frozen=True, kw_only=True):
@@ -182,9 +223,6 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
     stiffness: Stiffness | None = None
     damping: Damping | None = None
     preload: Effort | None = None
-
-
-Factor = Annotated[float, Meta(gt=0)]
 
 
 class LinkLimitsTable(StrictTable, frozen=True, kw_only=True):

@@ -1,0 +1,231 @@
+"""Figures of drives: effort, speed, power and energy of a cycle, and the use that is made of motors and cylinders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kinelast.figures.cycle import Cycle, drive_words
+from kinelast.figures.entry import (
+    AVERAGE,
+    CYLINDER,
+    DRIVE,
+    LEAST,
+    MOTOR,
+    UNEVEN,
+    Figure,
+    averaged,
+    each,
+    least,
+)
+from kinelast.scene.data import Scene
+from machine import (
+    available_torque,
+    buckling_safety,
+    energy_fluctuation,
+    flow_rate,
+    flywheel_inertia,
+    inertia_matched_ratio,
+    least_torque_ratio,
+    mean,
+    mean_positive,
+    motor_torque,
+    root_mean_square,
+    working_pressure,
+)
+from rigid import ConstantSpeed, with_rates
+from rigid.arrays import Reals
+from rigid.dynamics import kinetic_energy
+
+PerDrive = Callable[[Cycle, int], Any]
+
+
+def of_drive(values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], list[Any]]:
+    """Values of the drives that are items of a kind, from those of a drive by its number."""
+    return lambda cycle: [values(cycle, number) for number in drives_of(cycle.scene, of)]
+
+
+def drives_of(scene: Scene, of: str) -> list[int]:
+    """Numbers of the drives that are items of a kind."""
+    with_one = {MOTOR: scene.motors, CYLINDER: scene.cylinders, UNEVEN: scene.unevenness}
+    return sorted(with_one[of]) if of in with_one else list(range(len(scene.mechanism.drives)))
+
+
+def effort(cycle: Cycle, number: int) -> Reals:
+    """Effort of a drive [N m or N], with that of its rotor, shape (..., positions)."""
+    return np.broadcast_to(cycle.efforts[number], cycle.columns)
+
+
+def rate(cycle: Cycle, number: int) -> Reals:
+    """Rate of a drive's coordinate [rad/s or m/s], shape (..., positions)."""
+    return np.broadcast_to(cycle.motion.drive_rate[number], cycle.columns)
+
+
+def acceleration(cycle: Cycle, number: int) -> Reals:
+    """Second derivative of a drive's coordinate, shape (..., positions)."""
+    return np.broadcast_to(cycle.motion.drive_acceleration[number], cycle.columns)
+
+
+def power(cycle: Cycle, number: int) -> Reals:
+    """Power that a drive gives [W], that of its rotor among it, shape (..., positions)."""
+    return effort(cycle, number) * rate(cycle, number)
+
+
+def load_inertia(cycle: Cycle, number: int) -> Reals:
+    """Inertia of all links, reduced to a drive while the others stand [kg m^2 or kg], shape (..., positions)."""
+    count = len(cycle.scene.mechanism.drives)
+    unit = with_rates(cycle.motion, np.eye(count)[:, number : number + 1])
+    whole: Reals = 2.0 * kinetic_energy(unit) - cycle.scene.mechanism.drives[number].inertia
+    return np.broadcast_to(whole, cycle.columns)
+
+
+def _over_time(measure: Callable[..., Any], values: PerDrive, of: str = DRIVE) -> Callable[[Cycle], Any]:
+    """Figures that average values of the drives over the positions that count."""
+
+    def over_time(cycle: Cycle, number: int) -> Any:
+        known = np.where(cycle.weights > 0.0, values(cycle, number), 0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return measure(known, cycle.weights)
+
+    return averaged(of_drive(over_time, of))
+
+
+def energy_taken(values: Any, weight: Any) -> Reals:
+    """Energy that a power takes [J]."""
+    whole: Reals = mean_positive(values, weight) * np.sum(weight, axis=-1)
+    return whole
+
+
+def energy_given(values: Any, weight: Any) -> Reals:
+    """Energy that a power gives back [J]."""
+    return energy_taken(-np.asarray(values), weight)
+
+
+def _fluctuation(cycle: Cycle, number: int) -> Any:
+    """Fluctuation of the energy of a drive that turns steadily through whole cycles [J]; nan of others."""
+    scene, coordinate = cycle.scene, np.broadcast_to(cycle.motion.drive[number], cycle.columns)
+    steady = isinstance(scene.laws[number], ConstantSpeed) and scene.mechanism.drives[number].turns
+    if not steady or not scene.run.turn or cycle.columns[-1] < 3:
+        return np.nan
+    span = cycle.weights.sum(axis=-1)
+    travel = rate(cycle, number)[..., 0] * span
+    repeated = cycle.period is not None  # then the end of the cycle is its start once more
+    last = -1 if repeated else None
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = energy_fluctuation(effort(cycle, number)[..., :last], coordinate[..., :last], travel[..., None])
+    return np.where(cycle.counted.all(axis=-1), found, np.nan)
+
+
+def _flywheel(cycle: Cycle, number: int) -> Any:
+    speed = rate(cycle, number)[..., 0]
+    return flywheel_inertia(_fluctuation(cycle, number), _flat(cycle.scene.unevenness[number]), speed)
+
+
+def _flat(value: Any) -> Any:
+    """A number, or of many designs the numbers, shape (designs,)."""
+    return np.asarray(value)[..., 0] if np.ndim(value) else value
+
+
+def _load_effort(cycle: Cycle, number: int) -> Reals:
+    """Effort without that of the rotor."""
+    return effort(cycle, number) - cycle.scene.mechanism.drives[number].inertia * acceleration(cycle, number)
+
+
+def torque(cycle: Cycle, number: int) -> Reals:
+    """Torque of a motor at its shaft [N m], shape (..., positions)."""
+    motor, load = cycle.scene.motors[number], _load_effort(cycle, number)
+    return motor_torque(motor, load, rate(cycle, number), acceleration(cycle, number))
+
+
+def speed(cycle: Cycle, number: int) -> Reals:
+    """Speed of a motor at its shaft [rad/s], shape (..., positions)."""
+    return np.asarray(cycle.scene.motors[number].gear_ratio * rate(cycle, number))
+
+
+def _use(cycle: Cycle, number: int) -> Reals:
+    motor = cycle.scene.motors[number]
+    there = available_torque(motor, speed(cycle, number))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.abs(torque(cycle, number)) / there
+
+
+def _inertia_ratio(cycle: Cycle, number: int) -> Reals:
+    motor = cycle.scene.motors[number]
+    own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
+    ratio: Reals = load_inertia(cycle, number) / own
+    return ratio
+
+
+def _least_ratio(cycle: Cycle, number: int) -> Any:
+    motor, counts = cycle.scene.motors[number], cycle.weights > 0.0
+    load, moved, changed = (
+        np.where(counts, values(cycle, number), 0.0) for values in (_load_effort, rate, acceleration)
+    )
+    return least_torque_ratio(motor, load, moved, changed, cycle.weights)
+
+
+def _matched_ratio(cycle: Cycle, number: int) -> Any:
+    own = np.asarray(_flat(cycle.scene.motors[number].inertia), float)
+    load = mean(np.where(cycle.weights > 0.0, load_inertia(cycle, number), 0.0), cycle.weights)
+    return inertia_matched_ratio(load, np.where(own == 0, np.nan, own))
+
+
+def _pressure(cycle: Cycle, number: int) -> Reals:
+    return working_pressure(cycle.scene.cylinders[number], effort(cycle, number))
+
+
+def _flow(cycle: Cycle, number: int) -> Reals:
+    return flow_rate(cycle.scene.cylinders[number], rate(cycle, number))
+
+
+def _rod_buckling(cycle: Cycle) -> Any:
+    rows = [
+        np.where(cycle.counted, buckling_safety(cycle.scene.cylinders[number], effort(cycle, number)), np.inf)
+        for number in drives_of(cycle.scene, CYLINDER)
+    ]
+    return least(np.array(rows).reshape(-1, *cycle.columns))
+
+
+def _units(turns: str, slides: str, of: str = DRIVE) -> Callable[[Scene], list[str]]:
+    return lambda scene: [turns if scene.mechanism.drives[n].turns else slides for n in drives_of(scene, of)]
+
+
+def _effort_units(scene: Scene) -> list[str]:
+    return [unit for *_, unit in drive_words(scene.mechanism)]
+
+
+DRIVE_FIGURES: tuple[Figure, ...] = (
+    Figure("drive_rms", "effort of a drive, root mean square", _effort_units, DRIVE,
+           _over_time(root_mean_square, effort), AVERAGE),
+    Figure("drive_mean", "effort of a drive, mean", _effort_units, DRIVE, _over_time(mean, effort), AVERAGE),
+    Figure("drive_speed", "speed of a drive", _units("rad/s", "m/s"), DRIVE, each(of_drive(rate)), rigid=True),
+    Figure("drive_power", "power of a drive", "W", DRIVE, each(of_drive(power))),
+    Figure("drive_mean_power", "mean power of a drive", "W", DRIVE, _over_time(mean, power), AVERAGE),
+    Figure("energy_taken", "energy of a drive, taken in a cycle", "J", DRIVE, _over_time(energy_taken, power), AVERAGE),
+    Figure("energy_given", "energy of a drive, given back in a cycle", "J", DRIVE, _over_time(energy_given, power),
+           AVERAGE),
+    Figure("load_inertia", "inertia of the links, reduced to a drive", _units("kg m^2", "kg"), DRIVE,
+           each(of_drive(load_inertia)), rigid=True),
+    Figure("energy_fluctuation", "energy that a flywheel on a drive would take up", "J", DRIVE,
+           averaged(of_drive(_fluctuation)), AVERAGE),
+    Figure("flywheel", "inertia that keeps a drive as even as it may be", "kg m^2", UNEVEN,
+           averaged(of_drive(_flywheel, UNEVEN)), AVERAGE),
+    Figure("motor_torque", "torque of a motor", "N m", MOTOR, each(of_drive(torque, MOTOR))),
+    Figure("motor_rms", "torque of a motor, root mean square", "N m", MOTOR,
+           _over_time(root_mean_square, torque, MOTOR), AVERAGE),
+    Figure("motor_speed", "speed of a motor", "rad/s", MOTOR, each(of_drive(speed, MOTOR)), rigid=True),
+    Figure("motor_mean_speed", "mean speed of a motor", "rad/s", MOTOR,
+           _over_time(lambda values, weight: mean(np.abs(values), weight), speed, MOTOR), AVERAGE, rigid=True),
+    Figure("motor_use", "torque of a motor over that at its speed", "1", MOTOR, each(of_drive(_use, MOTOR))),
+    Figure("inertia_ratio", "inertia of the load over that of a motor", "1", MOTOR,
+           each(of_drive(_inertia_ratio, MOTOR)), rigid=True),
+    Figure("least_ratio", "gear ratio of the least torque, root mean square", _units("1", "rad/m", MOTOR), MOTOR,
+           averaged(of_drive(_least_ratio, MOTOR)), AVERAGE),
+    Figure("matched_ratio", "gear ratio that matches the inertias", _units("1", "rad/m", MOTOR), MOTOR,
+           averaged(of_drive(_matched_ratio, MOTOR)), AVERAGE, rigid=True),
+    Figure("pressure", "pressure of a cylinder", "Pa", CYLINDER, each(of_drive(_pressure, CYLINDER))),
+    Figure("flow", "flow of a cylinder", "m^3/s", CYLINDER, each(of_drive(_flow, CYLINDER)), rigid=True),
+    Figure("rod_buckling", "Euler's load of a cylinder's rod over its push", "1", CYLINDER, _rod_buckling, LEAST),
+)  # fmt: skip

@@ -1,0 +1,130 @@
+"""Counterweights and springs that balance a machine by least squares over its cycle, in closed form.
+
+A counterweight on a link that turns about a pin of the ground adds to that link's first moment of mass, by which the
+force that shakes the ground, and the effort that its weight takes, are linear; so is the effort of a torsion spring at
+that pin by its stiffness and its moment. Derivation: docs/machine.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from machine.averages import root_mean_square
+from rigid import Motion, structure, with_rates
+from rigid.arrays import Numbers, Reals
+from rigid.constants import mass_constants
+from rigid.plane import cross, dot
+
+ROUND_OFF = 1e-10  # share of the largest singular value, below which amounts do nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Amounts that balance a quantity as well as they can.
+
+    Attributes
+    ----------
+    amounts
+        Of every influence, in its unit, shape (influences,): the least ones that do it.
+    before, after
+        The quantity without and with them, real or complex, shape (..., positions).
+    """
+
+    amounts: Numbers
+    before: Numbers
+    after: Numbers
+
+    @property
+    def share(self) -> float:
+        """What is left of the root mean square; 0 where there was nothing."""
+        before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
+        return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
+
+
+def balanced(quantity: Numbers, influences: Sequence[Numbers], weight: Reals | float = 1.0) -> Balance:
+    """Real amounts of some influences that make a quantity least in the mean square.
+
+    Parameters
+    ----------
+    quantity, influences
+        Real or complex, each of shape (..., positions): the quantity becomes itself plus amounts times influences.
+    weight
+        Time that every position stands for, shape (positions,).
+    """
+    root = np.sqrt(np.broadcast_to(weight, np.shape(quantity)))
+
+    def column(values: Numbers) -> Reals:
+        scaled = np.ravel(root * values)
+        return np.concatenate([scaled.real, scaled.imag])
+
+    matrix = np.array([column(each) for each in influences]).T.reshape(-1, len(influences))
+    amounts = np.linalg.lstsq(matrix, -column(quantity), rcond=ROUND_OFF)[0]
+    after = quantity + sum((amount * each for amount, each in zip(amounts, influences, strict=True)), start=0.0)
+    return Balance(amounts, np.asarray(quantity), np.asarray(after))
+
+
+def pivoted_links(motion: Motion) -> dict[int, str]:
+    """Links that turn about a pin of the ground, by number: the name of the pin."""
+    joints = structure(motion.mechanism).joints
+    return {joint.child: joint.name for joint in joints if joint.parent == 0 and joint.turns and joint.freedoms}
+
+
+def inertia_force(motion: Motion) -> Numbers:
+    """Force with which the links' inertia shakes the ground [N], complex, shape (..., positions)."""
+    mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
+    force: Numbers = -(mass * motion.acceleration + motion.turning * motion.direction * first)[1:].sum(axis=0)
+    return force
+
+
+def inertia_moment(motion: Motion) -> Reals:
+    """Moment with which the links' inertia shakes the ground, about the origin of coordinates [N m]."""
+    mass, first, second = mass_constants(motion.mechanism, len(motion.columns))
+    arm = motion.direction * first
+    force = mass * motion.acceleration + motion.turning * arm
+    couple = cross(motion.origin, force) + cross(arm, motion.acceleration) + second * motion.angular_acceleration
+    moment: Reals = -couple[1:].sum(axis=0)
+    return moment
+
+
+def shaking_influences(motion: Motion, link: int) -> tuple[Numbers, Numbers]:
+    """Force on the ground of a unit first moment of mass of a link along its axes x' and y' [N/(kg m)], complex."""
+    along = -motion.turning[link] * motion.direction[link]
+    return along, 1j * along
+
+
+def weight_effort(motion: Motion) -> Reals:
+    """Effort of every drive that the links' weight takes at rest [N m or N], shape (drives, ..., positions)."""
+    mass, first, _ = mass_constants(motion.mechanism, len(motion.columns))
+    weight = mass * motion.mechanism.gravity
+    tilt = cross(motion.direction * first, motion.mechanism.gravity + 0j)
+    units = _unit_motions(motion)
+    return -np.array([(dot(unit.velocity, weight) + unit.angular_velocity * tilt)[1:].sum(axis=0) for unit in units])
+
+
+def weight_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
+    """Efforts of the drives for a unit first moment of mass of a link along x' and y', (drives, ..., positions)."""
+    arm, gravity, units = motion.direction[link], motion.mechanism.gravity + 0j, _unit_motions(motion)
+    along, across = (
+        -np.array([unit.angular_velocity[link] * cross(part * arm, gravity) for unit in units]) for part in (1.0, 1j)
+    )
+    return along, across
+
+
+def spring_influences(motion: Motion, link: int) -> tuple[Reals, Reals]:
+    """Efforts of the drives for a torsion spring between a link and the ground, shape (drives, ..., positions).
+
+    For a unit stiffness [N m/rad] about the angle of the link's axes at the first position, and for a unit moment
+    against the link [N m].
+    """
+    angle = np.unwrap(np.angle(motion.direction[link]), axis=-1)
+    turned = np.array([unit.angular_velocity[link] for unit in _unit_motions(motion)])
+    return turned * (angle - angle[..., :1]), turned
+
+
+def _unit_motions(motion: Motion) -> list[Motion]:
+    """The same positions with one drive at a time moving at rate 1."""
+    count = len(motion.mechanism.drives)
+    return [with_rates(motion, np.eye(count)[:, number : number + 1]) for number in range(count)]

@@ -1,0 +1,77 @@
+"""Cylinders as drives: pressure by bore, flow, and buckling of the rod."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid.arrays import Real, Reals
+
+UNKNOWN = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """A hydraulic or pneumatic cylinder; what is not told is nan.
+
+    Attributes
+    ----------
+    bore, rod
+        Diameters of piston and rod [m].
+    length
+        Over which the rod may buckle, both its ends taken as pinned [m].
+    modulus
+        Young's, of the rod [Pa].
+    pressure, flow
+        Greatest of the supply [Pa, m^3/s].
+    buckling_safety
+        Least of Euler's load over the push.
+    """
+
+    bore: Real
+    rod: Real = 0.0
+    length: Real = UNKNOWN
+    modulus: Real = 206e9
+    pressure: Real = UNKNOWN
+    flow: Real = UNKNOWN
+    buckling_safety: Real = UNKNOWN
+
+    @property
+    def area(self) -> Any:
+        """Of the piston [m^2]."""
+        return np.pi * np.square(self.bore) / 4
+
+    @property
+    def annulus(self) -> Any:
+        """Of the piston on the rod's side [m^2]."""
+        return np.pi * (np.square(self.bore) - np.square(self.rod)) / 4
+
+    @property
+    def buckling_load(self) -> Any:
+        """Euler's, of the rod pinned at both ends [N]: pi^2 E I / l^2."""
+        return np.pi**2 * self.modulus * (np.pi * np.asarray(self.rod) ** 4 / 64) / np.square(self.length)
+
+
+def working_pressure(cylinder: Cylinder, force: Any) -> Reals:
+    """Pressure above that behind the piston [Pa]: of a push on the whole area, of a pull on that beside the rod.
+
+    `force` [N] is along the drive's coordinate, along which the rod comes out.
+    """
+    pressure: Reals = np.where(np.asarray(force) > 0, force / cylinder.area, -force / cylinder.annulus)
+    return pressure
+
+
+def flow_rate(cylinder: Cylinder, rate: Any) -> Reals:
+    """Flow into the cylinder at a rate of its stroke [m^3/s], of magnitude: coming out fills the whole area."""
+    flow: Reals = np.where(np.asarray(rate) > 0, rate * cylinder.area, -rate * cylinder.annulus)
+    return flow
+
+
+def buckling_safety(cylinder: Cylinder, force: Any) -> Reals:
+    """Euler's load of the rod over its push; infinite where it pulls."""
+    push = np.maximum(force, 0.0)
+    with np.errstate(divide="ignore"):
+        safety: Reals = np.where(push > 0, cylinder.buckling_load / np.where(push > 0, push, 1.0), np.inf)
+    return np.where(np.isnan(force), np.nan, safety)
