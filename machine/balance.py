@@ -39,7 +39,7 @@ class Balance:
 
     @property
     def share(self) -> float:
-        """What is left of the root mean square; 0 where there was nothing."""
+        """Share of the root mean square that is left; 0 where there was nothing."""
         before = float(np.sqrt(np.mean(root_mean_square(self.before) ** 2)))
         return float(np.sqrt(np.mean(root_mean_square(self.after) ** 2))) / before if before else 0.0
 

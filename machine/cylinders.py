@@ -14,7 +14,7 @@ UNKNOWN = float("nan")
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A hydraulic or pneumatic cylinder; what is not told is nan.
+    """A hydraulic or pneumatic cylinder; nan for the data that its sheet leaves out.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ UNKNOWN = float("nan")
 
 @dataclass(frozen=True, eq=False)
 class Motor:
-    """A motor with its gear; what is not told is nan.
+    """A motor with its gear; nan for the data that its sheet leaves out.
 
     Attributes
     ----------

@@ -125,7 +125,7 @@ def _of_links(table: LinkLimitsTable, link: str) -> Iterator[Limit]:
 
 
 def _of_drives(table: SceneTable, mechanism: Mechanism) -> Iterator[Limit]:
-    """Limits that motors and cylinders set to what their drives ask of them."""
+    """Limits of motors and cylinders to the efforts and speeds of their drives."""
     for number, name in enumerate(drive_names(mechanism)):
         drive = table.drives[number]
         motor = None if drive.motor is None else table.motors.get(drive.motor)

@@ -55,7 +55,7 @@ class Lead:
         return accelerations
 
     def rotors(self, coasting: Motion, twists: tuple[Complexes, Reals]) -> tuple[Reals, Reals]:
-        """Inertia of the rotors whose drives others lead, reduced to these, and the efforts that coasting takes of it.
+        """Inertia of rotors of drives that others lead, reduced to these, and the efforts that coasting takes of it.
 
         Shapes (drives, drives) and (drives,). `twists`: velocities and angular velocities of the links for a unit rate
         of every drive, shape (links, drives).
