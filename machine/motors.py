@@ -97,13 +97,15 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
     The mean square is A / n^2 + 2 B + C n^2 with the mean squares A of the effort through the gear and C of the torque
     that accelerates rotor and gear: n^4 = A / C. For a load of inertia alone n^2 is that over the motor's. Held below
-    the ratio at which the motor reaches its top speed, and at that where the drive does not accelerate.
+    the ratio at which the motor reaches its rated or its top speed, and at that where the drive does not accelerate.
     """
     passed = mean(gear_effort(motor, effort, rate) ** 2, weight)
     own = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
     with np.errstate(divide="ignore", invalid="ignore"):
         best = np.where(own > 0, (passed / np.where(own > 0, own, 1.0)) ** 0.25, np.inf)
-        bound = np.min(motor.top_speed / np.abs(np.broadcast_to(rate, np.shape(acceleration))), axis=-1)
+        bound = np.min(
+            np.fmin(motor.rated_speed, motor.top_speed) / np.abs(np.broadcast_to(rate, np.shape(acceleration))), axis=-1
+        )
     ratio: Reals = np.fmin(best, np.where(np.isnan(bound), np.inf, bound))
     return np.where(np.isfinite(ratio), ratio, np.nan)
 
