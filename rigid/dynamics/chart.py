@@ -94,6 +94,8 @@ class Chart:
 
     def at(self, coordinate: float) -> ChartedPosture | None:
         """Links at a coordinate of the drive; None where that has to be found from near by."""
+        if not math.isfinite(coordinate):  # a step that overflows is taken again, shorter
+            return None
         number = math.floor(coordinate / self._width)
         cell = self._cells[number] if number in self._cells else self._entered(number)
         if cell is None:
