@@ -32,6 +32,7 @@ from unittest import mock
 from drawn_scenes import drawn_case
 
 from kinelast.cli.command import main
+from kinelast.outputs.table import csv_rows
 from kinelast.tasks.task import shipped_scenes, shipped_structures
 
 SECONDS = 20  # that a case may take of a processor, and ten times that of a clock on the wall
@@ -227,9 +228,14 @@ def _fault_of_files(out: Path) -> str:
             unstressed = row["kind"] == "safety"  # whose factor is infinite, which JSON does not tell
             if row["passed"] and row["found"]["value"] is None and not unstressed:
                 return f"a limit is kept by a figure that is not known: {row}"
-    for path in (each for each in out.rglob("*.csv")):
-        if found := NOT_A_NUMBER.search(path.read_text(encoding="utf-8")):
-            return f"{path.name}: {found[0]}"
+    for path in out.rglob("*.csv"):
+        if not NOT_A_NUMBER.search(path.read_text(encoding="utf-8")):
+            continue
+        headings, *rows = csv_rows(path)
+        for heading, cell in (pair for row in rows for pair in zip(headings, row, strict=False)):
+            unstressed = cell == "inf" and heading == "safety [1]"
+            if NOT_A_NUMBER.search(cell) and not unstressed:
+                return f"{path.name}: {heading}: {cell}"
     return ""
 
 

@@ -85,3 +85,20 @@ def test_the_watch_sees_a_traceback_a_hang_and_what_is_written_elsewhere(tmp_pat
     for number, (call, what) in enumerate(wrong):
         monkeypatch.setattr(fuzz_scenes, "main", call)
         assert what in fault_of(2, 0, tmp_path / str(number))[1]
+
+
+@pytest.mark.parametrize(
+    ("cell", "fault"),
+    [("3.0,inf", ""), ("inf,3.0", "positions.csv: A.w_max [m]: inf"), ("3.0,nan", "positions.csv: safety [1]: nan")],
+)
+def test_the_watch_lets_but_the_safety_of_an_unstressed_machine_be_infinite(cell, fault, tmp_path, monkeypatch):
+    import fuzz_scenes
+
+    def told(call):
+        out = Path(call[2])
+        out.mkdir(parents=True)
+        (out / "positions.csv").write_text(f"A.w_max [m],safety [1]\n{cell}\n")
+        return 0
+
+    monkeypatch.setattr(fuzz_scenes, "main", told)
+    assert fault_of(2, 0, tmp_path)[1] == fault

@@ -267,7 +267,7 @@ def resolved_in_time(
         motion = checked(model.motion_at(grid.nodes))
         bent = unlocked(deflection(motion, model.sections, model.joints))
         terms = motion_terms(kinematics(model.structure, motion, basis, chosen), grid, model.damping)
-        found = vibration(terms, bent, discretization.start)
+        found = bounded(vibration(terms, bent, discretization.start))
         if rubs:
             found, rubbed = with_friction(found, loose, TWICE * discretization.left_out, sliding)
         error, finer = time_error(found, discretization.resolved)
@@ -279,6 +279,21 @@ def resolved_in_time(
             loose = max(tolerance, min(COARSE, AHEAD * error)) if finer else tolerance
             sliding = _sampled(rubbed.sliding, grid, finer or grid)
         grid = finer or grid
+
+
+def bounded(found: Vibration) -> Vibration:
+    """A vibration, checked to be finite.
+
+    Raises
+    ------
+    MechanismError
+        It grows beyond all numbers, mostly since a node came too near to a singular position for its loads to be known.
+    """
+    lost = ~np.isfinite(found.history[0]).all(axis=-1)
+    if lost.any():
+        time = found.motion.time[1:][lost][0]
+        raise MechanismError(f"it has no bound from {time:.6g} s on, as near a singular position")
+    return found
 
 
 def _sampled(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:

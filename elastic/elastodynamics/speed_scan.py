@@ -7,7 +7,7 @@ values to about a hundredth and frequencies to a thousandth: where to look, not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -106,10 +106,13 @@ class SpeedScan:
     basis: Reals
     looked_at: tuple[Reals, ...]
 
-    def at(self, ratios: Any) -> Scan:
-        """A look at some speeds."""
-        speeds = np.unique(ratios)
-        parts = [self._at(speeds[first : first + AT_ONCE]) for first in range(0, len(speeds), AT_ONCE)]
+    def at(self, ratios: Any, on_speed: Callable[[int, int], None] | None = None) -> Scan:
+        """A look at some speeds; `on_speed` is called with how many of how many are looked at."""
+        speeds, parts = np.unique(ratios), []
+        for first in range(0, len(speeds), AT_ONCE):
+            if on_speed:
+                on_speed(first, len(speeds))
+            parts.append(self._at(speeds[first : first + AT_ONCE]))
         largest, growth, nearness = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         return Scan(speeds, largest, growth, nearness)
 

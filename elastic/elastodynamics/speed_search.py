@@ -56,22 +56,29 @@ class SpeedSearch:
         At two speeds or more.
     curves
         From a map to the largest values as `Scan.largest` has them, in any unit, shape (3, beams, speeds).
+    on_speed
+        Called with how many speeds are scanned, and of how many.
     """
 
-    def __init__(self, answers: SpeedAnswers, curves: Callable[[SpeedMap], Reals]) -> None:
-        self.answers, self.curves = answers, curves
+    def __init__(
+        self,
+        answers: SpeedAnswers,
+        curves: Callable[[SpeedMap], Reals],
+        on_speed: Callable[[int, int], None] | None = None,
+    ) -> None:
+        self.answers, self.curves, self._on_speed = answers, curves, on_speed
         self.model = answers.scan()
         self.width = answers.least_damping
         known = answers.map().ratio
         span = math.log(known[-1] / known[0])
         self.step = max(self.width, span / MOST_SCANNED)
-        self.scan: Scan = self.model.at(np.concatenate([known, *_filled(known, self.step)]))
+        self.scan: Scan = self.model.at(np.concatenate([known, *_filled(known, self.step)]), on_speed)
 
     def look(self, ratios: Any) -> None:
         """Look closely at more speeds."""
         more = np.setdiff1d(np.ravel(ratios), self.scan.ratio)
         if len(more):
-            self.scan = self.scan.with_more(self.model.at(more))
+            self.scan = self.scan.with_more(self.model.at(more, self._on_speed))
 
     def find_peaks(self) -> None:
         """Find answers at all peaks that stand out from the line between the speeds that are known."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -157,7 +158,8 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             still=lambda bent: _largest(scene, still, bent),
         )
         answers.find(ratios)
-        search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)))
+        looking = partial(progress, f"{scene.name}: speeds looked at between those asked for")
+        search = SpeedSearch(answers, lambda found: _curves(_by_figure(scene, figures, found.values)), looking)
         search.find_peaks()
         unstable = search.find_borders()
         limit = _limit(scene, figures, still, search, nominal) if scene.limits else None
