@@ -27,6 +27,7 @@ HIDDEN = ".kinelast-"  # locks and unfinished folders
 UNFINISHED = ".part"  # files
 OWNER = ".owner"  # in the place of a lock
 PATIENCE = 60.0  # [s] that another run may take to write the same folder
+PAUSE = 0.05  # [s] between two tries
 LINE = 300  # letters of a message
 
 
@@ -182,7 +183,7 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
     fresh: list[Path] = []
     hidden = HIDDEN + os.urandom(8).hex()
     path, shown = _lock_of(folder), plain(str(folder), LINE)
-    end = time.monotonic() + (PATIENCE if patience is None else patience)
+    left = (PATIENCE if patience is None else patience) / PAUSE  # tries, not a time: a machine may sleep meanwhile
     lock = None
     try:
         try:
@@ -191,10 +192,11 @@ def locked(folder: Path, patience: float | None = None) -> Iterator[str]:
             while lock is None:
                 with signals_held_back():
                     lock, more = _tried(path)
-                if lock is None and time.monotonic() > end:
+                if lock is None and left <= 0:
                     raise RequestError(f'"{shown}" is being written by another run: wait, or choose another -o{more}')
                 if lock is None:
-                    time.sleep(0.05)
+                    left -= 1
+                    time.sleep(PAUSE)
             _mark(lock, folder, hidden)
         except OSError as error:
             raise RequestError(f'-o: "{shown}" cannot be made: {error.strerror}') from None
