@@ -46,8 +46,12 @@ def worded(said, name):
 
 class TestTheDriveAndItsBranch:
     @pytest.mark.parametrize(
-        ("name", "angle"), [("cannot_go_round", "108.08"), pytest.param("other_assembly_after_a_turn", "512.529", marks=pytest.mark.slow)]
-    )  # fmt: skip
+        ("name", "angle"),
+        [
+            ("cannot_go_round", "108.08"),
+            pytest.param("other_assembly_after_a_turn", "512.529", marks=pytest.mark.slow),
+        ],
+    )
     def test_a_drive_that_cannot_go_all_the_way_says_where_it_stops(self, name, angle, answered):
         """The tracker stops at 1.886354 and 8.945315 rad."""
         status, said, summary = answered(name)

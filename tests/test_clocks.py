@@ -54,13 +54,14 @@ def results(folder, clock, *options):
     path = [*([str(folder / "clocks")] if clock else []), str(here)]
     env = {**os.environ, "CLOCK": clock, "PYTHONPATH": os.pathsep.join(path)}
     call = [sys.executable, "-m", "kinelast", *map(str, options), "-o", str(out), "--jobs", "2"]
-    done = subprocess.run(call, cwd=folder, env=env, capture_output=True, text=True, timeout=300)
+    given = {"cwd": folder, "env": env, "capture_output": True, "text": True, "timeout": 300}
+    done = subprocess.run(call, check=False, **given)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
-    again = subprocess.run([*call, "--resume"], cwd=folder, env=env, capture_output=True, text=True, timeout=300)
+    again = subprocess.run([*call, "--resume"], check=False, **given)
     assert again.returncode == 0, again.stderr
     names = [path for path in sorted(out.rglob("*")) if path.suffix == ".csv" or path.name == "summary.json"]
-    assert not [path for path in out.rglob(".*")]
+    assert not list(out.rglob(".*"))
     return {path.relative_to(out): path.read_bytes() for path in names}
 
 

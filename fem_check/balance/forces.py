@@ -1,0 +1,96 @@
+"""Forces and moments that act on a whole mechanism, and how far its joints are open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, displacement_of
+from fem_check.balance.masses import Masses, gauss, places
+from fem_check.balance.rates import size_of
+from rigid import LineLoad, Motion, PointLoad, position_of
+from rigid.plane import cross
+
+
+def openings(motion: Motion) -> Any:
+    """How far joints are open [m], shape (joints, positions): pins, and blocks off their lines or turned on them."""
+    mechanism = motion.mechanism
+    names = sorted({name for link in mechanism.links for name in link.points})
+    rows = [np.zeros(motion.columns)]
+    for name in names:
+        holders = [link.name for link in mechanism.links if name in link.points]
+        rows += [
+            np.abs(position_of(motion, first, name) - position_of(motion, second, name))
+            for first, second in combinations(holders, 2)
+        ]
+    for weld in mechanism.welds:
+        held = motion.direction[mechanism.index[weld.on]] * weld.turn
+        turned = np.abs(motion.direction[mechanism.index[weld.link]] - held)
+        rows.append(turned * size_of(motion, np.isfinite(held)))
+    for slider in mechanism.sliders:
+        link, on = mechanism.index[slider.link], mechanism.index[slider.on]
+        line = motion.direction[on] * slider.direction
+        foot = motion.origin[on] + motion.direction[on] * slider.origin
+        way = position_of(motion, slider.link, slider.point) - foot
+        turned = np.abs(motion.direction[link] - motion.direction[on] * slider.turn)
+        rows += [np.abs(cross(line, way)), turned * size_of(motion, np.isfinite(way))]
+    return np.array(rows)
+
+
+def ground_moment(deflection: Deflection, centre: Any) -> Any:
+    """Moment of the mechanism on the ground about a place [N m], shape (positions,)."""
+    return deflection.forces.ground_moment - cross(centre, deflection.forces.ground_force)
+
+
+def applied(motion: Motion, masses: Masses, centre: Any) -> tuple[Any, Any]:
+    """Gravity and all given loads, those on the ground too: force [N], complex, and moment about a place [N m]."""
+    weight = masses.mass * (motion.mechanism.gravity + 0j)
+    force = np.zeros(motion.columns, complex) + weight.sum()
+    moment = cross(places(motion, masses) - centre, weight).sum(axis=0)
+    for load in motion.mechanism.loads:
+        for at, push, couple in _line_load(motion, load) if isinstance(load, LineLoad) else _point_load(motion, load):
+            force = force + push
+            moment = moment + cross(at - centre, push) + couple
+    return force, moment
+
+
+def _point_load(motion: Motion, load: Any) -> Sequence[tuple[Any, Any, Any]]:
+    return [(position_of(motion, link, point), force, moment) for link, point, force, moment in load.forces(motion)]
+
+
+def _line_load(motion: Motion, load: LineLoad) -> Sequence[tuple[Any, Any, Any]]:
+    """The load of short pieces of a beam."""
+    at = motion.mechanism.index[load.link]
+    link = motion.mechanism.links[at]
+    beam = link.beams[load.beam]
+    start, vector = link.points[beam.start], link.points[beam.end] - link.points[beam.start]
+    axis = motion.direction[at] * vector / np.abs(vector) if load.turning else 1.0
+    factor = (1.0 if load.law is None else load.law(motion)) * axis * np.abs(vector)
+    return [
+        (
+            motion.origin[at] + motion.direction[at] * (start + xi * vector),
+            (load.start + xi * (load.end - load.start)) * factor * weight,
+            0.0,
+        )
+        for xi, weight in zip(*gauss(), strict=True)
+    ]
+
+
+def shifted(deflection: Deflection, masses: Masses, moved: Any) -> Any:
+    """Moment that gravity and the forces have more because they go with displaced points [N m]."""
+    motion = deflection.motion
+    pushed = cross(moved, masses.mass * (motion.mechanism.gravity + 0j)).sum(axis=0)
+    for load in motion.mechanism.loads:
+        for link, point, force, _ in load.forces(motion) if isinstance(load, PointLoad) else ():
+            pushed = pushed + cross(displacement_of(deflection, link, point), force)
+    for joint, force in zip(motion.structure.joints, deflection.forces.force, strict=True):
+        if joint.parent == 0 and not joint.turns:  # what slides on the ground bears on another place of it
+            pushed = pushed + cross(displacement_of(deflection, joint.child, _sliding_point(motion, joint.name)), force)
+    return pushed
+
+
+def _sliding_point(motion: Motion, name: str) -> str:
+    return motion.mechanism.slider_points[name]

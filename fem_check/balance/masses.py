@@ -1,0 +1,107 @@
+"""Moving masses of a mechanism as points: places, velocities and, of links that bend, displacements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastic import Deflection, Section, displacement_of, rotation_of, sample
+from rigid import Mechanism, Motion
+
+GAUSS = 8  # places along a beam
+
+
+@dataclass(frozen=True, eq=False)
+class Masses:
+    """All moving masses as points; every array of shape (masses, 1) but `link`.
+
+    Attributes
+    ----------
+    link
+        Number of the link, shape (masses,).
+    place
+        In the link's axes [m], complex.
+    mass, inertia
+        [kg], and about the point itself [kg m^2].
+    section
+        Rotary inertia of the section about the point [kg m^2]: of Timoshenko's beams, which feel it where they bend.
+    """
+
+    link: Any
+    place: Any
+    mass: Any
+    inertia: Any
+    section: Any
+
+
+def masses_of(mechanism: Mechanism, sections: Sequence[Section]) -> Masses:
+    """Gauss's points of the beams, beam by beam, then the centres of the lumps."""
+    rows: list[tuple[int, Any, Any, Any, Any]] = []
+    for (at, beam), section in zip(mechanism.beams, sections, strict=True):
+        points = mechanism.links[at].points
+        vector = points[beam.end] - points[beam.start]
+        for xi, weight in zip(*gauss(), strict=True):
+            mass = (
+                beam.mass_per_length * np.polynomial.polynomial.polyval(xi, beam.mass_taper) * np.abs(vector) * weight
+            )
+            rows.append((at, points[beam.start] + xi * vector, mass, 0.0, mass * _square_of_gyration(section, xi)))
+    rows += [
+        (at, link.points[lump.point] + lump.offset, lump.mass, lump.inertia, 0.0)
+        for at, link in enumerate(mechanism.links)
+        for lump in (link.lumps if at else ())
+    ]
+    columns = list(zip(*rows, strict=True)) or [()] * 5
+    link, place, *amounts = (np.array(column) for column in columns)
+    return Masses(link.astype(int), place.astype(complex)[:, None], *(amount[:, None] for amount in amounts))
+
+
+def _square_of_gyration(section: Section, xi: float) -> float:
+    """I/A at a station [m^2]; 0 of Euler and Bernoulli's beams, and where the section does not tell."""
+    second = float(np.ravel(section.inertia)[0] / np.ravel(section.area)[0])
+    if not (np.isfinite(np.ravel(section.kGA)[0]) and math.isfinite(second)):
+        return 0.0
+    if section.taper is None:
+        return second
+    bending, along = (np.polynomial.polynomial.polyval(xi, taper) for taper in (section.taper.EI, section.taper.EA))
+    return second * float(bending / along)
+
+
+def gauss() -> tuple[Any, Any]:
+    """Gauss's points and weights from 0 to 1."""
+    points, weights = np.polynomial.legendre.leggauss(GAUSS)
+    return (points + 1) / 2, weights / 2
+
+
+def places(motion: Motion, masses: Masses) -> Any:
+    """Places of the masses [m], complex, shape (masses, positions)."""
+    return motion.origin[masses.link] + motion.direction[masses.link] * masses.place
+
+
+def velocities(motion: Motion, masses: Masses) -> Any:
+    """Velocities of the masses as the motion tells them [m/s], complex, shape (masses, positions)."""
+    turning = 1j * motion.angular_velocity[masses.link] * motion.direction[masses.link]
+    return motion.velocity[masses.link] + turning * masses.place
+
+
+def displacements(deflection: Deflection) -> tuple[Any, Any]:
+    """Displacements [m], complex, and rotations [rad] of the masses, in their order, shape (masses, positions)."""
+    motion = deflection.motion
+    mechanism = motion.mechanism
+    u, w, phi = (sample(deflection, field, gauss()[0]) for field in ("u", "w", "phi"))
+    moved, turned = [], []
+    for number, (at, beam) in enumerate(mechanism.beams):
+        way = mechanism.links[at].points[beam.end] - mechanism.links[at].points[beam.start]
+        axis = motion.direction[at] * way / np.abs(way)
+        moved += list(axis * (u[number] + 1j * w[number]).T)
+        turned += list(phi[number].T)
+    for at, link in enumerate(mechanism.links):
+        for lump in link.lumps if at else ():
+            angle = np.broadcast_to(rotation_of(deflection, at, lump.point), motion.columns)
+            held = displacement_of(deflection, at, lump.point) + 1j * angle * motion.direction[at] * lump.offset
+            moved.append(np.broadcast_to(held, motion.columns))
+            turned.append(angle)
+    return np.array(moved), np.array(turned)
