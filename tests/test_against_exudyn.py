@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,10 @@ import pytest
 from elastic import Section, sample
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from fem_check.nonlinear import nonlinear_steady_state, refined_deflection
+from kinelast.runs.compute import computed
+from kinelast.scene.data import GEOMETRICALLY_EXACT
+from kinelast.scene.document import read_scene
+from kinelast.tasks.request import Request
 from rigid import Beam, ConstantSpeed, Link, Lump, Mechanism, PinDrive, Slider, motion
 
 DATA = Path(__file__).parent / "data" / "exudyn_mechanisms.json"
@@ -39,9 +44,10 @@ def mechanism_of(given):
     return Mechanism(links, (PinDrive("crank", "O"),), drawing, sliders)
 
 
-def apart(one, other):
-    """Greatest difference of the worst beam, of its greatest."""
-    return float((np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1)).max())
+def apart(one, other, least=0.0):
+    """Greatest difference of the worst beam, of its greatest, or of a least share of that of all."""
+    greatest = np.abs(other).max(axis=1)
+    return float((np.abs(one - other).max(axis=1) / np.maximum(greatest, least * greatest.max())).max())
 
 
 @pytest.fixture(scope="module", params=GIVEN, ids=[given["name"] for given in GIVEN])
@@ -82,3 +88,19 @@ def test_the_deflection_to_a_tolerance(case):
     found = refined_deflection(mechanism, sections, law, times, period, True, 5e-3, damping=beta)
     assert found.error <= 5e-3
     assert apart(found.chord[:, :, found.elements // 2], expected) < 5e-3
+
+
+@pytest.mark.slow
+def test_every_field_where_two_cranks_ring():
+    """A damping ratio of 0.01, large displacement 38 % of the deflection: six modes let steps stall, 3 to 5 % off."""
+    given = json.loads((DATA.parent / "exudyn_two_cranks.json").read_text(encoding="utf-8"))
+    scene = read_scene(Path(__file__).parents[1] / "benchmarks" / "data" / "two_cranks.toml")
+    few = replace(scene, course=replace(scene.course, run=replace(scene.course.run, positions=24)))
+    answer = computed(few, Request(accuracy=0.005)).answer
+    assert answer.theory == GEOMETRICALLY_EXACT
+    assert answer.vibrating.coordinates > 20
+    for name in ("u", "w", "chord", "N", "M"):
+        found, expected = sample(answer.deflection, name, given["stations"]), np.array(given[name])
+        assert apart(found.reshape(len(found), -1), expected.reshape(len(expected), -1), 0.1) < 0.012, name
+    expected = np.array(given["joints"]) @ (1, 1j)
+    assert apart(np.array(answer.deflection.forces.force), expected, 0.1) < 0.012

@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from elastic.elastodynamics.displaced_links import Displaced
 from elastic.elastodynamics.displaced_points import require_known
-from elastic.elastodynamics.exact_steps import exact_deflection, exact_step, settled_links
-from elastic.elastodynamics.solution import ROUNDS, TOLERANCE, TWICE, Elastodynamic, resolved_in_time, time_error
+from elastic.elastodynamics.exact_steps import Settled, exact_deflection, exact_step, settled_links
+from elastic.elastodynamics.reduced_vibration import Vibration
+from elastic.elastodynamics.solution import (
+    MOST_NUMBERS,
+    ROUNDS,
+    TOLERANCE,
+    TWICE,
+    Discretization,
+    Elastodynamic,
+    numbers_of,
+    resolved_in_time,
+    time_error,
+)
 from elastic.solution import Deflection
 
 BESIDE = 4.0  # times as much as of the coordinates do elements leave open of what lies beside them, at most
 
+FALL = 0.7  # of what steps leave open, to which more coordinates are to bring it: else there were enough
+LOST = 0.1  # of the displacements, beyond which steps leave open what nothing finer settles
 
-def with_large_displacement(linear: Elastodynamic) -> tuple[Deflection, float]:
-    """Deflection at the same positions after one step towards the exact answer, and how much the step changes.
 
-    With the effect of large displacement to second order: the difference is what the linear answer leaves out.
+def with_large_displacement(linear: Elastodynamic) -> Elastodynamic:
+    """The vibrating mechanism at the same positions after one step towards the exact answer.
 
-    Returns
-    -------
-    The deflection, and the greatest change of a displacement as a share of the largest; the linear deflection and 0
-    where nothing vibrates or no steady state comes about.
+    With the effect of large displacement to second order: the difference is what the linear answer leaves out. Its
+    `exact` tells by how much the step changes it, as shares; the linear answer where nothing vibrates or no steady
+    state comes about.
 
     Raises
     ------
@@ -32,10 +44,10 @@ def with_large_displacement(linear: Elastodynamic) -> tuple[Deflection, float]:
     """
     vibration, discretization = linear.vibration, linear.discretization
     if vibration is None or discretization is None or not _bends(linear):
-        return linear.deflection, 0.0
+        return linear
     require_known(vibration.motion)
     step = exact_step(vibration, TWICE * discretization.left_out)
-    return _at_positions(step.displaced, linear), step.share
+    return replace(linear, deflection=_at_positions(step.displaced, linear), exact=step)
 
 
 def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> Elastodynamic:
@@ -65,22 +77,44 @@ def geometrically_exact(linear: Elastodynamic, tolerance: float = TOLERANCE) -> 
     if vibration is None or discretization is None or not _bends(linear):
         return linear
     require_known(vibration.motion)
+    best: Elastodynamic | None = None
+    before = math.inf
     for _ in range(ROUNDS):
         exact = settled_links(vibration, tolerance, TWICE * discretization.left_out)
         moving = replace(vibration, history=exact.displaced.history)
         in_elements, finer = time_error(moving, discretization.resolved)
-        if finer is None or not exact.open <= tolerance:
+        found = _settled(linear, exact, vibration, discretization, in_elements)
+        best = found if best is None or _off(found) < _off(best) else best
+        few = tolerance < exact.open < FALL * before
+        grid = finer or vibration.problem.terms.grid
+        discretization, before = discretization.wider() if few else discretization, exact.open
+        if not (few or finer) or exact.open > LOST or numbers_of(discretization, grid) > MOST_NUMBERS:
             break
-        vibration = resolved_in_time(discretization, finer, tolerance)[0]
+        vibration = resolved_in_time(discretization, grid, tolerance)[0]
+    assert best is not None
+    assert best.exact is not None
+    return replace(best, deflection=_at_positions(best.exact.displaced, linear))
+
+
+def _settled(
+    linear: Elastodynamic, exact: Settled, vibration: Vibration, discretization: Discretization, in_elements: float
+) -> Elastodynamic:
+    """The answer of displaced links as it stands, but for its deflection."""
     return replace(
         linear,
-        deflection=_at_positions(exact.displaced, linear),
+        coordinates=vibration.history[0].shape[1],
         elements=len(vibration.problem.terms.grid.steps),
         time_error=BESIDE * in_elements,
-        reduction_error=exact.share,
+        reduction_error=exact.open,
         vibration=vibration,
+        discretization=discretization,
         exact=exact,
     )
+
+
+def _off(found: Elastodynamic) -> float:
+    """How far an answer may be from settled."""
+    return found.time_error + found.reduction_error
 
 
 def _bends(linear: Elastodynamic) -> bool:

@@ -373,6 +373,10 @@ class Discretization:
         values = self.model.cycle.values[self.modes :]
         return 1.0 / math.sqrt(values[0]) if len(values) and values[0] > 0 else math.inf
 
+    def wider(self) -> Discretization:
+        """With twice as many modes of the same elastic coordinates."""
+        return replace(self, modes=min(2 * self.modes, len(self.model.structure.stiffness)))
+
     def finer(self, error: float, most: float = math.inf) -> Discretization | None:
         """More coordinates, or shorter elements where these gain nothing; None where neither does.
 

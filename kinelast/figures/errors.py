@@ -9,20 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from elastic import reference_deflection, sample
+from elastic import Deflection, reference_deflection, sample
 from elastic.links import members_of
 from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.entry import LEAST, Figure, bounded_items, magnitudes
 from kinelast.figures.registry import NAMES
 from kinelast.scene.data import Scene
 from kinelast.scene.limits import OUTPUT_ERROR
-from rigid.arrays import Reals
+from rigid.arrays import Complexes, Numbers, Reals
 
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
 BY_MOTION = (VIBRATION, LARGE)  # each from the answer with those before it to that with it: their signs count
 HEADLINE = NAMES["w"], NAMES["mises"]  # figures of which every report tells the greatest
 LITTLE = 0.01  # of the greatest figure of a unit, below which one of them counts as so much
+COURSES, JOINT_FORCES = ("u", "w", "chord", "N", "M"), "joint forces"
+AT = np.linspace(0.0, 1.0, 5)  # places along the beams at which courses are compared
+SMALL = 0.1  # of the greatest of all beams or joints, below which the course of one counts as so much
 EPS = float(np.finfo(float).eps)
 
 
@@ -170,14 +173,55 @@ def history_error(answer: Cycle, off: Estimate) -> float:
     As a share of the largest deflection of the beam; a check of the whole mechanism measures it.
     """
     chord = sample(answer.deflection, "chord", STATIONS)
-    members = members_of(answer.scene.mechanism)
-    base = reference_deflection(members.greatest(np.nan_to_num(np.abs(chord)).max(axis=(1, 2), initial=0.0)))
+    base = reference_deflection(_greatest_of_members(answer, chord))
     shares = math.fsum(off.shares.values())
     if not off.stages:
         return shares
     final = [*off.stages.values()][-1].deflection
-    apart = np.nan_to_num(np.abs(sample(final, "chord", STATIONS) - chord)).max(axis=(1, 2), initial=0.0)
-    return shares + float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
+    return shares + _greatest_share(chord, sample(final, "chord", STATIONS), base)
+
+
+def course_errors(answer: Cycle, off: Estimate) -> dict[str, float]:
+    """Greatest errors by the theory of motion, and in time, of fields and joint forces at any instant, by name.
+
+    Each as a share of the largest value of the member or joint, or of `SMALL` of the largest of all where that is more.
+    """
+    shares, errors = math.fsum(off.shares.values()), {}
+    if not off.stages:
+        return dict.fromkeys((*COURSES, JOINT_FORCES), shares)
+    bent, final = answer.deflection, [*off.stages.values()][-1].deflection
+    for name in COURSES:
+        values = sample(bent, name, AT)
+        base = _greatest_of_members(answer, values)
+        errors[name] = shares + _greatest_share(values, sample(final, name, AT), _not_small(base))
+    forces, others = (_joint_forces(each) for each in (bent, final))
+    base = np.nan_to_num(np.abs(forces)).max(axis=1, initial=0.0)
+    return {**errors, JOINT_FORCES: shares + _greatest_share(forces, others, _not_small(base))}
+
+
+def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
+    """Of values along beams, shape (beams, positions, stations), of the whole member of every beam."""
+    greatest: Reals = np.nan_to_num(np.abs(values)).max(axis=(1, 2), initial=0.0)
+    return members_of(answer.scene.mechanism).greatest(greatest)
+
+
+def _not_small(greatest: Reals) -> Reals:
+    """Bases of shares: the greatest values of beams or joints, or what counts in their place where they are small."""
+    base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
+    return base
+
+
+def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
+    """Greatest difference in any row, as a share of the row's base."""
+    apart = np.nan_to_num(np.abs(others - values)).max(axis=tuple(range(1, values.ndim)), initial=0.0)
+    return float(np.divide(apart, base, out=np.zeros_like(apart), where=base > 0.0).max(initial=0.0))
+
+
+def _joint_forces(bent: Deflection) -> Complexes:
+    """At all positions [N], complex, shape (joints, positions)."""
+    columns = bent.motion.columns
+    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
+    return np.reshape(np.array(forces, complex), (len(forces), *columns))
 
 
 def graded_figures(scene: Scene, answer: Cycle, figures: Sequence[Figure], off: Estimate) -> list[GradedFigure]:

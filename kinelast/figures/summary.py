@@ -122,6 +122,7 @@ def theory_figures(results: Results) -> dict[str, Any]:
             "figure": None,
             "on": None,
             "errors": {},
+            "courses": {},
             "without_vibration": None,
             "accuracy": None,
             "reached": None,
@@ -138,7 +139,8 @@ def theory_figures(results: Results) -> dict[str, Any]:
         "without_vibration": known(answer.missed),
         "accuracy": answer.accuracy,
         "expected": ACCURACY,
-        "reached": None if answer.accuracy is None else results.error <= answer.accuracy,
+        "reached": answer.accurate,
+        "courses": {name: known(share) for name, share in answer.courses.items()},
         "problem": results.error_unknown,
         **({} if answer.vibrating is None else _vibrating(answer.vibrating)),
     }

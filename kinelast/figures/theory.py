@@ -32,6 +32,7 @@ from kinelast.figures.errors import (
     Estimate,
     FigureError,
     GradedFigure,
+    course_errors,
     figure_errors,
     graded_figures,
     history_error,
@@ -49,6 +50,10 @@ SETTLED = 0.004  # of the accuracy, that being allowed to be coarser: a figure m
 FINE = 0.02  # of the accuracy, that being finer than the tolerance
 LEFT = (BEAM_THEORY, ROUND_OFF)  # parts that no theory of motion changes
 BESIDES = 0.1  # of the accuracy: what is not worth answering where others hold the accuracy back
+NO_MORE = 0.1  # of the accuracy, that a step to the exact answer may change of deflections where it is the last
+LEFT_BY_STEP = (
+    2.0  # times that change: the next is mostly a fifth of it, but u and N go with the square of the deflection
+)
 HOPELESS = 4.0  # radians of a section's rotation, beyond which vibration is not looked at
 SAME = 1e-9  # share by which moments at rest differ by round-off
 UNSTABLE = "the links have no steady state, their vibration grows"
@@ -112,6 +117,16 @@ class Answer:
         """As of `history_error`; nan where it is not known."""
         return math.nan if self.unknown else history_error(self.cycle, self.off)
 
+    @cached_property
+    def courses(self) -> Mapping[str, float]:
+        """As of `course_errors`; nothing where they are not known."""
+        return {} if self.unknown else course_errors(self.cycle, self.off)
+
+    @property
+    def worst_course(self) -> tuple[str, float]:
+        """Name of the course that is farthest off, and its error as a share; nothing, and nan, where not known."""
+        return max(self.courses.items(), key=lambda item: item[1], default=("", math.nan))
+
     @property
     def error(self) -> float:
         """Of the worst of the figures that are read, as a share; nan where one is not known, 0 where there is none."""
@@ -123,7 +138,9 @@ class Answer:
     @property
     def accurate(self) -> bool | None:
         """Whether the answer is as near as was asked for; None where nothing was asked."""
-        return None if self.accuracy is None else self.error <= self.accuracy
+        if self.accuracy is None:
+            return None
+        return self.error <= self.accuracy and not self.worst_course[1] > self.accuracy
 
 
 @one_thread()
@@ -167,11 +184,11 @@ def answer(scene: Scene, plain: Deflection, theory: Theory, period: float, only_
             raise
         return rungs.unknown(error.problem)
     tried: list[Answer] = []
-    for rung in rungs.climbed(linear, tolerance):
+    for rung in rungs.climbed(linear, tolerance, 0.0 if named else wanted):
         if only_told or (not named and (_enough(rung, wanted) or not linear.stable)) or rung.theory == theory.name:
             return rung
         tried.append(rung)
-    return min(reversed(tried), key=lambda rung: math.inf if math.isnan(rung.error) else rung.error)
+    return min(reversed(tried), key=_off_by_motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +204,11 @@ class _Rungs:
         """Those of a run."""
         return [figure for figure in figures_of(output_of(self.scene)) if not figure.asked]
 
-    def climbed(self, linear: Elastodynamic, tolerance: float) -> Iterator[Answer]:
+    def climbed(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
         """The answers from the cheapest theory to the finest.
+
+        The step to the exact answer that tells how far the linear one is off is an answer of its own where its change
+        of the deflections is `NO_MORE` of the accuracy at most: then more steps change little.
 
         Raises
         ------
@@ -202,10 +222,13 @@ class _Rungs:
             for name in (ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self._answer(name, vibrating, linear, {}, settled, UNSTABLE)
             return
-        stages, shares = self._large_displacement(linear)
+        stepped, stages, shares = self._large_displacement(linear)
         shares |= settled
         yield self._answer(QUASI_STATIC, plain, linear, {VIBRATION: vibrating, **stages}, shares)
         yield self._answer(ELASTODYNAMIC, vibrating, linear, stages, shares)
+        if stepped.exact is not None and stepped.exact.worst <= NO_MORE * wanted:
+            left = {**settled, LARGE: LEFT_BY_STEP * stepped.exact.worst}
+            yield self._answer(GEOMETRICALLY_EXACT, stages[LARGE], stepped, {}, left)
         try:
             exact = geometrically_exact(linear, tolerance)
         except MechanismError as error:
@@ -230,13 +253,14 @@ class _Rungs:
         large = {LARGE: float(rotation**2 + pressed)}
         return self._answer(QUASI_STATIC, self._cycle(self.plain), None, {}, large)
 
-    def _large_displacement(self, linear: Elastodynamic) -> tuple[dict[str, Cycle], dict[str, float]]:
-        """The answer with large displacement, or its effect as a share where no more is known."""
+    def _large_displacement(self, linear: Elastodynamic) -> tuple[Elastodynamic, dict[str, Cycle], dict[str, float]]:
+        """The answer with large displacement, also as a stage; or its effect as a share where no more is known."""
         try:
-            displaced, change = with_large_displacement(linear)
+            stepped = with_large_displacement(linear)
         except MechanismError:
-            return {}, {LARGE: large_displacement_error(linear)}
-        return {LARGE: self._cycle(displaced)}, {HIGHER_ORDERS: change**2}
+            return linear, {}, {LARGE: large_displacement_error(linear)}
+        change = stepped.exact.share if stepped.exact else 0.0
+        return stepped, {LARGE: self._cycle(stepped.deflection)}, {HIGHER_ORDERS: change**2}
 
     def _answer(
         self,
@@ -277,15 +301,29 @@ class _Rungs:
 
 
 def _enough(rung: Answer, wanted: float) -> bool:
-    """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small."""
+    """Whether a finer theory would not help: the accuracy is reached, or the error that it could take away is small.
+
+    That of courses, of all fields and joint forces, is to be within the accuracy too.
+    """
     if rung.unknown:
         return False
     for each in rung.graded:
-        by_motion = each.error.without(LEFT).size / each.base
+        by_motion = _share_by_motion(each)
         left = each.share - by_motion
         if not by_motion <= max(wanted - left, BESIDES * wanted):
             return False
-    return True
+    return max(rung.courses.values(), default=0.0) <= wanted
+
+
+def _off_by_motion(rung: Answer) -> float:
+    """Greatest error by the theory of motion of any figure that is read, or course; infinite where not known."""
+    if rung.unknown:
+        return math.inf
+    return max((*map(_share_by_motion, rung.graded), *rung.courses.values()), default=0.0)
+
+
+def _share_by_motion(graded: GradedFigure) -> float:
+    return graded.error.without(LEFT).size / graded.base
 
 
 def _rests(plain: Deflection) -> bool:
