@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +20,10 @@ from kinelast.figures.checks import nonlinear_check, solid_check
 from kinelast.figures.parts import nonlinear_figures
 from kinelast.figures.results import NonlinearCheck
 from kinelast.figures.speeds import speeds
+from kinelast.figures.summary import theory_figures
 from kinelast.figures.theory import damping_of
 from kinelast.figures.trust import exceedance_figures, findings
+from kinelast.outputs.batch import reached_words
 from kinelast.runs.compute import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.error import SceneError
@@ -190,6 +193,9 @@ def test_an_accuracy_is_that_of_all_courses():
     assert named.worst_course[1] == pytest.approx(_apart(named, fine, "u"), rel=0.05)
     assert named.error < 0.05
     assert not named.accurate
+    told = theory_figures(replace(computed(scene, Request()), answer=named))
+    assert told["reached"] is False
+    assert re.fullmatch(r"1[12]\d % reached in the course of u", reached_words(told))
 
 
 def test_an_accuracy_that_is_not_reached_is_told_and_ends_in_status_1(tmp_path, capsys):

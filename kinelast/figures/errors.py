@@ -206,7 +206,7 @@ def _greatest_of_members(answer: Cycle, values: Reals) -> Reals:
 
 
 def _not_small(greatest: Reals) -> Reals:
-    """Bases of shares: the greatest values of beams or joints, or what counts in their place where they are small."""
+    """Bases of shares of beams or joints: their greatest values, but no less than `SMALL` of the greatest of all."""
     base: Reals = np.maximum(greatest, SMALL * greatest.max(initial=0.0))
     return base
 

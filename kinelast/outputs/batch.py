@@ -179,9 +179,7 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
     """The theory and how far it is off, and results of further checks."""
     theory, words = figures["theory"], []
     if theory["error"] is not None and theory["reached"] is False:
-        largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)
-        off = f"{percent(theory['accuracy'])} asked, {percent(theory['error'])} reached"
-        words.append(f"{theory['name']}, {off} in the {theory['figure']}: mostly {largest}")
+        words.append(f"{theory['name']}, {percent(theory['accuracy'])} asked, {reached_words(theory)}")
     elif theory["problem"] and figures["links"]:
         unknown = (
             "" if theory["problem"] in figures["acceptance"]["problem"] else f", error unknown: {theory['problem']}"
@@ -199,6 +197,15 @@ def _theory(figures: Mapping[str, Any]) -> list[str]:
             more = f", without {', '.join(without)}" if without else ""
             words.append(f"{name}{failed} ({percent(figures[key]['largest'])} apart{more})")
     return words
+
+
+def reached_words(theory: Mapping[str, Any]) -> str:
+    """The accuracy that was reached, where it is not that which was asked for."""
+    if theory["error"] > theory["accuracy"]:
+        largest = max(theory["errors"], key=lambda part: theory["errors"][part] or 0.0)
+        return f"{percent(theory['error'])} reached in the {theory['figure']}: mostly {largest}"
+    name, share = max(theory["courses"].items(), key=lambda item: item[1] or 0.0)
+    return f"{percent(share)} reached in the course of {name}"
 
 
 def _check(check: Mapping[str, Any]) -> str:
